@@ -1,0 +1,209 @@
+"""A flexible link as a chain of rigid rods and sprung hinges (finite segments).
+
+Rod angles are absolute. The paper (Dupac & Noroozi) uses equal rods and the hinge stiffness EI/L; a
+hinge that carries the bending of one cell of length l has EI/l instead, and only that converges to
+the Euler-Bernoulli beam.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from exudyn_flexlink.sections import rod_inertia
+
+FloatArray = NDArray[np.float64]
+Layout = Literal["equal", "half_ends"]
+StiffnessRule = Literal["paper", "beam"]
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A uniform flexible link.
+
+    Length L (m), mass per length rho A (kg/m), bending stiffness EI (N m^2). ``thickness`` h (m),
+    if given, adds ``m h^2/12`` to the inertia of every rod.
+
+    Raises:
+        ValueError: a value is not positive and finite.
+
+    """
+
+    length: float
+    mass_per_length: float
+    bending_stiffness: float
+    thickness: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("length", "mass_per_length", "bending_stiffness", "thickness"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be positive and finite, got {value!r}")
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A rigid rod: length (m), mass (kg), inertia about its centre (kg m^2)."""
+
+    length: float
+    mass: float
+    inertia: float
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A joint of two neighbouring rods: stiffness (N m/rad), damping (N m s/rad)."""
+
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Rods in order from the root, hinge i joining rod i to rod i + 1.
+
+    Raises:
+        ValueError: there is not exactly one hinge between neighbouring rods.
+
+    """
+
+    rods: tuple[Rod, ...]
+    hinges: tuple[Hinge, ...]
+
+    def __post_init__(self) -> None:
+        if not self.rods or len(self.hinges) != len(self.rods) - 1:
+            raise ValueError(
+                f"{len(self.rods)} rods need {max(len(self.rods) - 1, 0)} hinges, "
+                f"got {len(self.hinges)}"
+            )
+
+    @property
+    def length(self) -> float:
+        """Length of the straight chain, m."""
+        return sum(rod.length for rod in self.rods)
+
+    @property
+    def mass(self) -> float:
+        """Mass of all rods, kg."""
+        return sum(rod.mass for rod in self.rods)
+
+    def arms(self) -> FloatArray:
+        """Lever arms (n, n) in m: the centre of rod k is at ``root + sum_i arms[k, i] e(angle_i)``.
+
+        ``arms[k, i]`` is the length of rod i for i < k, half of it for i = k, else 0.
+        """
+        lengths = np.array([rod.length for rod in self.rods])
+        n = len(lengths)
+        return np.asarray((np.tri(n, n, -1) + 0.5 * np.eye(n)) * lengths)
+
+    def mass_matrix(self, angles: ArrayLike) -> FloatArray:
+        """Mass matrix (n, n) in kg m^2 for the absolute rod ``angles`` (n,), root at rest.
+
+        ``M_ij = sum_k m_k a_ki a_kj cos(angle_i - angle_j) + J_i delta_ij``.
+        """
+        theta = np.asarray(angles, dtype=float)
+        arms = self.arms()
+        masses = np.array([rod.mass for rod in self.rods])
+        inertias = np.diag([rod.inertia for rod in self.rods])
+        turned = np.cos(theta[:, None] - theta[None, :])
+        return np.asarray((arms.T * masses) @ arms * turned + inertias)
+
+    def stiffness_matrix(self) -> FloatArray:
+        """Stiffness matrix (n, n) in N m/rad of the hinges, on the absolute rod angles."""
+        bend = np.diff(np.eye(len(self.rods)), axis=0)
+        return np.asarray((bend.T * [hinge.stiffness for hinge in self.hinges]) @ bend)
+
+    def cantilever_frequencies(self, count: int = 1) -> FloatArray:
+        """Lowest ``count`` natural frequencies in rad/s of the straight chain, first rod clamped.
+
+        Raises:
+            ValueError: ``count`` is not between 1 and the number of hinges.
+
+        """
+        if not 1 <= count <= len(self.hinges):
+            raise ValueError(f"a chain of {len(self.hinges)} hinges has no {count} frequencies")
+        mass = self.mass_matrix(np.zeros(len(self.rods)))[1:, 1:]
+        root = np.linalg.inv(np.linalg.cholesky(mass))
+        squares = np.linalg.eigvalsh(root @ self.stiffness_matrix()[1:, 1:] @ root.T)
+        return np.asarray(np.sqrt(np.maximum(squares[:count], 0.0)))
+
+
+def discretise(
+    beam: Beam,
+    cells: int,
+    layout: Layout = "equal",
+    stiffness: StiffnessRule | float = "paper",
+    damping: float = 0.0,
+) -> Chain:
+    """Replace ``beam``, cut into ``cells`` = n equal cells of length l = L/n, by rods and hinges.
+
+    ``equal`` (Dupac & Noroozi): n rods of length l, n - 1 hinges between the cells. A clamped root
+    rod makes this beam too short by l/2, so frequencies converge as O(1/n).
+    ``half_ends``: a hinge in the middle of each cell, hence n hinges and n + 1 rods of which the
+    first and last have length l/2; O(1/n^2).
+
+    ``stiffness`` of each hinge: ``paper`` EI/L, ``beam`` EI/l, or a number in N m/rad.
+    ``damping`` of each hinge in N m s/rad.
+
+    Raises:
+        ValueError: no cells, an unknown layout or rule, a stiffness not > 0, a damping < 0.
+
+    """
+    if cells < 1:
+        raise ValueError(f"a flexible link needs at least one cell, got {cells}")
+    if not (math.isfinite(damping) and damping >= 0):
+        raise ValueError(f"damping must not be negative, got {damping!r}")
+    lengths = _rod_lengths(beam.length / cells, cells, layout)
+    hinge = Hinge(_hinge_stiffness(beam, cells, stiffness), damping)
+    return Chain(tuple(_rod(beam, length) for length in lengths), (hinge,) * (len(lengths) - 1))
+
+
+def euler_bernoulli_cantilever(beam: Beam, count: int = 4) -> FloatArray:
+    """Lowest ``count`` natural frequencies (rad/s) of the clamped-free beam, bending only.
+
+    ``(beta L)^2 sqrt(EI/(rho A L^4))`` with beta L from :func:`cantilever_roots`.
+    """
+    scale = math.sqrt(beam.bending_stiffness / beam.mass_per_length) / beam.length**2
+    return np.asarray(cantilever_roots(count) ** 2 * scale)
+
+
+def cantilever_roots(count: int) -> FloatArray:
+    """First ``count`` positive roots of cos x cosh x = -1 (clamped-free beam), by Newton's method.
+
+    Solved as ``cos x + 1/cosh x = 0``, which cannot overflow, from the asymptote (i - 1/2) pi.
+    """
+    x = (np.arange(1, count + 1) - 0.5) * math.pi
+    for _ in range(20):
+        # sech without cosh, which overflows beyond the 226th root
+        sech = 2 * np.exp(-x) / (1 + np.exp(-2 * x))
+        x = x + (np.cos(x) + sech) / (np.sin(x) + sech * np.tanh(x))
+    return np.asarray(x)
+
+
+def _rod_lengths(cell: float, cells: int, layout: Layout) -> list[float]:
+    if layout == "equal":
+        return [cell] * cells
+    if layout == "half_ends":
+        return [cell / 2, *[cell] * (cells - 1), cell / 2]
+    raise ValueError(f"layout must be 'equal' or 'half_ends', got {layout!r}")
+
+
+def _hinge_stiffness(beam: Beam, cells: int, rule: StiffnessRule | float) -> float:
+    if rule == "paper":
+        return beam.bending_stiffness / beam.length
+    if rule == "beam":
+        return beam.bending_stiffness * cells / beam.length
+    if isinstance(rule, str):
+        raise ValueError(f"stiffness must be 'paper', 'beam' or a number, got {rule!r}")
+    if not (math.isfinite(rule) and rule > 0):
+        raise ValueError(f"hinge stiffness must be positive and finite, got {rule!r}")
+    return rule
+
+
+def _rod(beam: Beam, length: float) -> Rod:
+    mass = beam.mass_per_length * length
+    return Rod(length, mass, rod_inertia(mass, length, beam.thickness))

@@ -1,0 +1,21 @@
+"""Plane curves for slot joints: arcs, lines, splines, joined pieces, other curves each lap."""
+
+from exudyn_flexlink.curves.base import Curve, CurveError
+from exudyn_flexlink.curves.joined import Joined, Laps
+from exudyn_flexlink.curves.pieces import CircleArc, EllipseArc, LineSegment
+from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
+from exudyn_flexlink.curves.spline import Spline, SplinePiece
+
+__all__ = [
+    "CircleArc",
+    "Curve",
+    "CurveError",
+    "EllipseArc",
+    "Joined",
+    "Laps",
+    "LineSegment",
+    "Spline",
+    "SplinePiece",
+    "intersect_ray",
+    "ray_crossings",
+]

@@ -1,0 +1,294 @@
+"""What every plane curve can do, and how a curve made of several pieces does it.
+
+Lengths in m, angles in rad, curvature in 1/m, positive where the curve bends to the left. A curve
+is a parameter range ``start <= u <= end`` and the smooth pieces over it; the parameter differs from
+piece to piece (angle, length), so ``|dP/du|`` jumps where pieces meet, the direction does not.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from exudyn_flexlink.curves import feet
+
+FloatArray = NDArray[np.float64]
+
+# A place on a curve: typed decimals that mean the same point differ by less than this.
+POSITION_TOLERANCE = 1e-9
+DIRECTION_TOLERANCE = 1e-6
+# Curvatures that differ by less than this fraction are equal: arcs with typed decimals.
+CURVATURE_TOLERANCE = 1e-8
+ROUNDING = 1e-9
+# A line through a joint must not slip through the gap that POSITION_TOLERANCE allows there: pieces
+# report crossings beyond their ends by this fraction of their range too.
+OVERLAP = 1e-7
+
+
+class CurveError(ValueError):
+    """A curve that cannot be.
+
+    ``message`` says what is wrong (pieces, points and laps are counted from 1 there), ``piece`` is
+    the index of the piece or lap at fault (from 0, None when it is the whole curve), ``hint`` what
+    to do about it.
+    """
+
+    def __init__(self, message: str, piece: int | None = None, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.piece = piece
+        self.hint = hint
+
+
+@dataclass(frozen=True)
+class Curve(ABC):
+    """A plane curve P(u) with a continuous direction.
+
+    Every method takes one ``u`` or an array of any shape ``(...)``; vectors come back as
+    ``(..., 2)``. A closed curve accepts every u and repeats with ``period``; an open one raises
+    ValueError for u beyond its ends by more than rounding. At a break the piece that begins counts.
+
+    ``pieces`` are the smooth pieces, ``breaks`` (len(pieces) + 1) the values of u where they meet.
+    """
+
+    start: float = field(init=False, repr=False, compare=False)
+    end: float = field(init=False, repr=False, compare=False)
+    closed: bool = field(init=False, repr=False, compare=False)
+    pieces: tuple[Curve, ...] = field(init=False, repr=False, compare=False)
+    breaks: FloatArray = field(init=False, repr=False, compare=False)
+
+    def _range(self, start: float, end: float, closed: bool) -> None:
+        """Fill in the range of a smooth piece (frozen, hence the detour)."""
+        self._fill(closed=closed, pieces=(self,), breaks=np.array([start, end]))
+
+    def _fill(self, closed: bool, pieces: tuple[Curve, ...], breaks: FloatArray) -> None:
+        breaks.flags.writeable = False
+        values = {"start": float(breaks[0]), "end": float(breaks[-1]), "closed": closed}
+        for name, value in {**values, "pieces": pieces, "breaks": breaks}.items():
+            object.__setattr__(self, name, value)
+
+    @abstractmethod
+    def _raw(self, u: FloatArray, order: int) -> FloatArray:
+        """``order``-th derivative (0, 1, 2) at u inside the range, shape (..., 2)."""
+
+    @abstractmethod
+    def grid(self) -> FloatArray:
+        """Values of u from start to end, with every break, dense enough to see the shape."""
+
+    # --- geometry at a place ----------------------------------------------------------------
+
+    @property
+    def period(self) -> float:
+        """Range of the parameter after which a closed curve repeats."""
+        return self.end - self.start
+
+    def wrap(self, u: ArrayLike) -> FloatArray:
+        """Bring u into the parameter range.
+
+        Raises:
+            ValueError: the curve is open and u lies beyond an end.
+
+        """
+        values = np.asarray(u, dtype=float)
+        if self.closed:
+            return np.asarray(self.start + np.mod(values - self.start, self.period))
+        slack = ROUNDING * self.period
+        if np.any((values < self.start - slack) | (values > self.end + slack)):
+            raise ValueError(
+                f"the curve is open: its parameter runs from {self.start:.9g} to {self.end:.9g}, "
+                f"got {values.min():.9g} to {values.max():.9g}"
+            )
+        return np.asarray(np.clip(values, self.start, self.end))
+
+    def point(self, u: ArrayLike) -> FloatArray:
+        """Position P(u) in m, shape (..., 2)."""
+        return self._raw(self.wrap(u), 0)
+
+    def derivative(self, u: ArrayLike) -> FloatArray:
+        """First derivative dP/du, shape (..., 2)."""
+        return self._raw(self.wrap(u), 1)
+
+    def second_derivative(self, u: ArrayLike) -> FloatArray:
+        """Second derivative d2P/du2, shape (..., 2)."""
+        return self._raw(self.wrap(u), 2)
+
+    def derivatives(self, u: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """``P, dP/du, d2P/du2`` at once, each of shape (..., 2)."""
+        at = self.wrap(u)
+        return self._raw(at, 0), self._raw(at, 1), self._raw(at, 2)
+
+    def tangent(self, u: ArrayLike) -> FloatArray:
+        """Return the unit vector along increasing u, shape (..., 2)."""
+        return unit(self.derivative(u))
+
+    def normal(self, u: ArrayLike) -> FloatArray:
+        """Return the unit vector to the left of the tangent, shape (..., 2)."""
+        return left(self.tangent(u))
+
+    def curvature(self, u: ArrayLike) -> FloatArray:
+        """Signed curvature in 1/m, positive to the left, shape (...)."""
+        return curvature_of(self.derivative(u), self.second_derivative(u))
+
+    def locate(self, u: float) -> tuple[int, float]:
+        """Index of the piece at u, and that piece's own parameter there."""
+        wrapped = float(self.wrap(u))
+        index = int(self._indices(wrapped))
+        return index, self.pieces[index].start + (wrapped - float(self.breaks[index]))
+
+    def _indices(self, u: ArrayLike) -> NDArray[np.intp]:
+        found = np.searchsorted(self.breaks, u, side="right") - 1
+        return np.asarray(np.minimum(np.maximum(found, 0), len(self.pieces) - 1))
+
+    # --- the curve as a whole ---------------------------------------------------------------
+
+    @cached_property
+    def samples(self) -> tuple[FloatArray, FloatArray]:
+        """The :meth:`grid` u (n,) and the points there (n, 2)."""
+        u = self.grid()
+        return u, self._raw(u, 0)
+
+    @property
+    def size(self) -> float:
+        """Larger side in m of the box around the sampled curve."""
+        return float(np.max(np.ptp(self.samples[1], axis=0)))
+
+    def length(self) -> float:
+        """Length in m, by 12-point Gauss quadrature over every step of the grid."""
+        u = self.samples[0]
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        half = 0.5 * np.diff(u)
+        inside = u[:-1, None] + half[:, None] * (1 + nodes)
+        speeds = np.linalg.norm(self._raw(inside, 1), axis=-1)
+        return float(np.sum(half[:, None] * weights * speeds))
+
+    @property
+    def curvature_breaks(self) -> FloatArray:
+        """Those breaks, in ``start <= u < end``, at which the curvature jumps."""
+        befores = self.pieces[:-1] if not self.closed else (self.pieces[-1], *self.pieces[:-1])
+        afters = self.pieces if self.closed else self.pieces[1:]
+        places = self.breaks[:-1] if self.closed else self.breaks[1:-1]
+        jumps = [self._jumps(a, b) for a, b in zip(befores, afters, strict=True)]
+        return np.asarray(places[np.array(jumps, dtype=bool)])
+
+    def _jumps(self, before: Curve, after: Curve) -> bool:
+        one, two = end_curvature(before, before.end), end_curvature(after, after.start)
+        return abs(one - two) > CURVATURE_TOLERANCE * max(abs(one), abs(two), 1 / self.size)
+
+    def nearest(self, point: ArrayLike, near: float | None = None) -> float:
+        """Parameter of the foot point of ``point`` (2,).
+
+        Without ``near`` the closest point of the whole curve, in the parameter range. With ``near``
+        the local minimum of the distance reached downhill from there: it stays on its branch where
+        the curve crosses itself, and counts on over the laps of a closed curve.
+        """
+        target = np.asarray(point, dtype=float)
+        if near is not None:
+            return feet.descend(self, target, float(near))
+        return float(feet.candidates(self, target)[0])
+
+    def distance(self, point: ArrayLike) -> float:
+        """Distance in m of ``point`` (2,) from the curve."""
+        target = np.asarray(point, dtype=float)
+        return float(np.linalg.norm(self.point(self.nearest(target)) - target))
+
+    def part(self, first: float, last: float) -> Curve:
+        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own.
+
+        Raises:
+            TypeError: the curve is not one smooth piece.
+
+        """
+        raise TypeError(f"{type(self).__name__} is not one smooth piece: {first} to {last}")
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """Own parameters where a smooth piece crosses a line; see :func:`ray_crossings`.
+
+        Raises:
+            TypeError: the curve is not one smooth piece.
+
+        """
+        raise TypeError(f"{type(self).__name__} is not one smooth piece: {origin}, {direction}")
+
+
+@dataclass(frozen=True)
+class Composite(Curve):
+    """A curve of several pieces; the pieces' own parameters are laid one after another."""
+
+    def _lay(self, pieces: tuple[Curve, ...], start: float, closed: bool) -> None:
+        ends = start + np.cumsum([piece.period for piece in pieces])
+        self._fill(closed, pieces, np.concatenate([[start], ends]))
+
+    def _raw(self, u: FloatArray, order: int) -> FloatArray:
+        index = self._indices(u)
+        if u.ndim == 0:
+            return self._at(int(index), u, order)
+        result = np.empty((*u.shape, 2))
+        for number in np.unique(index):
+            here = index == number
+            result[here] = self._at(int(number), u[here], order)
+        return result
+
+    def _at(self, index: int, u: FloatArray, order: int) -> FloatArray:
+        piece = self.pieces[index]
+        return piece._raw(np.asarray(piece.start + (u - self.breaks[index])), order)
+
+    def grid(self) -> FloatArray:
+        """Grids of all pieces, one after another."""
+        parts = [
+            start + (piece.grid()[:-1] - piece.start)
+            for piece, start in zip(self.pieces, self.breaks[:-1], strict=True)
+        ]
+        return np.concatenate([*parts, self.breaks[-1:]])
+
+
+def unit(vector: FloatArray) -> FloatArray:
+    """``vector`` (..., 2) scaled to length 1."""
+    return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True))
+
+
+def left(vector: FloatArray) -> FloatArray:
+    """``vector`` (..., 2) turned by +90 degrees."""
+    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Component along z of a x b, for (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def curvature_of(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Signed curvature ``(x' y'' - y' x'')/|P'|^3`` of derivatives (..., 2)."""
+    return np.asarray(cross(first, second) / np.linalg.norm(first, axis=-1) ** 3)
+
+
+def end_tangent(piece: Curve, u: float) -> FloatArray:
+    """Return the unit tangent at u of the piece itself: its end is not wrapped to its start."""
+    return unit(piece._raw(np.asarray(u), 1))
+
+
+def end_curvature(piece: Curve, u: float) -> float:
+    """Curvature at u of the piece itself, as :func:`end_tangent`."""
+    at = np.asarray(u)
+    return float(curvature_of(piece._raw(at, 1), piece._raw(at, 2)))
+
+
+def angle_between(a: FloatArray, b: FloatArray) -> float:
+    """Angle in rad, 0 to pi, between two vectors (2,)."""
+    return float(abs(np.arctan2(cross(a, b), a @ b)))
+
+
+def as_point(value: ArrayLike, name: str) -> tuple[float, float]:
+    """Two finite coordinates.
+
+    Raises:
+        CurveError: ``value`` is something else.
+
+    """
+    array = np.asarray(value, dtype=float)
+    if array.shape != (2,) or not np.all(np.isfinite(array)):
+        raise CurveError(f"{name} must be two finite coordinates, got {value!r}")
+    return float(array[0]), float(array[1])

@@ -1,0 +1,200 @@
+"""Smooth pieces in closed form: arcs of ellipses and circles, line segments."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from exudyn_flexlink.curves.base import (
+    OVERLAP,
+    ROUNDING,
+    Curve,
+    CurveError,
+    FloatArray,
+    as_point,
+    cross,
+)
+
+TURN = 2 * math.pi
+STEPS_PER_TURN = 128
+
+
+@dataclass(frozen=True)
+class Arc(Curve):
+    """An arc ``P = C + A cos u + B sin u`` of an ellipse.
+
+    The parameter u is the angle, or minus the angle where the arc runs clockwise (end angle smaller
+    than start angle): it always increases.
+    """
+
+    @abstractmethod
+    def _vectors(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """C, A and B for a counter-clockwise arc."""
+
+    def _sweep(self, start_angle: float, end_angle: float) -> None:
+        sweep = end_angle - start_angle
+        if not math.isfinite(sweep) or sweep == 0:
+            raise CurveError(f"an arc needs two different angles, got {start_angle} to {end_angle}")
+        if abs(sweep) > TURN + ROUNDING:
+            raise CurveError(
+                f"an arc of {math.degrees(abs(sweep)):.9g} degrees is more than one turn",
+                hint="a full turn is a closed curve already, and repeats",
+            )
+        turned = 1.0 if sweep > 0 else -1.0
+        centre, a, b = self._vectors()
+        object.__setattr__(self, "_abc", (centre, a, turned * b))
+        full = abs(abs(sweep) - TURN) <= ROUNDING
+        first = turned * start_angle
+        self._range(first, first + TURN if full else turned * end_angle, full)
+
+    def _raw(self, u: FloatArray, order: int) -> FloatArray:
+        centre, a, b = self._conic
+        c, s = np.cos(u)[..., None], np.sin(u)[..., None]
+        if order == 0:
+            return np.asarray(centre + a * c + b * s)
+        return np.asarray(b * c - a * s) if order == 1 else np.asarray(-a * c - b * s)
+
+    @property
+    def _conic(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        conic: tuple[FloatArray, FloatArray, FloatArray] = self.__dict__["_abc"]
+        return conic
+
+    def grid(self) -> FloatArray:
+        """Equal steps of at most 2 pi/128."""
+        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - ROUNDING)
+        return np.linspace(self.start, self.end, max(steps, 4) + 1)
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """Solve ``alpha cos u + beta sin u = gamma``."""
+        centre, a, b = self._conic
+        alpha, beta = float(cross(direction, a)), float(cross(direction, b))
+        reach = math.hypot(alpha, beta)
+        ratio = float(cross(direction, origin - centre)) / reach
+        if abs(ratio) > 1 + 1e-14:
+            return np.empty(0)
+        middle, half = math.atan2(beta, alpha), math.acos(min(max(ratio, -1.0), 1.0))
+        slack = OVERLAP * self.period
+        # counted from just before the start, so that a crossing there is not found a turn later
+        ahead = np.mod(np.array([middle - half, middle + half]) - self.start + slack, TURN)
+        return np.asarray(self.start + ahead[ahead <= self.period + 2 * slack] - slack)
+
+
+@dataclass(frozen=True)
+class EllipseArc(Arc):
+    """Arc of an ellipse between two eccentric angles (rad); clockwise if ``end_angle`` is smaller.
+
+    ``semi_axes`` (a, b) in m, a turned by ``rotation`` (rad) from x:
+    ``P = centre + R(rotation) (a cos u, b sin u)``. Default: the full ellipse, closed.
+
+    Raises:
+        CurveError: an axis not positive, equal angles, more than a turn, something not finite.
+
+    """
+
+    centre: tuple[float, float]
+    semi_axes: tuple[float, float]
+    rotation: float = 0.0
+    start_angle: float = 0.0
+    end_angle: float = TURN
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", as_point(self.centre, "centre"))
+        object.__setattr__(self, "semi_axes", as_point(self.semi_axes, "semi-axes"))
+        if min(self.semi_axes) <= 0:
+            raise CurveError(f"semi-axes must be positive, got {self.semi_axes}")
+        if not math.isfinite(self.rotation):
+            raise CurveError(f"rotation must be finite, got {self.rotation}")
+        self._sweep(self.start_angle, self.end_angle)
+
+    def _vectors(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        c, s = math.cos(self.rotation), math.sin(self.rotation)
+        a, b = self.semi_axes
+        return np.array(self.centre), a * np.array([c, s]), b * np.array([-s, c])
+
+    def part(self, first: float, last: float) -> EllipseArc:
+        """Cut out the arc ``first <= u <= last`` of the same ellipse."""
+        turned = math.copysign(1.0, self.end_angle - self.start_angle)
+        return replace(self, start_angle=turned * first, end_angle=turned * last)
+
+
+@dataclass(frozen=True)
+class CircleArc(Arc):
+    """Arc of a circle between two polar angles (rad); clockwise if ``end_angle`` is smaller.
+
+    ``radius`` in m. Default: the full circle, closed.
+
+    Raises:
+        CurveError: a radius not positive, equal angles, more than a turn, something not finite.
+
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    start_angle: float = 0.0
+    end_angle: float = TURN
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", as_point(self.centre, "centre"))
+        if not (math.isfinite(self.radius) and self.radius > 0):
+            raise CurveError(f"radius must be positive, got {self.radius}")
+        self._sweep(self.start_angle, self.end_angle)
+
+    def _vectors(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return np.array(self.centre), np.array([self.radius, 0.0]), np.array([0.0, self.radius])
+
+    def part(self, first: float, last: float) -> CircleArc:
+        """Cut out the arc ``first <= u <= last`` of the same circle."""
+        turned = math.copysign(1.0, self.end_angle - self.start_angle)
+        return replace(self, start_angle=turned * first, end_angle=turned * last)
+
+
+@dataclass(frozen=True)
+class LineSegment(Curve):
+    """Straight from ``a`` to ``b``; the parameter is the length along it, in m.
+
+    Raises:
+        CurveError: the ends coincide, or are not finite.
+
+    """
+
+    a: tuple[float, float]
+    b: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "a", as_point(self.a, "line start"))
+        object.__setattr__(self, "b", as_point(self.b, "line end"))
+        length = math.dist(self.a, self.b)
+        if length == 0:
+            raise CurveError(f"a line needs two different ends, got {self.a} twice")
+        self._range(0.0, length, closed=False)
+
+    def _raw(self, u: FloatArray, order: int) -> FloatArray:
+        a = np.array(self.a)
+        along = (np.array(self.b) - a) / self.end
+        if order == 0:
+            return np.asarray(a + along * u[..., None])
+        return np.asarray(np.ones(u.shape)[..., None] * (along if order == 1 else 0 * along))
+
+    def grid(self) -> FloatArray:
+        """Start, three places between, end."""
+        return np.linspace(self.start, self.end, 5)
+
+    def part(self, first: float, last: float) -> LineSegment:
+        """Cut out the stretch ``first <= u <= last``."""
+        ends = self.point([first, last])
+        return LineSegment(as_point(ends[0], "line start"), as_point(ends[1], "line end"))
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """One place, none if parallel, both ends if the segment lies in the line."""
+        along = self.derivative(0.0)
+        offset = float(cross(direction, origin - np.array(self.a)))
+        slant = float(cross(direction, along)) / float(np.linalg.norm(direction))
+        if abs(slant) <= 1e-14:
+            near = abs(offset) <= ROUNDING * self.end * float(np.linalg.norm(direction))
+            return np.array([self.start, self.end]) if near else np.empty(0)
+        u = offset / (slant * float(np.linalg.norm(direction)))
+        slack = OVERLAP * self.period
+        return np.array([u]) if -slack <= u <= self.end + slack else np.empty(0)

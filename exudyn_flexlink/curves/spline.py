@@ -1,0 +1,163 @@
+"""Cubic splines through points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.curves.base import (
+    OVERLAP,
+    ROUNDING,
+    Curve,
+    CurveError,
+    FloatArray,
+    left,
+)
+
+FEWEST_POINTS, MOST_POINTS = 4, 20_000
+STEPS_PER_SPAN = 4
+# With chord length as parameter |dP/du| is about 1; this much less is a cusp.
+SLOWEST = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class SplinePiece(Curve):
+    """The stretch ``first <= u <= last`` of a spline; ``u`` in m as on the whole spline.
+
+    A closed spline may be cut open anywhere: then ``last`` goes up to ``first`` + its period.
+    """
+
+    spline: Spline
+    first: float
+    last: float
+
+    def __post_init__(self) -> None:
+        whole = abs(self.last - self.first - self.spline.period) <= ROUNDING * self.spline.period
+        last = self.first + self.spline.period if whole else self.last
+        self._range(self.first, last, self.spline.closed and whole)
+
+    def _raw(self, u: FloatArray, order: int) -> FloatArray:
+        return self.spline._raw(self.spline.wrap(u), order)
+
+    def grid(self) -> FloatArray:
+        """Take the spline's grid within the stretch."""
+        base = self.spline.grid()
+        laps = [base, base[1:] + self.spline.period] if self.spline.closed else [base]
+        every = np.concatenate(laps)
+        # a grid value a hair inside the ends would make an empty step
+        slack = ROUNDING * self.period
+        inside = (every > self.start + slack) & (every < self.end - slack)
+        return np.concatenate([[self.start], every[inside], [self.end]])
+
+    def part(self, first: float, last: float) -> SplinePiece:
+        """Cut out the stretch ``first <= u <= last``."""
+        return SplinePiece(self.spline, first, last)
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """Those of the spline that lie on the stretch."""
+        found = self.spline.crossings(origin, direction)
+        slack = OVERLAP * self.period
+        if self.spline.closed:
+            ahead = np.mod(found - self.start + slack, self.spline.period)
+            found = self.start + ahead - slack
+        return np.asarray(found[(found >= self.start - slack) & (found <= self.end + slack)])
+
+
+@dataclass(frozen=True, eq=False)
+class Spline(Curve):
+    """Cubic spline (continuous curvature) through ``points`` (N, 2) in m, 4 to 20,000 of them.
+
+    The parameter is the length of the polygon through the points, in m. Open: not-a-knot ends.
+    Closed: periodic, from the last point back to the first, which is not repeated.
+
+    Raises:
+        CurveError: too few or too many points, equal neighbours, something not finite, a cusp.
+
+    """
+
+    points: FloatArray
+    closed: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points, dtype=float)
+        _check(points, self.closed)
+        points.flags.writeable = False
+        object.__setattr__(self, "points", points)
+        through = np.concatenate([points, points[:1]]) if self.closed else points
+        chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
+        knots = np.concatenate([[0.0], np.cumsum(chords)])
+        object.__setattr__(self, "_cubic", _fit(knots, through, self.closed))
+        self._range(0.0, float(knots[-1]), self.closed)
+        self._refuse_cusps()
+
+    def _refuse_cusps(self) -> None:
+        u = self.grid()
+        speeds = np.linalg.norm(self._raw(u, 1), axis=1)
+        slowest = int(np.argmin(speeds))
+        if speeds[slowest] < SLOWEST:
+            x, y = self._raw(u[slowest], 0)
+            raise CurveError(
+                f"the spline has a cusp near ({x:.6g}, {y:.6g})",
+                hint="place the points there closer together, or take out a stray one",
+            )
+
+    @property
+    def _polynomial(self) -> Any:
+        return self.__dict__["_cubic"]
+
+    def _raw(self, u: FloatArray, order: int) -> FloatArray:
+        return np.asarray(self._polynomial(u, order), dtype=float)
+
+    def grid(self) -> FloatArray:
+        """Four steps between neighbouring points."""
+        knots = self._polynomial.x
+        steps = np.arange(STEPS_PER_SPAN) / STEPS_PER_SPAN
+        inner = knots[:-1, None] + np.diff(knots)[:, None] * steps
+        return np.append(inner.ravel(), knots[-1])
+
+    def part(self, first: float, last: float) -> SplinePiece:
+        """Cut out the stretch ``first <= u <= last``."""
+        return SplinePiece(self, first, last)
+
+    def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
+        """Roots of the cubics ``normal . (P - origin)``, span by span."""
+        from scipy.interpolate import PPoly  # noqa: PLC0415 - see _fit
+
+        normal = left(direction)
+        across = PPoly(self._polynomial.c @ normal, self._polynomial.x)
+        # the end spans are continued, lest rounding push a root at an end beyond it
+        roots = np.asarray(across.solve(float(normal @ origin), False, True), dtype=float)
+        slack = OVERLAP * self.period
+        inside = np.isfinite(roots) & (roots >= -slack) & (roots <= self.end + slack)
+        return np.asarray(np.clip(roots[inside], 0.0, self.end))
+
+
+def _fit(knots: FloatArray, points: FloatArray, closed: bool) -> Any:
+    # scipy takes a second to import, which a model without splines should not wait for
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
+    return CubicSpline(knots, points, bc_type="periodic" if closed else "not-a-knot")
+
+
+def _check(points: FloatArray, closed: bool) -> None:
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise CurveError(f"a spline needs points (x, y), got an array of shape {points.shape}")
+    if not FEWEST_POINTS <= len(points) <= MOST_POINTS:
+        raise CurveError(
+            f"a spline needs {FEWEST_POINTS} to {MOST_POINTS} points, got {len(points)}"
+        )
+    wrong = np.flatnonzero(~np.all(np.isfinite(points), axis=1))
+    if len(wrong):
+        raise CurveError(f"point {wrong[0] + 1} of the spline is not finite")
+    chords = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
+    repeated = chords <= 1e-12 * np.max(np.ptp(points, axis=0))
+    if repeated[1:].any():
+        second = int(np.flatnonzero(repeated[1:])[0]) + 2
+        raise CurveError(f"points {second - 1} and {second} of the spline coincide")
+    if closed and repeated[0]:
+        raise CurveError(
+            "the last point of the closed spline repeats the first",
+            hint="leave the last point out: a closed spline returns to the first by itself",
+        )

@@ -1,0 +1,38 @@
+"""Engines that turn a scene into a Result; each is imported only when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+Progress = Callable[[float], None]
+"""Called now and then with the part of the run that is done, 0 to 1."""
+
+ENGINES = {"exudyn": "exudyn_flexlink.engines.exudyn"}
+
+
+class NotRepresentableError(ValueError):
+    """An engine can't represent a part of the scene; `path` names it (``("joints", "pin")``)."""
+
+    def __init__(self, path: tuple[str, ...], message: str) -> None:
+        super().__init__(f"{'.'.join(path)}: {message}")
+        self.path = path
+        self.message = message
+
+
+def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = None) -> Result:
+    """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
+
+    Raises:
+        NotRepresentableError: the engine can't represent a part of the scene.
+        SceneError: the scene can't be put together (never after `load_scene`).
+        ValueError: there is no such engine.
+
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
+    result: Result = import_module(ENGINES[engine]).run(scene, progress)
+    return result

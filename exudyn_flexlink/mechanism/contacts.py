@@ -1,0 +1,49 @@
+"""Geometry of a point near a face: gap, place along the face, rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity
+from exudyn_flexlink.mechanism.model import FaceContact
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Where the point stands against the face; arrays of one shape.
+
+    `gap` (m) is positive on the free side, `place` (m) counts along the face from its start,
+    `gap_rate` and `place_rate` (m/s) are their time derivatives, `normal` (..., 2) points to the
+    free side.
+    """
+
+    gap: FloatArray
+    place: FloatArray
+    gap_rate: FloatArray
+    place_rate: FloatArray
+    normal: FloatArray
+
+
+def face_length(contact: FaceContact) -> float:
+    """Length of the face, m."""
+    return float(np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y))
+
+
+def approach(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
+    """Gap and place of the contact's point at coordinates and velocities (..., parts, 3)."""
+    start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
+    along = (end - start) / face_length(contact)
+    normal = contact.side * np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    between = anchor_position(contact.point, q) - start
+    relative = anchor_velocity(contact.point, q, v) - anchor_velocity(contact.start, q, v)
+    gap, place = np.sum(normal * between, axis=-1), np.sum(along * between, axis=-1)
+    turning = v[..., contact.start.part, 2]
+    # The face turns under the point: what is along it becomes normal to it and the reverse.
+    gap_rate = np.sum(normal * relative, axis=-1) - contact.side * turning * place
+    place_rate = np.sum(along * relative, axis=-1) + contact.side * turning * gap
+    return Approach(gap, place, gap_rate, place_rate, normal)

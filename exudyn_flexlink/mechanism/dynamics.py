@@ -1,0 +1,132 @@
+"""Mass matrix, applied forces and the accelerations that satisfy every joint."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.kinematics import (
+    anchor_jacobian,
+    angle_of,
+    constraint_rows,
+    rate_of_jacobian_times_velocity,
+    slot_place,
+    stack,
+)
+from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
+
+FloatArray = NDArray[np.float64]
+
+
+def mass_matrix(mechanism: Mechanism, q: FloatArray) -> FloatArray:
+    """Mass matrix of all parts, (3 parts, 3 parts): kg, kg m, kg m^2."""
+    matrix = np.zeros((3 * len(q), 3 * len(q)))
+    for i, part in enumerate(mechanism.parts):
+        c, s = cos(q[i, 2]), sin(q[i, 2])
+        x, y = part.centre
+        coupling = part.mass * np.array([-s * x - c * y, c * x - s * y])
+        block = matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
+        block[0, 0] = block[1, 1] = part.mass
+        block[:2, 2] = block[2, :2] = coupling
+        block[2, 2] = part.inertia_about_origin
+    return matrix
+
+
+def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: float) -> FloatArray:
+    """Generalised forces without those of constraints and contacts, (3 parts,): N, N m.
+
+    Weight, centrifugal terms of parts whose origin is not their centre, springs, torque motors.
+    """
+    forces = np.zeros((len(q), 3))
+    gravity = np.asarray(mechanism.gravity)
+    for i, part in enumerate(mechanism.parts):
+        c, s = cos(q[i, 2]), sin(q[i, 2])
+        arm = np.array([c * part.centre[0] - s * part.centre[1],
+                        s * part.centre[0] + c * part.centre[1]])  # fmt: skip
+        forces[i, :2] += part.mass * (gravity + v[i, 2] ** 2 * arm)
+        forces[i, 2] += part.mass * (arm[0] * gravity[1] - arm[1] * gravity[0])
+    for spring in mechanism.springs:
+        angle = angle_of(spring.second, q) - angle_of(spring.first, q)
+        rate = angle_of(spring.second, v) - angle_of(spring.first, v)
+        rest = 0.0 if spring.rest_angle is None else spring.rest_angle
+        torque = -spring.stiffness * (angle - rest) - spring.damping * rate
+        _add_torque(forces, spring.first, spring.second, float(torque))
+    for motor in mechanism.torque_motors:
+        _add_torque(forces, motor.first, motor.second, motor.ramp.at(time))
+    return forces.ravel()
+
+
+def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> None:
+    if second != GROUND:
+        forces[second, 2] += torque
+    if first != GROUND:
+        forces[first, 2] -= torque
+
+
+def constraint_jacobian(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
+    """Jacobian of all constraints with the motors', (rows, 3 parts), slots at their foot points."""
+    feet = np.array([slot_place(s, q, p) for s, p in zip(mechanism.slots, places, strict=True)])
+    motors = np.zeros(len(mechanism.speed_motors))
+    return stack(list(constraint_rows(mechanism, q, feet, motors)), len(q))[1]
+
+
+def accelerations(
+    mechanism: Mechanism, q: FloatArray, v: FloatArray, places: FloatArray, time: float
+) -> FloatArray:
+    """Accelerations (parts, 3) that satisfy equations of motion and joints, without contacts.
+
+    Solves ``[M J^T; J 0] [a; lambda] = [f; -dJ/dt v - c_tt]``; redundant joints are allowed.
+    """
+
+    def jacobian_at(at: FloatArray) -> FloatArray:
+        return constraint_jacobian(mechanism, at, places)
+
+    jacobian = jacobian_at(q)
+    right = -rate_of_jacobian_times_velocity(jacobian_at, q, v)
+    motors = [motor.ramp.rate(time) for motor in mechanism.speed_motors]
+    if motors:
+        right[-len(motors) :] += motors
+    forces = applied_forces(mechanism, q, v, time)
+    solution = _solve_saddle(mass_matrix(mechanism, q), jacobian, forces, right)
+    return solution[: q.size].reshape(q.shape)
+
+
+def contact_mass(
+    mechanism: Mechanism, contact: FaceContact, q: FloatArray, places: FloatArray
+) -> float:
+    """Least mass in kg that the two bodies oppose to a contact anywhere along its face.
+
+    ``1 / (largest mobility of the point + largest mobility of the face)`` with every joint kept,
+    whatever the direction: it bounds the duration of an impact from below, hence the step.
+    """
+    jacobian = constraint_jacobian(mechanism, q, places)
+    mass = mass_matrix(mechanism, q)
+    point, start, end = (
+        _mobility(mass, jacobian, anchor_jacobian(anchor, q))
+        for anchor in (contact.point, contact.start, contact.end)
+    )
+    return 1.0 / max(point + max(start, end), 1e-300)
+
+
+def _mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:
+    """Largest acceleration of a point per unit force on it, joints kept, 1/kg."""
+    still = np.zeros(len(jacobian))
+    moved = [_solve_saddle(mass, jacobian, row, still)[: len(mass)] for row in rows]
+    return float(np.linalg.eigvalsh(rows @ np.array(moved).T).max())
+
+
+def _solve_saddle(
+    mass: FloatArray, jacobian: FloatArray, forces: FloatArray, right: FloatArray
+) -> FloatArray:
+    """Accelerations and multipliers; the multipliers of redundant joints are the smallest."""
+    rows = len(jacobian)
+    matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((rows, rows))]])
+    vector = np.concatenate([forces, right])
+    scale = np.sqrt(np.maximum(np.abs(matrix).max(axis=1), 1e-300))
+    scaled = matrix / scale[:, None] / scale[None, :]
+    if rows == 0 or np.linalg.cond(scaled) < 1e13:
+        return np.asarray(np.linalg.solve(scaled, vector / scale) / scale)
+    # A redundant joint makes the matrix singular but leaves the motion: least squares finds it.
+    return np.asarray(np.linalg.lstsq(scaled, vector / scale, rcond=1e-12)[0] / scale)

@@ -1,0 +1,63 @@
+"""Energies and powers of a mechanism over many instants at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.kinematics import angle_of
+from exudyn_flexlink.mechanism.model import Mechanism
+
+FloatArray = NDArray[np.float64]
+
+
+class EnergyMeter:
+    """Energies (J) and powers (W) of states `q`, `v` of shape (instants, parts, 3)."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        parts, springs = mechanism.parts, mechanism.springs
+        self._mass = np.array([part.mass for part in parts])
+        self._inertia = np.array([part.inertia_about_origin for part in parts])
+        self._centre = np.array([part.centre for part in parts])
+        self._gravity = np.asarray(mechanism.gravity, dtype=float)
+        self._first = np.array([spring.first for spring in springs], dtype=int)
+        self._second = np.array([spring.second for spring in springs], dtype=int)
+        self._stiffness = np.array([spring.stiffness for spring in springs])
+        self._damping = np.array([spring.damping for spring in springs])
+        self._rest = np.array([spring.rest_angle or 0.0 for spring in springs])
+
+    def _arms(self, q: FloatArray) -> FloatArray:
+        c, s = np.cos(q[..., 2]), np.sin(q[..., 2])
+        x, y = self._centre.T
+        return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+    def kinetic(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Kinetic energy, (instants,)."""
+        arms = self._arms(q)
+        linear = np.sum(v[..., :2] ** 2, axis=-1)
+        coupled = v[..., 2] * (v[..., 1] * arms[..., 0] - v[..., 0] * arms[..., 1])
+        rotary = self._inertia * v[..., 2] ** 2
+        return np.asarray(0.5 * np.sum(self._mass * (linear + 2 * coupled) + rotary, axis=-1))
+
+    def potential(self, q: FloatArray) -> FloatArray:
+        """Energy of springs and weight, zero weight at the coordinate origin, (instants,)."""
+        height = (q[..., :2] + self._arms(q)) @ self._gravity
+        return np.asarray(
+            0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
+            - np.sum(self._mass * height, axis=-1)
+        )
+
+    def damping_power(self, v: FloatArray) -> FloatArray:
+        """Power lost in the dampers of hinges and springs, never negative, (instants,)."""
+        return np.asarray(np.sum(self._damping * self._turned(v) ** 2, axis=-1))
+
+    def _turned(self, x: FloatArray) -> FloatArray:
+        """Second part's angle (or speed) relative to the first's, (instants, springs)."""
+        ground = np.zeros((*x.shape[:-2], 1))  # index -1: the ground does not turn
+        angles = np.concatenate([x[..., 2], ground], axis=-1)
+        return np.asarray(angles[..., self._second] - angles[..., self._first])
+
+
+def turning(first: int, second: int, v: FloatArray) -> FloatArray:
+    """Angular speed of the second part relative to the first, rad/s, (instants,)."""
+    return angle_of(second, v) - angle_of(first, v)

@@ -1,0 +1,143 @@
+"""A mechanism as rigid parts in the plane and what holds and drives them: plain numbers, in SI.
+
+Every part has three coordinates: position x, y of its own origin and its angle (the origin of a
+rod is its start, its x-axis points to its end). An anchor is a point of a part in the part's axes,
+or a point of the ground. Both engines, and the checks that need none, read this one description.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism.ramps import Ramp
+
+GROUND = -1
+
+
+@dataclass(frozen=True)
+class RigidPart:
+    """A rigid part: mass in kg, inertia about the centre of mass in kg m^2, lengths in m."""
+
+    name: str
+    body: str
+    mass: float
+    inertia: float
+    centre: tuple[float, float]
+    reach: float  # from the origin to the farthest point that anything refers to
+
+    @property
+    def inertia_about_origin(self) -> float:
+        """Moment of inertia about the part's origin, kg m^2 (Steiner)."""
+        return self.inertia + self.mass * (self.centre[0] ** 2 + self.centre[1] ** 2)
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A point of a part in its own axes, or of the ground (part = GROUND), in m."""
+
+    part: int
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Pin:
+    """Revolute joint: two anchors coincide."""
+
+    name: str
+    first: Anchor
+    second: Anchor
+
+
+@dataclass(frozen=True)
+class Weld:
+    """Two anchors coincide and the second part is turned by `angle` (rad) against the first."""
+
+    name: str
+    first: Anchor
+    second: Anchor
+    angle: float
+
+
+@dataclass(frozen=True)
+class Slide:
+    """Ideal sleeve: a rod's anchor lies on the guide's x-axis through `guide`, both aligned."""
+
+    name: str
+    guide: Anchor
+    rod: Anchor
+
+
+@dataclass(frozen=True)
+class Slot:
+    """An anchor runs along a curve fixed to the ground."""
+
+    name: str
+    anchor: Anchor
+    curve: Curve
+
+
+@dataclass(frozen=True)
+class RotarySpring:
+    """Torsional spring and damper between two parts: N m/rad, N m s/rad.
+
+    `rest_angle` (rad) is that of the second part relative to the first; None: as assembled.
+    """
+
+    name: str
+    first: int
+    second: int
+    stiffness: float
+    damping: float
+    rest_angle: float | None
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Drives the angle of the second part relative to the first: speed (rad/s) or torque (N m)."""
+
+    name: str
+    first: int
+    second: int
+    ramp: Ramp
+
+
+@dataclass(frozen=True)
+class FaceContact:
+    """An anchor that cannot cross the segment from `start` to `end` of another part.
+
+    `side` is +1 if the free side is left of the direction from start to end, -1 if right.
+    """
+
+    name: str
+    point: Anchor
+    start: Anchor
+    end: Anchor
+    side: float
+    law: RestitutionPenalty
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """All of it. Order of the constraints: pins, welds, slides, slots, speed motors."""
+
+    parts: tuple[RigidPart, ...]
+    pins: tuple[Pin, ...]
+    welds: tuple[Weld, ...]
+    slides: tuple[Slide, ...]
+    slots: tuple[Slot, ...]
+    springs: tuple[RotarySpring, ...]
+    speed_motors: tuple[Motor, ...]
+    torque_motors: tuple[Motor, ...]
+    contacts: tuple[FaceContact, ...]
+    gravity: tuple[float, float]
+
+    def with_springs(self, springs: tuple[RotarySpring, ...]) -> Mechanism:
+        """Return the same mechanism with other springs."""
+        return replace(self, springs=springs)
+
+    def parts_of(self, body: str) -> list[int]:
+        """Indices of the parts of a body of the scene, in order."""
+        return [i for i, part in enumerate(self.parts) if part.body == body]

@@ -1,0 +1,51 @@
+"""How a drive comes up to its value: at once, or along a smooth step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A value (rad/s or N m) reached after `duration` (s) along the quintic smooth step.
+
+    ``s(x) = 10 x^3 - 15 x^4 + 6 x^5`` has no first and no second derivative at either end, so that
+    a speed raised along it starts and ends without a jump of acceleration or jerk.
+    """
+
+    value: float
+    duration: float = 0.0
+
+    def at(self, time: float) -> float:
+        """Value at `time`."""
+        if time >= self.duration:
+            return self.value
+        x = max(time, 0.0) / self.duration
+        return self.value * x**3 * (10 - 15 * x + 6 * x * x)
+
+    def rate(self, time: float) -> float:
+        """Time derivative of the value."""
+        if time >= self.duration or time <= 0:
+            return 0.0
+        x = time / self.duration
+        return self.value * 30 * x * x * (1 - x) ** 2 / self.duration
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time`."""
+        if time >= self.duration:
+            return self.value * (time - self.duration / 2)
+        x = max(time, 0.0) / self.duration
+        return self.value * self.duration * x**4 * (2.5 - 3 * x + x * x)
+
+    def time_of(self, integral: float) -> float:
+        """Time at which the integral reaches a value beyond that of the ramp itself, s."""
+        time = integral / self.value + self.duration / 2
+        if time >= self.duration:
+            return time
+        low, high = 0.0, self.duration
+        for _ in range(200):
+            middle = (low + high) / 2
+            low, high = (
+                (middle, high) if self.integral(middle) / integral < 1 else (low, middle)
+            )
+        return high

@@ -1,0 +1,351 @@
+"""Numbers, and strings with a unit, to SI floats; pydantic types for every dimension of a scene.
+
+Common units come from a small table. Pint knows the others; it is imported only for those,
+since importing it takes longer than reading a whole model.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping
+from enum import Enum
+from functools import cache
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+LONGEST_TEXT = 60
+NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+UNIT = r"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*/^.+\-() ]*"
+_QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
+_IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
+
+
+class Powers(NamedTuple):
+    """A dimension as powers of the base units; radians count, so that rad/s is not Hz."""
+
+    m: int = 0
+    kg: int = 0
+    s: int = 0
+    rad: int = 0
+
+
+class Dimension(Enum):
+    """What a number measures: its name, its SI unit in words, an example, its powers."""
+
+    LENGTH = ("a length", "metres", "5 mm", Powers(m=1))
+    ANGLE = ("an angle", "radians", "90 deg", Powers(rad=1))
+    TIME = ("a time", "seconds", "2 ms", Powers(s=1))
+    FREQUENCY = ("a frequency", "Hz", "40 Hz", Powers(s=-1))
+    MASS = ("a mass", "kg", "20 g", Powers(kg=1))
+    DENSITY = ("a density", "kg/m^3", "7.85 g/cm^3", Powers(kg=1, m=-3))
+    PRESSURE = ("a pressure", "Pa", "200 GPa", Powers(kg=1, m=-1, s=-2))
+    FORCE = ("a force", "N", "5 kN", Powers(kg=1, m=1, s=-2))
+    TORQUE = ("a torque", "N m", "5 N mm", Powers(kg=1, m=2, s=-2))
+    STIFFNESS = ("a stiffness", "N/m", "20 N/mm", Powers(kg=1, s=-2))
+    TORSIONAL_STIFFNESS = (
+        "a torsional stiffness",
+        "N m/rad",
+        "0.5 N m/rad",
+        Powers(kg=1, m=2, s=-2, rad=-1),
+    )
+    TORSIONAL_DAMPING = (
+        "a torsional damping",
+        "N m s/rad",
+        "2e-5 N m s/rad",
+        Powers(kg=1, m=2, s=-1, rad=-1),
+    )
+    ANGULAR_SPEED = ("an angular speed", "rad/s", "95 rpm", Powers(rad=1, s=-1))
+    SPEED = ("a speed", "m/s", "5 mm/s", Powers(m=1, s=-1))
+    ACCELERATION = ("an acceleration", "m/s^2", "9.81 m/s^2", Powers(m=1, s=-2))
+    INERTIA = ("a moment of inertia", "kg m^2", "12 g cm^2", Powers(kg=1, m=2))
+    AREA = ("an area", "m^2", "5 mm^2", Powers(m=2))
+    SECOND_MOMENT = ("a second moment of area", "m^4", "0.1 mm^4", Powers(m=4))
+    NUMBER = ("a number", "", "", Powers())
+
+    def __init__(self, words: str, si: str, example: str, powers: Powers) -> None:
+        self.words = words
+        self.si = si
+        self.example = example
+        self.powers = powers
+
+    @property
+    def hint(self) -> str:
+        """How to write such a value."""
+        if self is Dimension.NUMBER:
+            return ""
+        return f"a number in {self.si}, or {self.words} such as '{self.example}'"
+
+    def accepts(self, powers: Powers) -> bool:
+        """Whether a unit of these powers measures this; torsion may be given without its '/rad'."""
+        without_rad = self.powers._replace(rad=0)
+        return powers == self.powers or (self.powers.rad < 0 and powers == without_rad)
+
+
+class Unit(NamedTuple):
+    """A unit in terms of the SI's."""
+
+    factor: float
+    powers: Powers
+
+
+def _units(dimension: Dimension, factors: Mapping[str, float]) -> dict[str, Unit]:
+    return {name: Unit(factor, dimension.powers) for name, factor in factors.items()}
+
+
+_DEG = math.pi / 180
+_TURN = 2 * math.pi
+UNITS: dict[str, Unit] = {
+    **_units(Dimension.LENGTH, {"m": 1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "km": 1e3}),
+    **_units(Dimension.ANGLE, {"rad": 1, "mrad": 1e-3, "deg": _DEG, "turn": _TURN}),
+    **_units(Dimension.TIME, {"s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600}),
+    **_units(Dimension.FREQUENCY, {"Hz": 1, "kHz": 1e3, "MHz": 1e6, "1/s": 1}),
+    **_units(Dimension.MASS, {"kg": 1, "g": 1e-3, "mg": 1e-6, "t": 1e3}),
+    **_units(Dimension.DENSITY, {"kg/m^3": 1, "g/cm^3": 1e3, "kg/dm^3": 1e3}),
+    **_units(
+        Dimension.PRESSURE, {"Pa": 1, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m^2": 1, "N/mm^2": 1e6}
+    ),
+    **_units(Dimension.FORCE, {"N": 1, "mN": 1e-3, "kN": 1e3}),
+    **_units(Dimension.TORQUE, {"N m": 1, "N mm": 1e-3, "mN m": 1e-3, "kN m": 1e3}),
+    **_units(Dimension.STIFFNESS, {"N/m": 1, "N/mm": 1e3, "kN/m": 1e3, "N/um": 1e6}),
+    **_units(
+        Dimension.TORSIONAL_STIFFNESS,
+        {"N m/rad": 1, "N mm/rad": 1e-3, "mN m/rad": 1e-3, "N m/deg": 1 / _DEG},
+    ),
+    **_units(Dimension.TORSIONAL_DAMPING, {"N m s/rad": 1, "N mm s/rad": 1e-3}),
+    **_units(
+        Dimension.ANGULAR_SPEED, {"rad/s": 1, "deg/s": _DEG, "rpm": _TURN / 60, "turn/s": _TURN}
+    ),
+    **_units(Dimension.SPEED, {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3}),
+    **_units(Dimension.ACCELERATION, {"m/s^2": 1, "mm/s^2": 1e-3}),
+    **_units(Dimension.INERTIA, {"kg m^2": 1, "g m^2": 1e-3, "g cm^2": 1e-7, "kg mm^2": 1e-6}),
+    **_units(Dimension.AREA, {"m^2": 1, "cm^2": 1e-4, "mm^2": 1e-6}),
+    **_units(Dimension.SECOND_MOMENT, {"m^4": 1, "cm^4": 1e-8, "mm^4": 1e-12}),
+}
+"""The units known without pint. A test compares each with pint."""
+
+
+class QuantityError(ValueError):
+    """A value that is not the quantity asked for; `hint` says how to write one."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+def to_si(value: object, dimension: Dimension) -> float:
+    """Read `value`, a number in SI or a string such as '5 mm', as a float in SI.
+
+    Raises:
+        QuantityError: it is no number, not finite, of an unknown unit or of another dimension.
+
+    """
+    if isinstance(value, str):
+        number = _from_text(value, dimension)
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        number = _as_float(value)
+    else:
+        raise QuantityError(f"expected {dimension.words}, got {in_words(value)}", dimension.hint)
+    if not math.isfinite(number):
+        raise QuantityError(f"must be a finite number, got {in_words(value)}", dimension.hint)
+    return number
+
+
+def in_words(value: object) -> str:  # noqa: PLR0911  (one case a line)
+    """Write a value as a message shows it: short, and in the words of YAML."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    if isinstance(value, Mapping):
+        return "a mapping"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    if isinstance(value, int) and abs(value) > 10**20:
+        return "a very large number"
+    text = f"'{value}'" if isinstance(value, str) else str(value)
+    return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 4] + "...'"
+
+
+def _as_float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _from_text(text: str, dimension: Dimension) -> float:
+    if _IS_NUMBER.fullmatch(text):
+        raise QuantityError(
+            f"expected {dimension.words}, got the text '{text.strip()}'", "a number without quotes"
+        )
+    match = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_TEXT else None
+    wrong = f"expected {dimension.words}, got {in_words(text)}"
+    if not match or dimension is Dimension.NUMBER:
+        raise QuantityError(wrong, dimension.hint)
+    unit = _unit(match[2])
+    if not dimension.accepts(unit.powers):
+        hint = dimension.hint
+        if dimension is Dimension.ANGULAR_SPEED and unit.powers == Dimension.FREQUENCY.powers:
+            hint = "say which angle a second turns: rad/s, deg/s, turn/s or rpm"
+        raise QuantityError(wrong + _spelling(match[2], dimension), hint)
+    return float(match[1]) * unit.factor
+
+
+def _spelling(text: str, dimension: Dimension) -> str:
+    """Suggest 'N m' for 'Nm', which pint takes for a count of yarn."""
+    for name, unit in UNITS.items():
+        if dimension.accepts(unit.powers) and name.replace(" ", "") == text.strip():
+            return f"; did you mean '{name}'?"
+    return ""
+
+
+def _unit(text: str) -> Unit:
+    name = re.sub(r"\s*([/^])\s*", r"\1", text.replace("**", "^").replace("°", "deg"))
+    name = re.sub(r"[\s*]+", " ", name.replace("µ", "u").replace("μ", "u")).strip()
+    unit = UNITS.get(name) or _unit_from_pint(name)
+    if unit is None:
+        near = difflib.get_close_matches(name, UNITS, n=1, cutoff=0.5)
+        same = [known for known in UNITS if known.replace(" ", "").lower() == name.lower()]
+        suggestion = f"; did you mean '{(same or near)[0]}'?" if same or near else ""
+        raise QuantityError(f"unknown unit '{name}'{suggestion}")
+    return unit
+
+
+@cache
+def _registry() -> Any:
+    import pint  # noqa: PLC0415  (slow to import, seldom needed)
+
+    return pint.UnitRegistry()
+
+
+@cache
+def _unit_from_pint(name: str) -> Unit | None:
+    # A number in an exponent is all the arithmetic a unit needs; large ones would only cost time.
+    if re.search(r"\^\s*[^0-9+\-]|\^\s*[+\-]?[0-9]{2}|\^[^^]*\^|[0-9]{3}|[0-9]\s+[0-9]", name):
+        return None
+    try:
+        base = _registry().Quantity(1.0, _registry().parse_units(name)).to_base_units()
+        powers = {str(unit): float(power) for unit, power in base.units._units.items()}
+        factor = float(base.magnitude)
+    except Exception:  # pint raises its own, tokenize's and Python's errors for what is no unit
+        return None
+    bases = zip(Powers._fields, ("meter", "kilogram", "second", "radian"), strict=True)
+    broken = any(power != int(power) for power in powers.values())
+    whole = {short: int(powers.pop(base, 0.0)) for short, base in bases}
+    if any(powers.values()) or broken or not math.isfinite(factor):
+        whole = {"m": 99}  # amperes, kelvins, roots: a unit, and none that a scene asks for
+    return Unit(factor, Powers(**whole))
+
+
+class Quantity:
+    """Annotation of a float in SI that may be written with a unit, with its limits.
+
+    `words` are texts accepted as they are, beside the quantity.
+    """
+
+    def __init__(
+        self,
+        dimension: Dimension,
+        *,
+        above: float | None = None,
+        at_least: float | None = None,
+        at_most: float | None = None,
+        words: tuple[str, ...] = (),
+    ) -> None:
+        self.dimension = dimension
+        self.above = above
+        self.at_least = at_least
+        self.at_most = at_most
+        self.words = words
+
+    def read(self, value: object) -> float | str:
+        """Return the value in SI; raise pydantic's error if it is not within the limits."""
+        if isinstance(value, str) and value in self.words:
+            return value
+        try:
+            number = to_si(value, self.dimension)
+            self._check_limits(number)
+        except QuantityError as error:
+            raise self._mistake(value, error) from None
+        return number
+
+    def _check_limits(self, number: float) -> None:
+        if self.above is not None and number <= self.above:
+            raise QuantityError(f"must be greater than {self.above:g}")
+        if self.at_least is not None and number < self.at_least:
+            raise QuantityError(f"must be {self.at_least:g} or greater")
+        if self.at_most is not None and number > self.at_most:
+            raise QuantityError(f"must be {self.at_most:g} or less")
+
+    def _mistake(self, value: object, error: QuantityError) -> PydanticCustomError:
+        message, hint = error.message, error.hint
+        if self.words and message.startswith("expected"):
+            words = ", ".join(self.words)
+            message = f"expected {words} or {self.dimension.words}, got {in_words(value)}"
+        return PydanticCustomError(
+            "mistake", "{message}", {"message": message, "hint": hint, "at": ()}
+        )
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        number: dict[str, Any] = {"type": "number"}
+        limits = {
+            "exclusiveMinimum": self.above,
+            "minimum": self.at_least,
+            "maximum": self.at_most,
+        }
+        number.update({key: limit for key, limit in limits.items() if limit is not None})
+        if self.dimension is Dimension.NUMBER:
+            return number
+        forms = [number, {"type": "string", "pattern": rf"^\s*{NUMBER}\s*{UNIT}$"}]
+        if self.words:
+            forms.append({"enum": list(self.words)})
+        name = self.dimension.words.split(" ", 1)[1]
+        unit = f"{name}; {self.dimension.si} or e.g. '{self.dimension.example}'"
+        # A field's own description replaces this one, the comment stays.
+        return {"anyOf": forms, "description": unit, "$comment": unit}
+
+
+def Number(  # noqa: N802  (reads as the annotation it makes)
+    *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
+) -> Quantity:
+    """Annotation of a number without a unit, with its limits."""
+    return Quantity(Dimension.NUMBER, above=above, at_least=at_least, at_most=at_most)
+
+
+Coordinate = Annotated[float, Quantity(Dimension.LENGTH)]
+PositiveLength = Annotated[float, Quantity(Dimension.LENGTH, above=0.0)]
+NonNegativeLength = Annotated[float, Quantity(Dimension.LENGTH, at_least=0.0)]
+Angle = Annotated[float, Quantity(Dimension.ANGLE)]
+PositiveDuration = Annotated[float, Quantity(Dimension.TIME, above=0.0)]
+NonNegativeDuration = Annotated[float, Quantity(Dimension.TIME, at_least=0.0)]
+PositiveFrequency = Annotated[float, Quantity(Dimension.FREQUENCY, above=0.0)]
+PositiveMass = Annotated[float, Quantity(Dimension.MASS, above=0.0)]
+PositiveDensity = Annotated[float, Quantity(Dimension.DENSITY, above=0.0)]
+PositivePressure = Annotated[float, Quantity(Dimension.PRESSURE, above=0.0)]
+Force = Annotated[float, Quantity(Dimension.FORCE)]
+Torque = Annotated[float, Quantity(Dimension.TORQUE)]
+PositiveStiffness = Annotated[float, Quantity(Dimension.STIFFNESS, above=0.0)]
+NonNegativeTorsionalStiffness = Annotated[
+    float, Quantity(Dimension.TORSIONAL_STIFFNESS, at_least=0.0)
+]
+NonNegativeTorsionalDamping = Annotated[float, Quantity(Dimension.TORSIONAL_DAMPING, at_least=0.0)]
+AngularSpeed = Annotated[float, Quantity(Dimension.ANGULAR_SPEED)]
+PositiveSpeed = Annotated[float, Quantity(Dimension.SPEED, above=0.0)]
+Acceleration = Annotated[float, Quantity(Dimension.ACCELERATION)]
+PositiveInertia = Annotated[float, Quantity(Dimension.INERTIA, above=0.0)]
+PositiveArea = Annotated[float, Quantity(Dimension.AREA, above=0.0)]
+PositiveSecondMoment = Annotated[float, Quantity(Dimension.SECOND_MOMENT, above=0.0)]

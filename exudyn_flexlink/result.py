@@ -1,0 +1,113 @@
+"""What a run gives: sampled motion, forces, energies, events, checks, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at one instant.
+
+    `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
+    an end of the face while pressed to it), ``lap`` (the slot's next lap begins). `name` is that of
+    the contact or joint in the scene, `details` are SI numbers by name (approach_speed, place, lap).
+    """
+
+    time: float
+    kind: str
+    name: str
+    details: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: whole, or stopped at `time` (s) for a reason, with advice."""
+
+    completed: bool
+    time: float
+    reason: str = ""
+    advice: str = ""
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """Gap (m, positive when apart), place along the face (m) and force (N) at the samples."""
+
+    gap: FloatArray
+    place: FloatArray
+    force: FloatArray
+
+
+@dataclass(frozen=True)
+class EnergyHistory:
+    """Energies in J at the samples.
+
+    `kinetic`; `stored` in springs, weight and contacts; `dissipated` and `supplied` since time 0.
+    """
+
+    kinetic: FloatArray
+    stored: FloatArray
+    dissipated: FloatArray
+    supplied: FloatArray
+
+    @property
+    def residual(self) -> FloatArray:
+        """What the balance misses, J: (kinetic + stored) - at time 0 + dissipated - supplied."""
+        total = self.kinetic + self.stored
+        return total - total[0] + self.dissipated - self.supplied
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What a run says about its own errors, over every step, not only the samples."""
+
+    energy_residual: float  # J, largest absolute value of the energy balance
+    largest_kinetic_energy: float  # J
+    constraint_error: float  # m or rad, largest residual of any joint
+    steps: int
+    newton_iterations: int
+    smallest_step: float  # s
+    largest_step: float  # s
+    steps_per_contact: float  # in the shortest half period of any contact; inf without contact
+    largest_penetration: float  # m
+
+
+@dataclass(frozen=True)
+class Result:
+    """One run, with the scene it belongs to: post-processing needs nothing else.
+
+    Samples are even in time, with the events' instants between them (`time`, (N,) s, increasing).
+    `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
+    time derivatives; `part_names` names the parts, a flexible body's rods in order.
+    `drive_torques` (N m, on the second part of each drive's joint), `joint_forces` (N, (N, 2),
+    global axes, on the second point's body of a revolute joint) and `slot_forces` (N, (N, 2),
+    global axes, on the point that runs in the slot) are by the scene's names.
+    """
+
+    scene: Scene
+    engine: str
+    settings: Mapping[str, float | str]
+    versions: Mapping[str, str]
+    timings: Mapping[str, float]  # s of wall time: prepare, solve, process
+    part_names: tuple[str, ...]
+    time: FloatArray
+    poses: FloatArray
+    rates: FloatArray
+    drive_torques: Mapping[str, FloatArray]
+    joint_forces: Mapping[str, FloatArray]
+    slot_forces: Mapping[str, FloatArray]
+    contacts: Mapping[str, ContactHistory]
+    energy: EnergyHistory
+    events: tuple[Event, ...]
+    checks: Checks
+    warnings: tuple[str, ...]
+    outcome: Outcome

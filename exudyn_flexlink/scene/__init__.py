@@ -1,0 +1,90 @@
+"""The scene: every part of a model, checked, in SI units; see `Scene`."""
+
+from exudyn_flexlink.scene.base import GROUND, FrozenMapping, Part, split_point
+from exudyn_flexlink.scene.bodies import (
+    Body,
+    FlexibleBody,
+    GeneralSection,
+    Hinges,
+    Material,
+    RectangleSection,
+    RigidBody,
+    RodBody,
+    RoundSection,
+    Section,
+)
+from exudyn_flexlink.scene.curve_specs import (
+    CircleSpec,
+    CurveSpec,
+    EllipseSpec,
+    JoinedSpec,
+    LapsSpec,
+    LineSpec,
+    SplineSpec,
+)
+from exudyn_flexlink.scene.forces import (
+    Contact,
+    ContactLaw,
+    Drive,
+    PointOnLine,
+    SpeedDrive,
+    Spring,
+    TorqueDrive,
+    TorsionalSpring,
+)
+from exudyn_flexlink.scene.joints import (
+    Joint,
+    RevoluteJoint,
+    SleeveJoint,
+    SlotJoint,
+    WeldJoint,
+)
+from exudyn_flexlink.scene.model import Scene
+from exudyn_flexlink.scene.parse import EXCLUSIVE_KEYS, apply_settings, parse_scene
+from exudyn_flexlink.scene.run import Accuracy, Initial, Run
+from exudyn_flexlink.scene.schema import json_schema
+
+__all__ = [
+    "EXCLUSIVE_KEYS",
+    "GROUND",
+    "Accuracy",
+    "Body",
+    "CircleSpec",
+    "Contact",
+    "ContactLaw",
+    "CurveSpec",
+    "Drive",
+    "EllipseSpec",
+    "FlexibleBody",
+    "FrozenMapping",
+    "GeneralSection",
+    "Hinges",
+    "Initial",
+    "JoinedSpec",
+    "Joint",
+    "LapsSpec",
+    "LineSpec",
+    "Material",
+    "Part",
+    "PointOnLine",
+    "RectangleSection",
+    "RevoluteJoint",
+    "RigidBody",
+    "RodBody",
+    "RoundSection",
+    "Run",
+    "Scene",
+    "Section",
+    "SleeveJoint",
+    "SlotJoint",
+    "SpeedDrive",
+    "SplineSpec",
+    "Spring",
+    "TorqueDrive",
+    "TorsionalSpring",
+    "WeldJoint",
+    "apply_settings",
+    "json_schema",
+    "parse_scene",
+    "split_point",
+]

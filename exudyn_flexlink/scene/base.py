@@ -1,0 +1,156 @@
+"""What the parts of a scene share: frozen models, read-only mappings, unions told by `type`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, NoReturn, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Strict
+from pydantic.functional_serializers import WrapSerializer
+from pydantic.functional_validators import AfterValidator
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from exudyn_flexlink.quantities import Coordinate
+
+GROUND = "ground"
+TAG = "\0"  # marks a union's branch in pydantic's error location; no YAML text can contain it
+
+Value = TypeVar("Value")
+
+
+class Part(BaseModel):
+    """A named or nested part of a scene: frozen, and refusing keys it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class FrozenMapping(Mapping[str, Value]):
+    """A read-only mapping in the order of the file; unlike `MappingProxyType` it can be pickled."""
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: Mapping[str, Value] | None = None) -> None:
+        self._items = dict(items or {})
+
+    def __getitem__(self, name: str) -> Value:
+        return self._items[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._items.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._items)
+
+
+def _serialise(items: Mapping[str, Any], handler: Callable[[Any], Any]) -> Any:
+    return handler(dict(items))
+
+
+FROZEN = (AfterValidator(FrozenMapping), WrapSerializer(_serialise))
+Named = Annotated[Mapping[str, Value], FROZEN[0], FROZEN[1]]
+"""A read-only mapping from names to parts."""
+
+
+class ByType:
+    """Annotation of a union of parts: the key `type` picks the class, a string may be a name.
+
+    `default` is the type meant when the key is left out.
+    """
+
+    def __init__(self, default: str = "") -> None:
+        self.default = default
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        choices: dict[str, CoreSchema] = {}
+        for branch in get_args(source) or (source,):
+            if branch is str:
+                choices[TAG] = core_schema.str_schema(strict=True)
+            else:
+                choices[TAG + type_of(branch)] = handler.generate_schema(branch)
+        return core_schema.tagged_union_schema(choices, discriminator=self._tag)
+
+    def _tag(self, value: Any) -> str | None:
+        if isinstance(value, str):
+            return TAG
+        if isinstance(value, Part):
+            return TAG + str(getattr(value, "type", ""))
+        if isinstance(value, Mapping):
+            return TAG + str(value.get("type", self.default or TAG))
+        return None
+
+
+def type_of(part: type[Part]) -> str:
+    """Return the word that stands for this class in the key `type`; empty if it has none."""
+    field = part.model_fields.get("type")
+    return str(get_args(field.annotation)[0]) if field else ""
+
+
+def refuse(message: str, hint: str = "", at: str | tuple[str | int, ...] = ()) -> NoReturn:
+    """Raise, inside a validator, a mistake of the key `at` (default: of the part as a whole)."""
+    path = (at,) if isinstance(at, str) else at
+    context = {"message": message, "hint": hint, "at": path}
+    raise PydanticCustomError("mistake", "{message}", context)
+
+
+def require_one(part: Part, *keys: str) -> None:
+    """Refuse `part` unless exactly one of `keys` is given."""
+    refuse_two(part, *keys)
+    if all(getattr(part, key) is None for key in keys):
+        refuse("needs " + " or ".join(f"'{key}'" for key in keys))
+
+
+def refuse_two(part: Part, *keys: str) -> None:
+    """Refuse `part` if more than one of `keys` is given."""
+    given = [key for key in keys if getattr(part, key) is not None]
+    if len(given) > 1:
+        refuse(f"'{given[0]}' and '{given[1]}' exclude each other; give one of them", at=given[1])
+
+
+def split_point(text: str) -> tuple[str, str]:
+    """`"link.end"` -> `("link", "end")`; `"ground"` -> `("ground", "")`.
+
+    Raises:
+        ValueError: the text is neither.
+
+    """
+    if text == GROUND:
+        return GROUND, ""
+    body, dot, point = text.partition(".")
+    if not (body and dot and point) or "." in point or body == GROUND:
+        raise ValueError(f"expected a point such as 'link.end', or 'ground'; got '{text}'")
+    return body, point
+
+
+def _is_point(text: str) -> str:
+    try:
+        split_point(text)
+    except ValueError as error:
+        refuse(str(error))
+    return text
+
+
+def _is_moving_point(text: str) -> str:
+    if text == GROUND or _is_point(text) != text:
+        refuse("must be a point of a body, not 'ground'", "written as 'body.point'")
+    return text
+
+
+Flag = Annotated[bool, Strict()]
+Text = Annotated[str, Strict()]
+Name = Annotated[str, Strict()]
+"""The name of another part of the scene."""
+PointName = Annotated[
+    str, Strict(), AfterValidator(_is_point), Field(description="'body.point', or 'ground'")
+]
+MovingPointName = Annotated[
+    str, Strict(), AfterValidator(_is_moving_point), Field(description="'body.point'")
+]
+Point = Annotated[tuple[Coordinate, Coordinate], Field(description="[x, y], metres")]

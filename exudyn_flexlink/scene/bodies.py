@@ -1,0 +1,164 @@
+"""Materials, cross-sections and bodies."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict, model_validator
+
+from exudyn_flexlink.quantities import (
+    Dimension,
+    NonNegativeTorsionalDamping,
+    Number,
+    PositiveArea,
+    PositiveDensity,
+    PositiveInertia,
+    PositiveLength,
+    PositiveMass,
+    PositivePressure,
+    PositiveSecondMoment,
+    Quantity,
+)
+from exudyn_flexlink.scene.base import ByType, Flag, FrozenMapping, Name, Named, Part, Point, refuse
+
+
+class Material(Part):
+    """A homogeneous, isotropic, linearly elastic material."""
+
+    density: PositiveDensity = Field(description="mass per volume")
+    youngs_modulus: PositivePressure = Field(description="modulus of elasticity E")
+    poissons_ratio: Annotated[float, Number(above=-1.0, at_most=0.5)] | None = Field(
+        None, description="lateral contraction ratio; not needed by rods and hinges"
+    )
+
+
+class RectangleSection(Part):
+    """A rectangle that bends about the middle of its thickness."""
+
+    type: Literal["rectangle"] = "rectangle"
+    width: PositiveLength = Field(description="across the plane of motion")
+    thickness: PositiveLength = Field(description="in the plane of motion, the bending direction")
+
+    @property
+    def area(self) -> float:
+        """Area (m^2)."""
+        return self.width * self.thickness
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area about the bending axis (m^4)."""
+        return self.width * self.thickness**3 / 12
+
+
+class RoundSection(Part):
+    """A full circle."""
+
+    type: Literal["round"] = "round"
+    diameter: PositiveLength = Field(description="diameter of the circle")
+
+    @property
+    def area(self) -> float:
+        """Area (m^2)."""
+        return pi * self.diameter**2 / 4
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area about the bending axis (m^4)."""
+        return pi * self.diameter**4 / 64
+
+
+class GeneralSection(Part):
+    """Any section, given by its two numbers."""
+
+    type: Literal["general"] = "general"
+    area: PositiveArea = Field(description="area")
+    second_moment: PositiveSecondMoment = Field(
+        description="second moment of area about the bending axis"
+    )
+
+
+Section = Annotated[
+    RectangleSection | RoundSection | GeneralSection,
+    ByType(default="rectangle"),
+]
+
+
+class RodBody(Part):
+    """A straight, uniform, rigid rod from `start` to `end`."""
+
+    type: Literal["rod"] = "rod"
+    length: PositiveLength = Field(description="from start to end")
+    material: Name = Field(description="name of a material")
+    section: Section = Field(description="cross-section")
+    slender: Flag = Field(
+        True, description="true: inertia m l^2/12 about the centre; false: adds that of the section"
+    )
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the points that joints and contacts may refer to."""
+        return ("start", "end", "centre")
+
+
+class RigidBody(Part):
+    """A rigid body given by its mass, its inertia and named points in its own axes."""
+
+    type: Literal["rigid"] = "rigid"
+    mass: PositiveMass = Field(description="mass")
+    inertia: PositiveInertia = Field(description="moment of inertia about the centre of mass")
+    points: Named[Point] = Field(
+        default_factory=FrozenMapping, description="named points [x, y] in the body's axes, metres"
+    )
+    centre_of_mass: Point = Field((0.0, 0.0), description="[x, y] in the body's axes, metres")
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the points that joints and contacts may refer to; `centre` is that of mass."""
+        return (*self.points, "centre")
+
+
+HingeStiffness = Annotated[
+    float | Literal["paper", "beam"],
+    Quantity(Dimension.TORSIONAL_STIFFNESS, above=0.0, words=("paper", "beam")),
+]
+
+
+class Hinges(Part):
+    """The torsional springs between the rods of a flexible body."""
+
+    stiffness: HingeStiffness = Field(
+        description="paper: E I / length of the link; beam: E I / length of a rod; or a number"
+    )
+    damping: NonNegativeTorsionalDamping = Field(0.0, description="viscous damping of each hinge")
+
+
+class FlexibleBody(Part):
+    """A straight flexible link: rigid rods joined by hinges with torsional springs."""
+
+    type: Literal["flexible"] = "flexible"
+    length: PositiveLength = Field(description="from start to end, unbent")
+    material: Name = Field(description="name of a material")
+    section: Section = Field(description="cross-section")
+    rods: Annotated[int, Strict()] = Field(ge=1, le=1000, description="number of rods")
+    layout: Literal["equal", "half_ends"] = Field(
+        "equal", description="half_ends: the first and the last rod have half the length"
+    )
+    hinges: Hinges = Field(description="springs between the rods")
+    slender: Flag = Field(
+        True, description="true: a rod's inertia is m l^2/12; false: adds that of the section"
+    )
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the points that joints and contacts may refer to."""
+        return ("start", "end")
+
+    @model_validator(mode="after")
+    def _half_ends_are_two(self) -> FlexibleBody:
+        if self.layout == "half_ends" and self.rods < 2:
+            refuse("half_ends needs at least 2 rods", at="rods")
+        return self
+
+
+Body = Annotated[RodBody | RigidBody | FlexibleBody, ByType()]

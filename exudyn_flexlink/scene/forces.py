@@ -1,0 +1,120 @@
+"""What acts on joints and bodies: springs, drives and contacts."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from exudyn_flexlink.quantities import (
+    Angle,
+    AngularSpeed,
+    NonNegativeDuration,
+    NonNegativeTorsionalDamping,
+    NonNegativeTorsionalStiffness,
+    Number,
+    PositiveFrequency,
+    PositiveSpeed,
+    PositiveStiffness,
+    Torque,
+)
+from exudyn_flexlink.scene.base import (
+    ByType,
+    MovingPointName,
+    Name,
+    Part,
+    refuse,
+    refuse_two,
+    require_one,
+    split_point,
+)
+
+
+class TorsionalSpring(Part):
+    """A spring, and a damper, that act on the angle of a revolute joint."""
+
+    type: Literal["torsional"] = "torsional"
+    joint: Name = Field(description="name of a revolute joint")
+    stiffness: NonNegativeTorsionalStiffness | None = Field(
+        None, description="torque per angle; or 'frequency'"
+    )
+    frequency: PositiveFrequency | None = Field(
+        None, description="undamped, of the body about its joint with the ground; or 'stiffness'"
+    )
+    damping: NonNegativeTorsionalDamping | None = Field(
+        None, description="torque per angular speed; or 'damping_ratio'"
+    )
+    damping_ratio: Annotated[float, Number(at_least=0.0)] | None = Field(
+        None, description="part of critical damping; or 'damping'"
+    )
+    rest_angle: Angle | None = Field(
+        None, description="angle of the joint without torque; left out: as assembled"
+    )
+
+    @model_validator(mode="after")
+    def _one_way_to_say_it(self) -> TorsionalSpring:
+        require_one(self, "stiffness", "frequency")
+        refuse_two(self, "damping", "damping_ratio")
+        if self.damping_ratio is not None and self.stiffness == 0:
+            refuse("needs a spring: the stiffness is 0", "give 'damping'", at="damping_ratio")
+        return self
+
+
+class SpeedDrive(Part):
+    """Prescribes the speed of a revolute joint: its second body relative to its first."""
+
+    type: Literal["speed"] = "speed"
+    joint: Name = Field(description="name of a revolute joint")
+    value: AngularSpeed = Field(description="counter-clockwise speed of the second body")
+    ramp: NonNegativeDuration = Field(0.0, description="time from rest to the full speed")
+
+
+class TorqueDrive(Part):
+    """Applies a torque at a revolute joint: on its second body, back on its first."""
+
+    type: Literal["torque"] = "torque"
+    joint: Name = Field(description="name of a revolute joint")
+    value: Torque = Field(description="counter-clockwise torque on the second body")
+    ramp: NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
+
+
+class ContactLaw(Part):
+    """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
+
+    stiffness: PositiveStiffness = Field(description="force per penetration")
+    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        description="speed after an impact over speed before, 0 to 1"
+    )
+    transition_speed: PositiveSpeed = Field(
+        5e-3, description="above it the restitution acts in full"
+    )
+
+
+class PointOnLine(Part):
+    """A point of a body can't cross the segment between two points of another body."""
+
+    type: Literal["point_on_line"] = "point_on_line"
+    point: MovingPointName = Field(description="point 'body.point' that strikes")
+    line: tuple[MovingPointName, MovingPointName] = Field(
+        description="two points of the struck body"
+    )
+    side: Literal["left", "right"] = Field(
+        "left", description="which side of the line, from its first to its second point, is free"
+    )
+    law: ContactLaw = Field(description="force of the contact")
+
+    @model_validator(mode="after")
+    def _two_bodies(self) -> PointOnLine:
+        first, second = (split_point(point)[0] for point in self.line)
+        if first != second:
+            refuse("the two points must be of one body", at="line")
+        if self.line[0] == self.line[1]:
+            refuse("a line needs two different points", at="line")
+        if split_point(self.point)[0] == first:
+            refuse("the point is on the same body as the line", at="point")
+        return self
+
+
+Spring = Annotated[TorsionalSpring, ByType()]
+Drive = Annotated[SpeedDrive | TorqueDrive, ByType()]
+Contact = Annotated[PointOnLine, ByType()]

@@ -1,0 +1,116 @@
+"""The whole scene: what a model file says, checked, frozen and in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import Field, PrivateAttr, model_validator
+
+from exudyn_flexlink.quantities import Acceleration
+from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
+from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.curve_specs import CurveSpec
+from exudyn_flexlink.scene.forces import Contact, Drive, Spring
+from exudyn_flexlink.scene.joints import Joint
+from exudyn_flexlink.scene.names import Parts, find_mistakes
+from exudyn_flexlink.scene.run import Accuracy, Initial, Run
+from exudyn_flexlink.source import Document, SceneError, dotted
+
+
+class Scene(Part):
+    """A mechanism in the plane, what drives it and how long it is to be simulated."""
+
+    title: Text = Field(description="what the model shows")
+    source: Text = Field("", description="where its numbers come from")
+    materials: Named[Material] = Field(
+        default_factory=FrozenMapping, description="materials, by name"
+    )
+    curves: Named[CurveSpec] = Field(
+        default_factory=FrozenMapping, description="curves for slots, by name"
+    )
+    bodies: Named[Body] = Field(description="the moving bodies, by name")
+    joints: Named[Joint] = Field(description="joints between bodies and the ground, by name")
+    springs: Named[Spring] = Field(
+        default_factory=FrozenMapping, description="springs and dampers at joints, by name"
+    )
+    drives: Named[Drive] = Field(
+        default_factory=FrozenMapping, description="motors at joints, by name"
+    )
+    contacts: Named[Contact] = Field(
+        default_factory=FrozenMapping, description="pairs that may strike each other, by name"
+    )
+    gravity: tuple[Acceleration, Acceleration] = Field(
+        (0.0, 0.0), description="[x, y], m/s^2; left out: a horizontal plane"
+    )
+    initial: Initial = Field(default_factory=Initial, description="the state at time 0")
+    run: Run = Field(description="how long to simulate")
+    accuracy: Accuracy = Field(description="the error allowed, or the time step")
+
+    _document: Document = PrivateAttr(default_factory=lambda: Document("scene"))
+
+    @property
+    def document(self) -> Document:
+        """The file this scene was read from; an empty one if it was built in Python."""
+        return self._document
+
+    @classmethod
+    def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:
+        """Build a scene from checked parts, remembering the document they came from."""
+        scene = cls(**sections)
+        scene._document = document
+        return scene
+
+    def changed(self, **sections: Any) -> Scene:
+        """Return a scene with other sections, checked anew; it keeps its document.
+
+        Raises:
+            SceneError: a name leads nowhere in the new scene.
+            pydantic.ValidationError: a section is not of its type.
+
+        """
+        now = {key: getattr(self, key) for key in type(self).model_fields} | sections
+        mistakes = find_mistakes(Parts.of(now))
+        if mistakes:
+            raise SceneError(self._document, mistakes)
+        return self.from_parts(now, self._document)
+
+    def to_data(self) -> dict[str, Any]:
+        """Return plain data in SI, fit for YAML or JSON, that parses to an equal scene."""
+        data: dict[str, Any] = _plain(self)
+        return data
+
+    @model_validator(mode="after")
+    def _names_lead_somewhere(self) -> Scene:
+        parts = Parts.of({key: getattr(self, key) for key in type(self).model_fields})
+        mistakes = find_mistakes(parts)
+        if mistakes:
+            refuse("\n".join(f"{dotted(found.path)}: {found.message}" for found in mistakes))
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the parts; the document does not count."""
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
+
+    def __hash__(self) -> int:
+        return hash(tuple(getattr(self, key) for key in type(self).model_fields))
+
+
+def _plain(value: Any) -> Any:
+    """Turn a part into plain data, leaving out what is not given."""
+    if isinstance(value, Part):
+        fields = type(value).model_fields
+        given = {field.alias or key: getattr(value, key) for key, field in fields.items()}
+        first = {"type": given["type"]} if "type" in given else {}
+        return {
+            key: _plain(item)
+            for key, item in (first | given).items()
+            if item is not None and not (isinstance(item, FrozenMapping) and not item)
+        }
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value

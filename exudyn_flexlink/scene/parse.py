@@ -1,0 +1,148 @@
+"""A document to a scene, with every mistake of the document at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from exudyn_flexlink.quantities import Acceleration, in_words
+from exudyn_flexlink.scene.base import Text
+from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.curve_specs import CurveSpec
+from exudyn_flexlink.scene.forces import Contact, Drive, Spring
+from exudyn_flexlink.scene.joints import Joint
+from exudyn_flexlink.scene.model import Scene
+from exudyn_flexlink.scene.names import Parts, find_mistakes
+from exudyn_flexlink.scene.point_files import read_point_files
+from exudyn_flexlink.scene.run import Accuracy, Initial, Run
+from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
+from exudyn_flexlink.source import Document, ExclusiveKeys, KeyPath, Mistake, SceneError
+
+EXCLUSIVE_KEYS: ExclusiveKeys = (
+    (("accuracy", "tolerance"), ("step",)),
+    (("accuracy", "step"), ("tolerance",)),
+    (("run", "duration"), ("turns", "of", "at_most")),
+    (("run", "turns"), ("duration",)),
+    (("springs", "*", "stiffness"), ("frequency",)),
+    (("springs", "*", "frequency"), ("stiffness",)),
+    (("springs", "*", "damping"), ("damping_ratio",)),
+    (("springs", "*", "damping_ratio"), ("damping",)),
+    (("curves", "*", "points"), ("file",)),
+    (("curves", "*", "file"), ("points",)),
+)
+"""Keys that exclude others beside them: a setting of the first removes the others of the file."""
+
+_NAMED: dict[str, Any] = {
+    "materials": Material,
+    "curves": CurveSpec,
+    "bodies": Body,
+    "joints": Joint,
+    "springs": Spring,
+    "drives": Drive,
+    "contacts": Contact,
+}
+_SINGLE: dict[str, Any] = {
+    "title": Text,
+    "source": Text,
+    "gravity": tuple[Acceleration, Acceleration],
+    "initial": Initial,
+    "run": Run,
+    "accuracy": Accuracy,
+}
+
+
+def apply_settings(document: Document, settings: Iterable[str]) -> Document:
+    """Return the document with settings such as 'run.turns=2' in place of its values.
+
+    Raises:
+        SceneError: a setting is malformed, or its path leads nowhere.
+
+    """
+    return document.with_settings(settings, EXCLUSIVE_KEYS)
+
+
+def parse_scene(document: Document, allow_outside: bool = False) -> Scene:
+    """Turn a document into a scene.
+
+    Every part is checked by itself, so that a mistake in one does not hide those of others.
+    `allow_outside` lets splines be read from files outside the document's folder.
+
+    Raises:
+        SceneError: the document has mistakes; all of them are in it.
+
+    """
+    unknown = _unknown_sections(document.data)
+    misspelt = [key for key in Scene.model_fields if any(f"'{key}'?" in x.message for x in unknown)]
+    mistakes = unknown + _missing_sections(document.data, misspelt)
+    curves, file_mistakes = read_point_files(document, allow_outside)
+    mistakes += file_mistakes + _python_names(curves, ("curves",))
+    data = document.data | ({"curves": curves} if "curves" in document.data else {})
+    sections: dict[str, Any] = {}
+    for key, annotation in _SINGLE.items():
+        if data.get(key) is not None:
+            sections[key] = _checked(annotation, data[key], (key,), mistakes)
+    for key in _NAMED:
+        if data.get(key) is not None:
+            sections[key] = _named_parts(key, data[key], mistakes)
+    # References into a section that was left out are mistakes; into a broken one they may be right.
+    required = [key for key, field in Scene.model_fields.items() if field.is_required()]
+    absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
+    mistakes += find_mistakes(Parts.of(absent | sections))
+    if mistakes:
+        raise SceneError(document, mistakes)
+    return Scene.from_parts(sections, document)
+
+
+def _unknown_sections(data: Mapping[str, Any]) -> list[Mistake]:
+    known = list(Scene.model_fields)
+    return [unknown_key((key,), known) for key in data if key not in known]
+
+
+def _missing_sections(data: Mapping[str, Any], misspelt: list[str]) -> list[Mistake]:
+    found = []
+    for key, field in Scene.model_fields.items():
+        if field.is_required() and key not in (*data, *misspelt):
+            found.append(Mistake((), f"missing '{key}'"))
+        elif field.is_required() and key in data and data[key] is None:
+            found.append(Mistake((key,), "expected something, got nothing", on_key=True))
+    return found
+
+
+def _named_parts(section: str, data: Any, mistakes: list[Mistake]) -> dict[str, Any] | None:
+    if not isinstance(data, Mapping):
+        message = f"expected a mapping of names to {section}, got {in_words(data)}"
+        mistakes.append(Mistake((section,), message))
+        return None
+    annotation = _NAMED[section]
+    return {
+        name: _checked(annotation, part, (section, name), mistakes) for name, part in data.items()
+    }
+
+
+@cache
+def _adapter(section: str) -> TypeAdapter[Any]:
+    return TypeAdapter(_NAMED.get(section) or _SINGLE[section])
+
+
+def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake]) -> Any:
+    """Return the part that `data` describes, or None after noting its mistakes."""
+    try:
+        return _adapter(str(path[0])).validate_python(data)
+    except ValidationError as error:
+        mistakes += mistakes_of(error, annotation, data, path)
+        return None
+
+
+def _python_names(data: Any, path: KeyPath) -> list[Mistake]:
+    """Refuse `from_`, which stands for `from` in Python and nowhere else."""
+    if isinstance(data, list):
+        return [found for i, item in enumerate(data) for found in _python_names(item, (*path, i))]
+    if not isinstance(data, Mapping):
+        return []
+    found = [unknown_key((*path, "from_"), ["from"])] if "from_" in data and len(path) > 1 else []
+    return found + [
+        inner for key, item in data.items() for inner in _python_names(item, (*path, key))
+    ]

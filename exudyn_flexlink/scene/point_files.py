@@ -1,0 +1,104 @@
+"""Points of splines from CSV files: rows of x, y in metres."""
+
+from __future__ import annotations
+
+import csv
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.source import Document, KeyPath, Mistake
+
+LARGEST_FILE = 20_000_000  # bytes
+
+
+class _BadFileError(Exception):
+    """What is wrong with a file, in words."""
+
+
+def read_point_files(document: Document, allow_outside: bool = False) -> tuple[Any, list[Mistake]]:
+    """Return the document's curves with every spline's `file` replaced by its `points`.
+
+    Files are looked for in the document's folder; outside it only with `allow_outside`. A file
+    that can't be used stays a `file`, and is a mistake at its value.
+    """
+    mistakes: list[Mistake] = []
+
+    def filled(value: Any, path: KeyPath) -> Any:
+        if isinstance(value, list):
+            return [filled(item, (*path, i)) for i, item in enumerate(value)]
+        if not isinstance(value, dict):
+            return value
+        value = {key: filled(item, (*path, key)) for key, item in value.items()}
+        file = value.get("file")
+        if value.get("type") == "spline" and isinstance(file, str) and not value.get("points"):
+            try:
+                points = _points(_located(document, file, allow_outside))
+                _check_distinct(points, closed=value.get("closed", True) is True)
+            except _BadFileError as error:
+                mistakes.append(Mistake((*path, "file"), str(error)))
+            else:
+                value.pop("file")
+                value["points"] = [point for _, point in points]
+        return value
+
+    return filled(document.data.get("curves"), ("curves",)), mistakes
+
+
+def _located(document: Document, file: str, allow_outside: bool) -> Path:
+    folder = (document.folder or Path()).resolve()
+    try:
+        path = (folder / file).resolve()
+        if not allow_outside and (document.folder is None or not path.is_relative_to(folder)):
+            raise _BadFileError("the file must be in the model's folder, or below it")
+        if not path.is_file():
+            raise _BadFileError(f"no file '{file}' in the model's folder")
+        if path.stat().st_size > LARGEST_FILE:
+            raise _BadFileError(f"the file is larger than {LARGEST_FILE // 10**6} MB")
+    except (OSError, ValueError, RuntimeError) as error:
+        raise _BadFileError(f"can't read the file: {error}") from None
+    return path
+
+
+def _points(path: Path) -> list[tuple[int, list[float]]]:
+    """Return the rows of a file with the numbers of their lines."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            rows = csv.reader(stream, skipinitialspace=True)
+            numbered = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise _BadFileError(f"can't read the file: {error}") from None
+    filled = [(line, row) for line, row in numbered if any(row) and not row[0].startswith("#")]
+    if filled and not any(_is_number(cell) for cell in filled[0][1]):
+        filled = filled[1:]  # its header
+    return [(line, _point(path.name, line, row)) for line, row in filled]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _point(file: str, line: int, row: list[str]) -> list[float]:
+    if len(row) != 2:
+        raise _BadFileError(f"{file} line {line}: expected x, y; got {len(row)} columns")
+    for cell in row:
+        if not _is_number(cell):
+            raise _BadFileError(f"{file} line {line}: '{cell[:40]}' is no number")
+        if not math.isfinite(float(cell)):
+            raise _BadFileError(f"{file} line {line}: must be finite numbers, got '{cell[:40]}'")
+    return [float(cell) for cell in row]
+
+
+def _check_distinct(points: list[tuple[int, list[float]]], closed: bool) -> None:
+    if len(points) < 4:
+        raise _BadFileError(f"a spline needs at least 4 points, the file has {len(points)}")
+    for (_, one), (line, other) in pairwise(points):
+        if one == other:
+            raise _BadFileError(f"line {line}: the same point twice in a row")
+    if closed and points[0][1] == points[-1][1]:
+        raise _BadFileError(f"line {points[-1][0]}: repeats the first point of a closed spline")

@@ -1,0 +1,78 @@
+"""How a scene starts, how long it runs and how accurate the answer must be."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, Strict, model_validator
+
+from exudyn_flexlink.quantities import Angle, AngularSpeed, Number, PositiveDuration, PositiveLength
+from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, refuse, require_one
+
+
+class Initial(Part):
+    """The state at time 0, as far as it is not the joints' doing."""
+
+    angles: Named[Angle] = Field(
+        default_factory=FrozenMapping, description="of bodies from +x; held while assembling"
+    )
+    guesses: Named[Angle] = Field(
+        default_factory=FrozenMapping, description="angles from which the assembly is searched"
+    )
+    speeds: Named[AngularSpeed] = Field(
+        default_factory=FrozenMapping, description="angular speeds of bodies"
+    )
+
+    @model_validator(mode="after")
+    def _held_or_guessed(self) -> Initial:
+        for body in self.guesses:
+            if body in self.angles:
+                refuse(f"the angle of '{body}' is already given in 'angles'", at=("guesses", body))
+        return self
+
+
+class Run(Part):
+    """How long to simulate: a duration, or turns of a joint."""
+
+    duration: PositiveDuration | None = Field(None, description="simulated time; or 'turns'")
+    turns: Annotated[float, Number(above=0.0)] | None = Field(
+        None, description="turns of the joint 'of'; or 'duration'"
+    )
+    of: Name | None = Field(None, description="name of the revolute joint whose turns count")
+    at_most: PositiveDuration | None = Field(
+        None, description="end of a run whose turns are never reached"
+    )
+    sample: PositiveDuration | None = Field(
+        None, description="time between stored results; left out: chosen by the program"
+    )
+
+    @model_validator(mode="after")
+    def _duration_or_turns(self) -> Run:
+        require_one(self, "duration", "turns")
+        if self.turns is not None and self.of is None:
+            refuse("missing 'of'", "the revolute joint whose turns count")
+        if self.turns is None:
+            for key in ("of", "at_most"):
+                if getattr(self, key) is not None:
+                    refuse(f"'{key}' belongs to 'turns', not to 'duration'", at=key)
+        return self
+
+
+class Accuracy(Part):
+    """The error allowed, or the step that decides it."""
+
+    tolerance: PositiveLength | None = Field(
+        None, description="error allowed in positions; or 'step'"
+    )
+    step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
+    steps_per_contact: Annotated[int, Strict()] = Field(
+        30, ge=3, description="steps that resolve the shortest contact"
+    )
+    spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        0.9, description="numerical damping of the integrator: 1 none, 0 most"
+    )
+
+    @model_validator(mode="after")
+    def _tolerance_or_step(self) -> Accuracy:
+        require_one(self, "tolerance", "step")
+        return self

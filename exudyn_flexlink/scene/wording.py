@@ -1,0 +1,135 @@
+"""Pydantic's errors in the words of someone who writes a model file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from inspect import isclass
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from exudyn_flexlink.quantities import in_words
+from exudyn_flexlink.scene.base import TAG, Part, type_of
+from exudyn_flexlink.source import KeyPath, Mistake, did_you_mean
+
+
+def mistakes_of(error: ValidationError, annotation: Any, data: Any, at: KeyPath) -> list[Mistake]:
+    """Return the mistakes in `data`, which stands at the path `at` and should be `annotation`."""
+    found: list[Mistake] = []
+    suggested: set[tuple[KeyPath, str]] = set()
+    missing: list[Mistake] = []
+    for item in error.errors(include_url=False):
+        inner = _data_path(item["loc"])
+        path = (*at, *inner)
+        if item["type"] == "extra_forbidden":
+            keys = known_keys(annotation, data, inner[:-1])
+            mistake = unknown_key(path, keys)
+            found.append(mistake)
+            suggested |= {(path[:-1], key) for key in keys if f"'{key}'?" in mistake.message}
+        elif item["type"] == "missing" and not isinstance(path[-1], int):
+            missing.append(Mistake(path[:-1], f"missing '{path[-1]}'", on_key=True))
+        else:
+            found.append(_reworded(path, dict(item)))
+    # A misspelt key is one mistake, not also a missing one.
+    misspelt = {(path, f"missing '{key}'") for path, key in suggested}
+    return found + [item for item in missing if (item.path, item.message) not in misspelt]
+
+
+def unknown_key(path: KeyPath, keys: list[str]) -> Mistake:
+    """Return the mistake of a key that is none of `keys`."""
+    name = str(path[-1])
+    message = f"unknown key '{name}'{did_you_mean(name, keys)}"
+    return Mistake(path, message, "keys here: " + ", ".join(keys), on_key=True)
+
+
+def known_keys(annotation: Any, data: Any, path: KeyPath) -> list[str]:
+    """Return the keys that may stand in the mapping at `path` of `data`."""
+    classes = _part_classes(annotation)
+    for step in path:
+        if isinstance(data, Mapping) and classes:
+            fields = _fields(_meant(classes, data))
+            classes = _part_classes(fields[str(step)]) if step in fields else []
+        data = data[step]
+    return list(_fields(_meant(classes, data))) if classes else []
+
+
+def _data_path(location: tuple[int | str, ...]) -> KeyPath:
+    """Drop from pydantic's location the branches of unions, which are no part of the data."""
+    return tuple(step for step in location if not str(step).startswith(TAG))
+
+
+def _part_classes(annotation: Any) -> list[type[Part]]:
+    if isclass(annotation) and issubclass(annotation, Part):
+        return [annotation]
+    return [part for inner in get_args(annotation) for part in _part_classes(inner)]
+
+
+def _meant(classes: list[type[Part]], data: Any) -> type[Part]:
+    kind = data.get("type") if isinstance(data, Mapping) else None
+    return next((part for part in classes if kind and type_of(part) == kind), classes[0])
+
+
+def _fields(part: type[Part]) -> dict[str, Any]:
+    """Return the keys of a part with their annotations."""
+    return {field.alias or key: field.annotation for key, field in part.model_fields.items()}
+
+
+def _reworded(path: KeyPath, error: dict[str, Any]) -> Mistake:
+    kind, context, got = error["type"], error.get("ctx", {}), in_words(error["input"])
+    if kind == "mistake":
+        message = context["message"]
+        on_key = not context["at"] and message.startswith(("missing", "needs '"))
+        return Mistake((*path, *context["at"]), message, context["hint"], on_key=on_key)
+    if kind.startswith("union_tag"):
+        return _wrong_type(path, error)
+    if kind == "missing":  # an entry of a list of fixed length, all of which are pairs
+        return Mistake(path[:-1], f"expected 2 entries, got {got}")
+    if kind in _WORDS:
+        return Mistake(path, _WORDS[kind](context, got))
+    return Mistake(path, error["msg"])
+
+
+def _wrong_type(path: KeyPath, error: dict[str, Any]) -> Mistake:
+    data, context = error["input"], error.get("ctx", {})
+    types = [word for word in _quoted(context.get("expected_tags", "")) if word]
+    listed = ", ".join(types)
+    if not isinstance(data, Mapping):
+        return Mistake(path, f"expected a mapping with a type, got {in_words(data)}")
+    if "type" not in data:
+        return Mistake(path, "missing 'type'", f"one of {listed}", on_key=True)
+    kind = data["type"]
+    near = did_you_mean(kind, types) if isinstance(kind, str) else ""
+    message = f"type must be one of {listed}; got {in_words(kind)}{near}"
+    return Mistake((*path, "type"), message)
+
+
+def _quoted(text: str) -> list[str]:
+    return [word.replace(r"\x00", "") for word in re.findall(r"'([^']*)'", text)]
+
+
+def _entries(number: int) -> str:
+    return f"{number} {'entry' if number == 1 else 'entries'}"
+
+
+_WORDS: dict[str, Callable[[dict[str, Any], str], str]] = {
+    **dict.fromkeys(("tuple_type", "list_type"), lambda _, got: f"expected a list, got {got}"),
+    **dict.fromkeys(
+        ("dict_type", "mapping_type", "model_type", "model_attributes_type"),
+        lambda _, got: f"expected a mapping, got {got}",
+    ),
+    **dict.fromkeys(
+        ("int_type", "int_from_float", "int_parsing_size"),
+        lambda _, got: f"expected a whole number, got {got}",
+    ),
+    "string_type": lambda _, got: f"expected a text, got {got}",
+    "bool_type": lambda _, got: f"expected true or false, got {got}",
+    "literal_error": lambda context, got: (
+        f"must be one of {', '.join(_quoted(context['expected']))}; got {got}"
+    ),
+    "greater_than_equal": lambda context, _: f"must be {context['ge']} or greater",
+    "less_than_equal": lambda context, _: f"must be {context['le']} or less",
+    "too_short": lambda context, _: f"needs at least {_entries(context['min_length'])}",
+    "too_long": lambda context, got: f"expected {_entries(context['max_length'])}, got {got}",
+}
+"""What is said of pydantic's other errors, from their context and the value."""

@@ -1,0 +1,328 @@
+"""A model file as a `Document`, and its mistakes shown where they stand."""
+
+from __future__ import annotations
+
+import difflib
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, split_lines
+
+__all__ = [
+    "Document",
+    "ExclusiveKeys",
+    "KeyPath",
+    "Mistake",
+    "Place",
+    "SceneError",
+    "did_you_mean",
+    "dotted",
+    "load_document",
+    "parse_document",
+]
+
+ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
+"""Paths ("*" stands for any step) with the keys beside them that they exclude."""
+
+WIDEST_EXCERPT = 100
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What is wrong at a path of the data; `on_key` points at the key, not at its value.
+
+    `place` is given only where the path does not lead to the spot, as with a duplicate key.
+    """
+
+    path: KeyPath
+    message: str
+    hint: str = ""
+    on_key: bool = False
+    place: Place | None = None
+
+
+@dataclass(frozen=True)
+class Document:
+    """A model file as plain data, with the place of every value and key.
+
+    `settings` holds the texts 'path=value' that replaced values of the file, by their paths.
+    """
+
+    name: str
+    folder: Path | None = None
+    text: str = ""
+    data: dict[str, Any] = field(default_factory=dict)
+    places: dict[KeyPath, Place] = field(default_factory=dict)
+    key_places: dict[KeyPath, Place] = field(default_factory=dict)
+    settings: dict[KeyPath, str] = field(default_factory=dict)
+
+    def with_settings(self, settings: Iterable[str], exclusive: ExclusiveKeys = ()) -> Document:
+        """Return a copy in which texts such as 'run.turns=2' replace values, or add keys.
+
+        A setting also removes the keys that `exclusive` lists for its path, unless another
+        setting gives them: else the file would say two contradicting things.
+
+        Raises:
+            SceneError: a setting is malformed, or its path leads nowhere.
+
+        """
+        given = [_parse_setting(self, text) for text in settings]
+        document = self
+        for path, value, text in given:
+            for key in _excluded(path, exclusive):
+                sibling = (*path[:-1], key)
+                if not any(other[: len(sibling)] == sibling for other, _, _ in given):
+                    document = _without(document, sibling)
+            document = _with_value(document, path, value, text)
+        return document
+
+    def place_of(self, mistake: Mistake) -> Place | None:
+        """Where a mistake stands: at its value or key, or else at what encloses them."""
+        if mistake.place:
+            return mistake.place
+        first, second = self.places, self.key_places
+        if mistake.on_key:
+            first, second = second, first
+        for length in range(len(mistake.path), -1, -1):
+            path = mistake.path[:length]
+            place = first.get(path) or second.get(path)
+            if place:
+                return place
+            first, second = self.key_places, self.places  # what encloses it is known by its key
+        return None
+
+    def setting_of(self, path: KeyPath) -> str | None:
+        """Return the text of the setting that put a value at this path, or above it."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self.settings:
+                return self.settings[path[:length]]
+        return None
+
+
+class SceneError(Exception):
+    """Every mistake found in one document, in the order of its lines."""
+
+    def __init__(self, document: Document, mistakes: Iterable[Mistake]) -> None:
+        self.document = document
+        self.mistakes = tuple(sorted(dict.fromkeys(mistakes), key=self._position))
+        super().__init__(document, self.mistakes)
+
+    def _position(self, mistake: Mistake) -> tuple[int, int]:
+        place = self.document.place_of(mistake)
+        if place is None or self.document.setting_of(mistake.path) is not None:
+            return (0, 0)
+        return (place.line, place.column)
+
+    def __str__(self) -> str:
+        blocks = [_show(self.document, mistake) for mistake in self.mistakes]
+        if len(blocks) > 1:
+            blocks.append(f"{len(blocks)} mistakes")
+        return "\n".join(blocks)
+
+
+def load_document(path: str | Path) -> Document:
+    """Read a model file.
+
+    Raises:
+        SceneError: it can't be read, or is not one YAML mapping in UTF-8.
+
+    """
+    path = Path(path)
+    empty = Document(str(path), path.parent)
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except (OSError, ValueError) as error:
+        raise SceneError(empty, [_unreadable(error)]) from None
+    return parse_document(text, str(path), path.parent)
+
+
+def _unreadable(error: OSError | ValueError) -> Mistake:
+    if isinstance(error, UnicodeDecodeError):
+        before = error.object[: error.start].split(b"\n")
+        place = Place(len(before), 1, 1)
+        message = f"not UTF-8 text: the byte {error.object[error.start]:#04x}"
+        return Mistake((), message, "save the file as UTF-8", place=place)
+    return Mistake((), f"can't read the file: {getattr(error, 'strerror', None) or error}")
+
+
+def parse_document(text: str, name: str, folder: Path | None = None) -> Document:
+    """Read a model from text; `name` is shown in messages, `folder` is where its files are.
+
+    Raises:
+        SceneError: the text is not one YAML mapping with text keys.
+
+    """
+    bare = Document(name, folder, text)
+    start = Place(1, 1, 2)
+    if text.startswith("\ufeff"):
+        hint = "save the file as UTF-8 without BOM"
+        raise SceneError(bare, [Mistake((), "starts with a byte order mark", hint, place=start)])
+    read = read_yaml(text)
+    if read.problems:
+        raise SceneError(bare, [_as_mistake(problem) for problem in read.problems])
+    if not isinstance(read.data, dict):
+        message = "nothing in it" if read.data is None else "expected a mapping of sections"
+        place = read.places.get((), start)
+        raise SceneError(bare, [Mistake((), message, "such as 'title: ...'", place=place)])
+    return replace(bare, data=read.data, places=read.places, key_places=read.key_places)
+
+
+def _as_mistake(problem: Problem) -> Mistake:
+    return Mistake(problem.path, problem.message, problem.hint, place=problem.place)
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing."""
+    near = difflib.get_close_matches(name, list(names), n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def dotted(path: KeyPath) -> str:
+    """Write a path as messages and settings do: 'joints.crank.points.1'."""
+    return ".".join(str(step) for step in path)
+
+
+# Settings
+
+
+def _setting_error(document: Document, path: KeyPath, text: str, mistake: Mistake) -> SceneError:
+    return SceneError(replace(document, settings={**document.settings, path: text}), [mistake])
+
+
+def _parse_setting(document: Document, text: str) -> tuple[KeyPath, Any, str]:
+    """Split 'run.turns=2' into its path, its value and the text itself."""
+    name, equals, value = text.partition("=")
+    if not equals or not all(step.strip() for step in name.split(".")):
+        mistake = Mistake((), "expected path=value", "for example --set run.turns=2")
+        raise _setting_error(document, (), text, mistake)
+    path: KeyPath = tuple(step.strip() for step in name.split("."))
+    read = read_yaml(value)
+    if read.problems:
+        mistake = Mistake(path, read.problems[0].message, read.problems[0].hint)
+        raise _setting_error(document, path, text, mistake)
+    return path, read.data, text
+
+
+def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:
+    return [
+        key
+        for pattern, keys in exclusive
+        if len(pattern) == len(path)
+        and all(step in ("*", here) for step, here in zip(pattern, path, strict=True))
+        for key in keys
+    ]
+
+
+def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Document:
+    data: dict[str, Any] = dict(document.data)
+    holder: Any = data
+    real: KeyPath = ()
+    for step in path[:-1]:
+        real = _step(document, holder, real, str(step), text)
+        inner = holder[real[-1]] if _has(holder, real[-1]) else {}
+        holder[real[-1]] = holder = list(inner) if isinstance(inner, list) else dict(inner)
+    real = _step(document, holder, real, str(path[-1]), text, last=True)
+    holder[real[-1]] = value
+    kept = _without(replace(document, data=data), real, keep_data=True)
+    return replace(kept, settings={**kept.settings, real: text})
+
+
+def _has(holder: Any, step: str | int) -> bool:
+    return isinstance(step, int) or step in holder
+
+
+def _step(  # noqa: PLR0913
+    document: Document, holder: Any, above: KeyPath, step: str, text: str, *, last: bool = False
+) -> KeyPath:
+    """Return the path of `step` in `holder`; the error of a step that leads nowhere."""
+    problem = ""
+    real: KeyPath = (*above, step)
+    if isinstance(holder, list):
+        if step.isdecimal() and int(step[:9]) < len(holder):
+            real = (*above, int(step))
+        else:
+            problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
+    elif step not in holder and above and not last and _is_of_file(document, above):
+        problem = f"no '{step}' in '{dotted(above)}'{did_you_mean(step, holder)}"
+    elif not last and step in holder and not isinstance(holder[step], (dict, list)):
+        problem = f"'{dotted(real)}' is one value, nothing is below it"
+    if problem:
+        hint = "" if isinstance(holder, list) else "there are: " + ", ".join(holder)
+        raise _setting_error(document, real, text, Mistake(real, problem, hint))
+    return real
+
+
+def _is_of_file(document: Document, path: KeyPath) -> bool:
+    """Whether a section stood in the data before this setting; an absent one may be created."""
+    return path[0] in document.data
+
+
+def _without(document: Document, path: KeyPath, *, keep_data: bool = False) -> Document:
+    """Forget a value and its places; with `keep_data` only the places."""
+
+    def outside(table: dict[KeyPath, Any]) -> dict[KeyPath, Any]:
+        return {key: value for key, value in table.items() if key[: len(path)] != path}
+
+    data = document.data
+    if not keep_data:
+        data = dict(data)
+        holder: Any = data
+        for step in path[:-1]:
+            if not isinstance(holder, dict) or not isinstance(holder.get(str(step)), dict):
+                return document
+            holder[str(step)] = holder = dict(holder[str(step)])
+        holder.pop(str(path[-1]), None)
+    return replace(
+        document,
+        data=data,
+        places=outside(document.places),
+        key_places=outside(document.key_places),
+        settings=outside(document.settings),
+    )
+
+
+# How a mistake is shown
+
+
+def _show(document: Document, mistake: Mistake) -> str:
+    setting = document.setting_of(mistake.path)
+    place = None if setting is not None else document.place_of(mistake)
+    where = document.name
+    if setting is not None:
+        where = f"--set {setting}"
+    elif place:
+        where = f"{document.name}:{place.line}:{place.column}"
+    shown = [": ".join(part for part in (where, dotted(mistake.path), mistake.message) if part)]
+    if place:
+        shown += _excerpt(document.text, place)
+    if mistake.hint:
+        shown.append(f"hint: {mistake.hint}")
+    return "\n".join(shown)
+
+
+def _excerpt(text: str, place: Place) -> list[str]:
+    """Return the line of a place and the carets below it."""
+    lines = split_lines(text)
+    if not 0 < place.line <= len(lines):
+        return []
+    line = "".join(letter if letter.isprintable() else " " for letter in lines[place.line - 1])
+    start, end = place.column - 1, place.end_column - 1
+    if len(line) > WIDEST_EXCERPT:
+        cut = max(0, min(start - WIDEST_EXCERPT // 2, len(line) - WIDEST_EXCERPT))
+        before, after = "..." if cut else "", "..." if cut + WIDEST_EXCERPT < len(line) else ""
+        line = before + line[cut : cut + WIDEST_EXCERPT] + after
+        shift = len(before) - cut
+        start, end = start + shift, min(end + shift, len(before) + WIDEST_EXCERPT)
+    carets = "^" * max(_columns(line[start:end]), 1)
+    return [f"{place.line:6d} | {line}", " " * (9 + _columns(line[:start])) + carets]
+
+
+def _columns(text: str) -> int:
+    """Return how many columns of a terminal a text takes."""
+    return sum(
+        0 if unicodedata.combining(letter) else 1 + (unicodedata.east_asian_width(letter) in "WF")
+        for letter in text
+    )

@@ -1,0 +1,121 @@
+"""A chain of rods tends to the Euler-Bernoulli beam."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.chain import (
+    Beam,
+    Chain,
+    Hinge,
+    Rod,
+    cantilever_roots,
+    discretise,
+    euler_bernoulli_cantilever,
+)
+
+STRIP = Beam(length=0.07, mass_per_length=0.03925, bending_stiffness=0.0208333)
+
+
+def error(cells, layout, mode=0):
+    """Relative error of a cantilever frequency, in percent."""
+    chain = discretise(STRIP, cells, layout, "beam")
+    exact = euler_bernoulli_cantilever(STRIP, mode + 1)[mode]
+    return 100 * (chain.cantilever_frequencies(mode + 1)[mode] / exact - 1)
+
+
+def test_clamped_free_roots():
+    expected = [3.516015, 22.034492, 61.697214, 120.901916]
+    np.testing.assert_allclose(cantilever_roots(4) ** 2, expected, atol=1e-6)
+    assert cantilever_roots(300)[-1] == pytest.approx(299.5 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("cells", "equal", "half_ends"),
+    [(4, 33.1, 1.45), (8, 14.2, 0.36), (16, 6.7, 0.090), (32, 3.2, 0.022)],
+)
+def test_cantilever_table(cells, equal, half_ends):
+    assert error(cells, "equal") == pytest.approx(equal, abs=0.05)
+    assert error(cells, "half_ends") == pytest.approx(half_ends, rel=0.02)
+
+
+@pytest.mark.parametrize(("layout", "order"), [("equal", 1), ("half_ends", 2)])
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_segmented_cantilever_tends_to_euler_bernoulli(layout, order, mode):
+    ratio = error(64, layout, mode) / error(128, layout, mode)
+    assert math.log2(abs(ratio)) == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize("layout", ["equal", "half_ends"])
+@pytest.mark.parametrize("cells", [1, 2, 7])
+def test_chain_has_the_length_and_mass_of_the_beam(layout, cells):
+    chain = discretise(STRIP, cells, layout)
+    assert chain.length == pytest.approx(STRIP.length)
+    assert chain.mass == pytest.approx(STRIP.length * STRIP.mass_per_length)
+    assert len(chain.rods) == cells + (layout == "half_ends")
+    assert len(chain.hinges) == len(chain.rods) - 1
+
+
+def test_half_ends_halves_the_end_rods():
+    lengths = [rod.length for rod in discretise(STRIP, 4, "half_ends").rods]
+    np.testing.assert_allclose(np.array(lengths) * 8 / STRIP.length, [1, 2, 2, 2, 1])
+
+
+def test_stiffness_rules():
+    def hinge(rule):
+        return discretise(STRIP, 10, "equal", rule, damping=2e-5).hinges[0]
+
+    assert hinge("paper").stiffness == pytest.approx(0.0208333 / 0.07)
+    assert hinge("beam").stiffness == pytest.approx(0.0208333 / 0.007)
+    assert hinge(0.5) == Hinge(0.5, 2e-5)
+
+
+def test_paper_stiffness_gets_softer_with_more_rods():
+    """n hinges in series: the first frequency falls as 1/sqrt(n), below any bound."""
+    few, many = (discretise(STRIP, n, "half_ends", "paper") for n in (50, 200))
+    ratio = few.cantilever_frequencies()[0] / many.cantilever_frequencies()[0]
+    assert ratio == pytest.approx(2, rel=1e-3)
+
+
+def test_two_rods_by_hand():
+    """One hinge, root rod clamped: omega^2 = k / (m l^2/3)."""
+    chain = Chain((Rod(1, 3, 0.25), Rod(1, 3, 0.25)), (Hinge(4, 0),))
+    assert chain.cantilever_frequencies()[0] == pytest.approx(2.0)
+
+
+def test_mass_matrix_gives_the_kinetic_energy():
+    """Against velocities of the rod centres, summed rod by rod."""
+    rng = np.random.default_rng(1)
+    rods = tuple(Rod(*rng.uniform(0.1, 1, 3)) for _ in range(5))
+    chain = Chain(rods, (Hinge(1, 0),) * 4)
+    angles, rates = rng.uniform(-3, 3, (2, 5))
+    node, energy = np.zeros(2), 0.0
+    for rod, angle, rate in zip(rods, angles, rates, strict=True):
+        across = rod.length * rate * np.array([-math.sin(angle), math.cos(angle)])
+        centre = node + across / 2
+        energy += 0.5 * rod.mass * centre @ centre + 0.5 * rod.inertia * rate**2
+        node = node + across
+    assert 0.5 * rates @ chain.mass_matrix(angles) @ rates == pytest.approx(energy)
+
+
+def test_thickness_adds_inertia():
+    slender, thick = discretise(STRIP, 5), discretise(Beam(0.07, 0.03925, 0.02, 0.01), 5)
+    gain = thick.rods[0].inertia - slender.rods[0].inertia
+    assert gain == pytest.approx(slender.rods[0].mass * 0.01**2 / 12)
+
+
+def test_nonsense_is_refused():
+    for build in (
+        lambda: discretise(STRIP, 0),
+        lambda: discretise(STRIP, 4, "thirds"),
+        lambda: discretise(STRIP, 4, "equal", "soft"),
+        lambda: discretise(STRIP, 4, "equal", -1.0),
+        lambda: discretise(STRIP, 4, "equal", "beam", -1.0),
+        lambda: discretise(STRIP, 4).cantilever_frequencies(4),
+        lambda: Beam(0, 1, 1),
+        lambda: Beam(1, 1, math.nan),
+        lambda: Chain((Rod(1, 1, 1),), (Hinge(1, 0),)),
+    ):
+        with pytest.raises(ValueError, match=r"\w"):
+            build()

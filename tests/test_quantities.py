@@ -1,0 +1,160 @@
+import math
+import subprocess
+import sys
+from typing import Annotated
+
+import pint
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+
+from exudyn_flexlink.quantities import (
+    UNITS,
+    Dimension,
+    Number,
+    PositiveLength,
+    QuantityError,
+    to_si,
+)
+
+REGISTRY = pint.UnitRegistry()
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_every_unit_of_the_table_is_pints(name: str) -> None:
+    quantity = REGISTRY.Quantity(1.0, REGISTRY.parse_units(name)).to_base_units()
+    assert quantity.magnitude == pytest.approx(UNITS[name].factor, rel=1e-15)
+    powers = dict(zip(("meter", "kilogram", "second", "radian"), UNITS[name].powers, strict=True))
+    assert dict(quantity.unit_items()) == {unit: power for unit, power in powers.items() if power}
+
+
+@pytest.mark.parametrize("dimension", [item for item in Dimension if item.example])
+def test_every_example_and_every_si_unit_is_of_its_dimension(dimension: Dimension) -> None:
+    assert to_si(dimension.example, dimension) > 0
+    if dimension.si not in ("metres", "radians", "seconds"):
+        assert to_si(f"1 {dimension.si}", dimension) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("5 mm", Dimension.LENGTH, 5e-3),
+        ("5mm", Dimension.LENGTH, 5e-3),
+        (" -.5e1 cm ", Dimension.LENGTH, -0.05),
+        ("5 µm", Dimension.LENGTH, 5e-6),
+        ("2 inch", Dimension.LENGTH, 0.0508),
+        ("0.25 turn", Dimension.ANGLE, math.pi / 2),
+        ("90 deg", Dimension.ANGLE, math.pi / 2),
+        ("90°", Dimension.ANGLE, math.pi / 2),
+        ("60 rpm", Dimension.ANGULAR_SPEED, 2 * math.pi),
+        ("360 deg / s", Dimension.ANGULAR_SPEED, 2 * math.pi),
+        ("1 turn/min", Dimension.ANGULAR_SPEED, 2 * math.pi / 60),
+        ("7.85 g / cm**3", Dimension.DENSITY, 7850),
+        ("5 N*m", Dimension.TORQUE, 5),
+        ("5 N m", Dimension.TORSIONAL_STIFFNESS, 5),
+        ("1 lbf", Dimension.FORCE, 4.4482216152605),
+        ("5 N s m/rad", Dimension.TORSIONAL_DAMPING, 5),
+        (7, Dimension.LENGTH, 7.0),
+        (0.5, Dimension.NUMBER, 0.5),
+    ],
+)
+def test_quantities_in_si(text: object, dimension: Dimension, value: float) -> None:
+    assert to_si(text, dimension) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("value", "dimension", "words"),
+    [
+        ("5 N", Dimension.LENGTH, "expected a length, got '5 N'"),
+        ("5 A", Dimension.LENGTH, "expected a length, got '5 A'"),
+        ("5 m^1.5", Dimension.LENGTH, "expected a length, got '5 m^1.5'"),
+        ("5 m^0.5", Dimension.NUMBER, "expected a number, got '5 m^0.5'"),
+        ("5 mmm", Dimension.LENGTH, "unknown unit 'mmm'; did you mean 'mm'?"),
+        ("5 Nm", Dimension.TORQUE, "expected a torque, got '5 Nm'; did you mean 'N m'?"),
+        ("5 hz", Dimension.FREQUENCY, "unknown unit 'hz'; did you mean 'Hz'?"),
+        ("5 m/s2", Dimension.ACCELERATION, "unknown unit 'm/s2'; did you mean 'm/s^2'?"),
+        ("0.05", Dimension.LENGTH, "expected a length, got the text '0.05'"),
+        ("mm", Dimension.LENGTH, "expected a length, got 'mm'"),
+        ("", Dimension.LENGTH, "expected a length, got ''"),
+        ("5 m; import os", Dimension.LENGTH, "expected a length"),
+        ("5 m**9**9**9", Dimension.LENGTH, "unknown unit"),
+        ("5 m^999999999", Dimension.LENGTH, "unknown unit"),
+        ("5 __import__('os')", Dimension.LENGTH, "expected a length"),
+        ("5 " + "m " * 40, Dimension.LENGTH, "expected a length"),
+        ("1e999 m", Dimension.LENGTH, "must be a finite number"),
+        ("50 deg", Dimension.NUMBER, "expected a number"),
+        ("10 Hz", Dimension.ANGULAR_SPEED, "expected an angular speed, got '10 Hz'"),
+        ("10 rad/s", Dimension.FREQUENCY, "expected a frequency"),
+        ("5 N m/rad", Dimension.TORQUE, "expected a torque"),
+        (True, Dimension.LENGTH, "expected a length, got true"),
+        (None, Dimension.LENGTH, "expected a length, got nothing"),
+        ([1], Dimension.LENGTH, "expected a length, got a list of 1"),
+        ({}, Dimension.LENGTH, "expected a length, got a mapping"),
+        (math.nan, Dimension.LENGTH, "must be a finite number, got .nan"),
+        (-math.inf, Dimension.LENGTH, "must be a finite number, got -.inf"),
+        (10**400, Dimension.LENGTH, "must be a finite number, got a very large number"),
+    ],
+)
+def test_what_is_no_such_quantity(value: object, dimension: Dimension, words: str) -> None:
+    with pytest.raises(QuantityError) as caught:
+        to_si(value, dimension)
+    assert words in caught.value.message
+
+
+def test_hints() -> None:
+    for value, dimension, hint in [
+        ("5 N", Dimension.LENGTH, "a number in metres, or a length such as '5 mm'"),
+        ("10 Hz", Dimension.ANGULAR_SPEED, "rad/s, deg/s, turn/s or rpm"),
+        ("0.05", Dimension.LENGTH, "a number without quotes"),
+    ]:
+        with pytest.raises(QuantityError) as caught:
+            to_si(value, dimension)
+        assert hint in caught.value.hint
+
+
+def test_limits_hold_after_conversion_and_stand_in_the_schema() -> None:
+    adapter: TypeAdapter[float] = TypeAdapter(PositiveLength)
+    assert adapter.validate_python("1 mm") == 1e-3
+    for value in (0, "0 mm", -1, "-1 mm", "1e-320 nm"):
+        with pytest.raises(ValidationError, match="must be greater than 0"):
+            adapter.validate_python(value)
+    number, text = adapter.json_schema()["anyOf"]
+    assert number == {"type": "number", "exclusiveMinimum": 0.0}
+    assert text["type"] == "string"
+    ratio: TypeAdapter[float] = TypeAdapter(Annotated[float, Number(at_least=0.0, at_most=1.0)])
+    assert ratio.json_schema() == {"type": "number", "minimum": 0.0, "maximum": 1.0}
+    with pytest.raises(ValidationError, match="must be 1 or less"):
+        ratio.validate_python(1.5)
+    with pytest.raises(ValidationError, match="must be 0 or greater"):
+        ratio.validate_python(-0.5)
+
+
+def test_reading_a_scene_does_not_import_what_is_slow() -> None:
+    code = (
+        "import sys, exudyn_flexlink.scene as s;"
+        "from exudyn_flexlink.quantities import *;"
+        "assert to_si('5 mm', Dimension.LENGTH) == 5e-3;"
+        "print([m for m in ('pint', 'scipy', 'matplotlib', 'exudyn') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.one_of(
+        st.text(max_size=70),
+        st.from_regex(r"[0-9]{1,3} [mNsdegk^*/()\-+. 0-9]{1,20}", fullmatch=True),
+        st.floats(),
+        st.integers(),
+    ),
+    st.sampled_from(Dimension),
+)
+def test_anything_is_a_finite_number_or_a_mistake(value: object, dimension: Dimension) -> None:
+    try:
+        number = to_si(value, dimension)
+    except QuantityError as error:
+        str(error)
+    else:
+        assert math.isfinite(number)

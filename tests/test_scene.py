@@ -1,0 +1,387 @@
+import copy
+import json
+import os
+import pickle
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from exudyn_flexlink.scene import (
+    CircleSpec,
+    EllipseSpec,
+    FlexibleBody,
+    GeneralSection,
+    JoinedSpec,
+    RectangleSection,
+    RigidBody,
+    RodBody,
+    RoundSection,
+    Scene,
+    SplineSpec,
+    apply_settings,
+    json_schema,
+    parse_scene,
+    split_point,
+)
+from exudyn_flexlink.source import Mistake, SceneError, parse_document
+
+PENDULUM = """title: pendulum
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+bodies:
+  rod: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+joints:
+  pin: {type: revolute, points: [ground, rod.start], at: [0, 0]}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+EVERYTHING = """title: every kind of part, Größe 5 µm
+source: a test
+materials:
+  steel: {density: 7.85 g/cm^3, youngs_modulus: 200 GPa, poissons_ratio: 0.3}
+curves:
+  ellipse: {type: ellipse, centre: [0, 0], semi_axes: [40 mm, 0.03], rotation: 10 deg}
+  egg:
+    type: joined
+    pieces:
+      - {type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: -90 deg, to: 90 deg}
+      - {type: circle, centre: [0, 0], radius: 0.03, from: 90 deg, to: 270 deg}
+  straight: {type: line, from: [0, 0], to: [1, 0]}
+  blob: {type: spline, points: [[0, 0], [1, 0], [1, 1], [0, 1]]}
+  track: {type: laps, meet: [0, 0.03],
+          curves: [ellipse, egg, {type: circle, centre: [0, 0], radius: 1}]}
+bodies:
+  guide: {type: rod, length: 0.09, material: steel, section: {type: round, diameter: 12 mm},
+          slender: false}
+  link: {type: flexible, length: 70 mm, material: steel, section: {width: 10 mm, thickness: 0.5 mm},
+         rods: 10, layout: half_ends, hinges: {stiffness: paper, damping: 2.0e-5}}
+  bob: {type: rigid, mass: 20 g, inertia: 12 g cm^2, points: {hook: [0, 1 cm]},
+        centre_of_mass: [1 mm, 0]}
+  lever: {type: rod, length: 0.03, material: steel,
+          section: {type: general, area: 1 mm^2, second_moment: 0.1 mm^4}}
+joints:
+  crank: {type: revolute, points: [ground, guide.start], at: [0.02, 0]}
+  sleeve: {type: sleeve, guide: guide, link: link}
+  pin: {type: slot, point: link.start, curve: track}
+  pivot: {type: revolute, points: [ground, lever.start], at: [-0.138, 0]}
+  glue: {type: weld, points: [link.end, bob.hook], angle: 90 deg}
+springs:
+  back: {type: torsional, joint: pivot, frequency: 40 Hz, damping_ratio: 0.1, rest_angle: 1 deg}
+drives:
+  motor: {type: speed, joint: crank, value: 60 rpm, ramp: 5 ms}
+  brake: {type: torque, joint: pivot, value: -5 N mm}
+contacts:
+  strike: {type: point_on_line, point: link.end, line: [lever.start, lever.end], side: right,
+           law: {stiffness: 20 N/mm, restitution: 0.5}}
+gravity: [0, -9.81]
+initial: {angles: {guide: 0}, guesses: {link: 5 deg}, speeds: {lever: 1 rad/s}}
+run: {turns: 4, of: crank, sample: 1 ms}
+accuracy: {step: 0.1 ms, steps_per_contact: 20, spectral_radius: 1}
+"""
+
+
+def scene(text: str = PENDULUM, **options: Any) -> Scene:
+    return parse_scene(parse_document(text, "model.yaml"), **options)
+
+
+def refusal(text: str) -> SceneError:
+    with pytest.raises(SceneError) as caught:
+        scene(text)
+    return caught.value
+
+
+def test_a_pendulum_in_si() -> None:
+    rod = scene().bodies["rod"]
+    assert isinstance(rod, RodBody)
+    assert rod.section == RectangleSection(width=0.01, thickness=0.002)
+    assert scene().materials["steel"].youngs_modulus == 2e11
+    assert scene().gravity == (0.0, 0.0)
+    assert scene().run.duration == 1.0
+
+
+def test_every_kind_of_part_is_read() -> None:
+    found = scene(EVERYTHING)
+    assert found.title.endswith("Größe 5 µm")
+    egg = found.curves["egg"]
+    assert isinstance(egg, JoinedSpec)
+    half, circle = egg.pieces
+    assert isinstance(half, EllipseSpec)
+    assert isinstance(circle, CircleSpec)
+    assert (half.from_, half.to) == (-pi / 2, pi / 2)
+    link, bob = found.bodies["link"], found.bodies["bob"]
+    assert isinstance(link, FlexibleBody)
+    assert isinstance(bob, RigidBody)
+    assert link.hinges.stiffness == "paper"
+    assert bob.points["hook"] == (0.0, 0.01)
+    assert bob.point_names == ("hook", "centre")
+    assert found.drives["motor"].value == pytest.approx(2 * pi)
+    assert found.contacts["strike"].law.transition_speed == 5e-3
+    assert found.initial.guesses == {"link": pytest.approx(pi / 36)}
+
+
+def test_sections_have_the_textbooks_area_and_second_moment() -> None:
+    assert RectangleSection(width=2.0, thickness=3.0).area == 6.0
+    assert RectangleSection(width=2.0, thickness=3.0).second_moment == 2 * 27 / 12
+    assert RoundSection(diameter=2.0).area == pytest.approx(pi)
+    assert RoundSection(diameter=2.0).second_moment == pytest.approx(pi / 4)
+    assert GeneralSection(area=2.0, second_moment=3.0).area == 2.0
+
+
+@pytest.mark.parametrize("text", [PENDULUM, EVERYTHING])
+def test_a_scene_survives_writing_pickling_and_copying(text: str) -> None:
+    found = scene(text)
+    assert scene(json.dumps(found.to_data())) == found
+    assert scene(yaml.safe_dump(found.to_data())) == found
+    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert other == found
+        assert hash(other) == hash(found)
+        assert other.document == found.document
+    assert Scene.model_validate(found.model_dump()) == found
+
+
+def test_equality_ignores_the_document() -> None:
+    assert scene("# a comment\n" + PENDULUM) == scene()
+    assert scene(PENDULUM.replace("0.2", "0.3")) != scene()
+
+
+def test_nothing_in_a_scene_can_be_changed() -> None:
+    found = scene()
+    with pytest.raises(ValidationError):
+        found.title = "other"
+    with pytest.raises(TypeError):
+        found.bodies["rod"] = found.bodies["rod"]  # type: ignore[index]
+
+
+def test_a_changed_scene_is_checked_anew_and_keeps_its_document() -> None:
+    found = scene(EVERYTHING)
+    without = found.changed(contacts={})
+    assert without.contacts == {}
+    assert without.document is found.document
+    with pytest.raises(SceneError, match="unknown curve 'ellipse'"):
+        found.changed(curves={"track": found.curves["track"]})
+    with pytest.raises(ValidationError, match="connected to nothing"):
+        Scene(**{**dict(scene()), "joints": {}})
+
+
+def test_later_stages_can_point_at_a_line() -> None:
+    error = SceneError(scene().document, [Mistake(("joints", "pin"), "can't be assembled")])
+    assert str(error).startswith("model.yaml:7:8: joints.pin: can't be assembled")
+
+
+def test_a_mistake_in_one_part_does_not_hide_those_of_others() -> None:
+    text = PENDULUM.replace("0.2", "5 N").replace("duration: 1", "turns: two")
+    text += "springs:\n  coil: {type: torsional, joint: pivot, stiffness: 1}\n"
+    messages = [mistake.message for mistake in refusal(text).mistakes]
+    assert messages == [
+        "expected a length, got '5 N'",
+        "expected a number, got 'two'",
+        "unknown joint 'pivot'",
+    ]
+
+
+def test_a_name_whose_part_is_broken_is_not_also_unknown() -> None:
+    text = PENDULUM.replace("density: 7850", "density: 0").replace("200 GPa", "5 m")
+    assert {mistake.path[0] for mistake in refusal(text).mistakes} == {"materials"}
+
+
+@pytest.mark.parametrize("name", ["Größe", "rod-2", "rod 2", "_x", "振り子", "rod_2"])
+def test_names_may_be_of_any_language(name: str) -> None:
+    assert name in scene(PENDULUM.replace("rod:", f"{name}:").replace("rod.", f"{name}.")).bodies
+
+
+@pytest.mark.parametrize("name", ["2rod", "a/b", "-x", "'x '", "'a:b'", "''"])
+def test_what_can_not_be_a_name(name: str) -> None:
+    text = PENDULUM.replace(
+        "materials:", f"materials:\n  {name}: {{density: 1, youngs_modulus: 1}}"
+    )
+    assert "can't be a name" in str(refusal(text))
+
+
+def test_points() -> None:
+    assert split_point("link.end") == ("link", "end")
+    assert split_point("ground") == ("ground", "")
+    for text in ("link", "", ".", "link.", ".end", "a.b.c", "ground.x"):
+        with pytest.raises(ValueError, match="expected a point"):
+            split_point(text)
+
+
+@pytest.mark.parametrize(
+    ("setting", "check"),
+    [
+        ("run.turns=2", "missing 'of'"),
+        ("accuracy.step=1e-4", ""),
+        ("run.duration=two", "--set run.duration=two: run.duration: expected a time, got 'two'"),
+        ("bodies.rod.lenght=1", "unknown key 'lenght'; did you mean 'length'?"),
+        ("gravity=[0, -9.81]", ""),
+        ("initial.angles.rod=90 deg", ""),
+        ("initial.angles.rodd=1", "unknown body 'rodd'"),
+    ],
+)
+def test_settings(setting: str, check: str) -> None:
+    shown = ""
+    try:
+        parse_scene(apply_settings(parse_document(PENDULUM, "model.yaml"), [setting]))
+    except SceneError as error:
+        shown = str(error)
+    assert bool(shown) == bool(check)
+    assert check in shown
+
+
+def test_a_setting_replaces_the_key_it_excludes() -> None:
+    document = parse_document(PENDULUM, "model.yaml")
+    found = parse_scene(apply_settings(document, ["accuracy.step=1e-4"]))
+    assert (found.accuracy.step, found.accuracy.tolerance) == (1e-4, None)
+    both = ["accuracy.step=1e-4", "accuracy.tolerance=1e-5"]
+    with pytest.raises(SceneError, match="exclude each other"):
+        parse_scene(apply_settings(document, both))
+
+
+def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
+    text = PENDULUM + f"curves:\n  outline: {{type: spline, file: '{file}'}}\n"
+    return parse_scene(parse_document(text, "model.yaml", folder), **options)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "0,0\n1,0\n1,1\n0,1\n",
+        "x,y\n0, 0\n1, 0\n\n# half\n1, 1\n0, 1",
+        "\ufeff0,0\r\n1,0\r\n1,1\r\n0,1",
+    ],
+)
+def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8", newline="")
+    found = spline_scene(tmp_path, "a.csv")
+    outline = found.curves["outline"]
+    assert isinstance(outline, SplineSpec)
+    assert outline.points == ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    assert scene(json.dumps(found.to_data())) == found
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", "at least 4 points, the file has 0"),
+        ("0,0\n1,0\n1,1\n", "at least 4 points, the file has 3"),
+        ("0,0\n1,0,5\n1,1\n0,1", "a.csv line 2: expected x, y; got 3 columns"),
+        ("0,0\n1,x\n1,1\n0,1", "a.csv line 2: 'x' is no number"),
+        ("0,0\n1,inf\n1,1\n0,1", "a.csv line 2: must be finite numbers"),
+        ("0,0\n1,0\n1,0\n0,1", "line 3: the same point twice"),
+        ("0,0\n1,0\n1,1\n0,1\n0,0", "line 5: repeats the first point"),
+    ],
+)
+def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: str) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        spline_scene(tmp_path, "a.csv")
+    assert words in str(caught.value)
+    assert caught.value.mistakes[0].path == ("curves", "outline", "file")
+
+
+def test_point_files_stay_in_the_models_folder(tmp_path: Path) -> None:
+    inside = tmp_path / "model"
+    inside.mkdir()
+    outside = tmp_path / "secret.csv"
+    outside.write_text("0,0\n1,0\n1,1\n0,1\n")
+    os.symlink(outside, inside / "link.csv")
+    for file in ("../secret.csv", str(outside), "link.csv"):
+        with pytest.raises(SceneError, match="must be in the model's folder"):
+            spline_scene(inside, file)
+        assert spline_scene(inside, file, allow_outside=True).curves
+    for file in ("nowhere.csv", ".", "x" * 5000, "/dev/zero"):
+        with pytest.raises(SceneError):
+            spline_scene(inside, file, allow_outside=True)
+
+
+def test_the_schema_describes_every_key() -> None:
+    schema = json_schema()
+    assert schema["$schema"].endswith("2020-12/schema")
+    assert list(schema["properties"])[:2] == ["title", "source"]
+    assert set(schema["required"]) == {"title", "bodies", "joints", "run", "accuracy"}
+    for part in [schema, *schema["$defs"].values()]:
+        assert part["additionalProperties"] is False
+        for key, value in part["properties"].items():
+            assert key == "type" or value.get("description"), (part, key)
+    assert schema["$defs"]["RodBody"]["required"][0] == "type"
+    assert "type" not in schema["$defs"]["RectangleSection"]["required"]
+    assert "from" in schema["$defs"]["LineSpec"]["properties"]
+    assert "null" not in json.dumps(schema)
+
+
+def test_the_schema_accepts_and_refuses_what_the_program_does() -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    validator = jsonschema.Draft202012Validator(json_schema())
+    validator.check_schema(json_schema())
+    for text in (PENDULUM, EVERYTHING):
+        assert not list(validator.iter_errors(parse_document(text, "x").data))
+        assert not list(validator.iter_errors(scene(text).to_data()))
+    for old, new in [
+        ("length: 0.2", "lenght: 0.2"),
+        ("length: 0.2", "length: -1"),
+        ("length: 0.2", "length: '0.2'"),
+        ("type: rod", "type: rood"),
+        ("type: rod, ", ""),
+        ("run: {duration: 1}", ""),
+        ("at: [0, 0]", "at: [0, 0, 0]"),
+    ]:
+        data = parse_document(PENDULUM.replace(old, new), "x").data
+        assert list(validator.iter_errors(data)), new
+
+
+PIECES = st.sampled_from(
+    [
+        "5 N",
+        "-1",
+        ".nan",
+        "null",
+        "[]",
+        "{}",
+        "[[1]]",
+        "rod",
+        "true",
+        "'x'",
+        "1e400",
+        "ground",
+        "type",
+    ]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_a_mutilated_model_is_read_or_refused(data: st.DataObject) -> None:
+    text = data.draw(st.sampled_from([PENDULUM, EVERYTHING]))
+    document = parse_document(text, "model.yaml")
+    for _ in range(data.draw(st.integers(1, 3))):
+        path = data.draw(st.sampled_from(sorted(document.places, key=str)))
+        place = document.places[path]
+        lines = text.split("\n")
+        line = lines[place.line - 1]
+        piece = data.draw(PIECES)
+        lines[place.line - 1] = line[: place.column - 1] + piece + line[place.end_column - 1 :]
+        text = "\n".join(lines)
+    try:
+        found = scene(text)
+    except SceneError as error:
+        str(error)  # it can be shown
+    else:
+        assert scene(json.dumps(found.to_data())) == found
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_a_mutilated_value_is_read_or_refused(data: st.DataObject) -> None:
+    document = parse_document(EVERYTHING, "model.yaml")
+    path = data.draw(st.sampled_from(sorted((path for path in document.places if path), key=str)))
+    setting = ".".join(str(step) for step in path) + "=" + data.draw(PIECES)
+    try:
+        parse_scene(apply_settings(document, [setting]))
+    except SceneError as error:
+        str(error)  # it can be shown

@@ -1,0 +1,269 @@
+import pickle
+import textwrap
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exudyn_flexlink.source import (
+    Document,
+    Mistake,
+    Place,
+    SceneError,
+    load_document,
+    parse_document,
+)
+
+
+def read(text: str) -> Document:
+    return parse_document(textwrap.dedent(text).lstrip("\n"), "model.yaml")
+
+
+def refusal(text: str) -> SceneError:
+    with pytest.raises(SceneError) as caught:
+        parse_document(text, "model.yaml")
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-6", 1e-6),
+        ("5e+7", 5e7),
+        ("-.5", -0.5),
+        ("1.", 1.0),
+        ("+12", 12),
+        ("012", 12),
+        ("0o17", 15),
+        ("0xff", 255),
+        (".inf", float("inf")),
+        ("-.INF", -float("inf")),
+        ("true", True),
+        ("False", False),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        ("yes", "yes"),
+        ("off", "off"),
+        ("12:30:45", "12:30:45"),
+        ("2001-12-14", "2001-12-14"),
+        ("1_000", "1_000"),
+        ("'5'", "5"),
+        ("5 mm", "5 mm"),
+        ("!!str 5", "5"),
+        ("!!float 5", 5.0),
+        ("<<", "<<"),
+    ],
+)
+def test_scalars_are_those_of_yaml_1_2(text: str, value: object) -> None:
+    found = read(f"key: {text}").data["key"]
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_nan_is_a_number_here() -> None:
+    found = read("key: .nan").data["key"]
+    assert found != found  # noqa: PLR0124
+
+
+def test_every_value_and_key_has_its_place() -> None:
+    document = read(
+        """
+        # a comment
+        bodies:
+          link: {length: 5 mm, at: [1, 'two']}
+        """
+    )
+    assert document.places["bodies", "link", "length"] == Place(3, 18, 22)
+    assert document.places["bodies", "link", "at", 1] == Place(3, 32, 37)
+    assert document.key_places["bodies", "link"] == Place(3, 3, 7)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "words"),
+    [
+        ("a: 1\nb: 2\na: 3\n", 3, 1, "'a' is already given in line 1"),
+        ("a: 1\n5: 2\n", 2, 1, "a key must be a text, got 5"),
+        ("a: 1\n[b]: 2\n", 2, 1, "a key must be a text"),
+        ("a: !!python/name:os.system x\n", 1, 4, "!!python/name:os.system is not allowed"),
+        ("a: !thing {b: 1}\n", 1, 4, "the tag !thing is not allowed"),
+        ("a: !!binary aGk=\n", 1, 4, "the tag !!binary is not allowed"),
+        ("a: !!int x\n", 1, 4, "'x' is not a value of !!int"),
+        ("a: *b\n", 1, 4, "found undefined alias 'b'"),
+        ("a: &a [1, *a]\n", 1, 4, "an alias (*) of a value that contains it"),
+        ("a: [1, 2\nb: 3\n", 2, 2, "expected ',' or ']'"),
+        ("- 1\n- 2\n", 1, 1, "expected a mapping of sections"),
+        ("just text", 1, 1, "expected a mapping of sections"),
+        ("", 1, 1, "nothing in it"),
+        ("# only a comment\n", 1, 1, "nothing in it"),
+        ("\ufeffa: 1\n", 1, 1, "byte order mark"),
+        ("a: 1\n---\nb: 2\n", 2, 1, "but found another document"),
+        ("a: 1\nb: \x01\n", 2, 4, "is not allowed"),
+        ('a: "\\0"\n', 1, 4, "control character"),
+        ('a: "\\ud800"\n', 1, 4, "control character"),
+        ("a: " + "9" * 5000, 1, 4, "too many digits"),
+        ("a: " + "[" * 3000, 1, 103, "nested deeper than 100 levels"),
+    ],
+)
+def test_refused_where_it_stands(text: str, line: int, column: int, words: str) -> None:
+    error = refusal(text)
+    place = error.document.place_of(error.mistakes[0])
+    assert words in str(error)
+    assert place is not None
+    assert (place.line, place.column) == (line, column)
+
+
+def test_exploding_aliases_are_refused() -> None:
+    levels = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 12))
+    assert "aliases" in str(refusal("a0: &a0 [x, x]\n" + levels))
+
+
+def test_aliases_are_expanded_and_keep_their_places() -> None:
+    document = read("a: &s {width: 1}\nb: *s\n")
+    assert document.data["b"] == {"width": 1}
+    assert document.places["b", "width"] == Place(1, 15, 16)
+
+
+def test_several_mistakes_are_shown_in_order_with_their_number() -> None:
+    shown = str(refusal("a: 1\n5: 2\na: 3\n"))
+    assert shown.index("model.yaml:2:1") < shown.index("model.yaml:3:1")
+    assert shown.endswith("2 mistakes")
+
+
+def test_a_mistake_is_shown_with_its_line_and_a_caret_below_the_value() -> None:
+    document = read("title: x\njoints:\n  sleeve: {clearance: 5 N}\n")
+    mistake = Mistake(("joints", "sleeve", "clearance"), "expected a length", "a number")
+    assert str(SceneError(document, [mistake])) == "\n".join(
+        [
+            "model.yaml:3:23: joints.sleeve.clearance: expected a length",
+            "     3 |   sleeve: {clearance: 5 N}",
+            "                               ^^^",
+            "hint: a number",
+        ]
+    )
+
+
+def test_a_key_that_is_not_there_is_shown_at_what_encloses_it() -> None:
+    document = read("joints:\n  pin: {type: slot}\n")
+    error = SceneError(document, [Mistake(("joints", "pin", "curve"), "missing")])
+    assert str(error).startswith("model.yaml:2:3: joints.pin.curve: missing")
+
+
+def test_long_lines_are_cut_around_the_value() -> None:
+    document = read("a: [" + "1, " * 200 + "here, " + "2, " * 200 + "]\n")
+    shown = str(SceneError(document, [Mistake(("a", 200), "wrong")])).splitlines()
+    assert len(shown[1]) < 120
+    start = shown[2].index("^")
+    assert shown[1][start : len(shown[2])] == "here"
+
+
+def test_wide_letters_move_the_caret() -> None:
+    document = read("振り子: wrong\n")
+    shown = str(SceneError(document, [Mistake(("振り子",), "wrong")])).splitlines()
+    assert shown[2].index("^") == 9 + 6 + 2
+
+
+def test_an_error_survives_pickling() -> None:
+    error = refusal("a: 1\na: 2\n")
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
+
+
+def test_a_document_without_text_still_shows_its_mistakes() -> None:
+    error = SceneError(Document("scene"), [Mistake(("run",), "missing 'turns'")])
+    assert str(error) == "scene: run: missing 'turns'"
+
+
+def test_files(tmp_path: Path) -> None:
+    path = tmp_path / "model.yaml"
+    for content, words in [
+        (b"title: \xff\n", f"{path}:1:1: not UTF-8 text: the byte 0xff"),
+        ("title: x".encode("utf-16"), "not UTF-8 text"),
+        (b"", "nothing in it"),
+    ]:
+        path.write_bytes(content)
+        with pytest.raises(SceneError, match=words.replace("\\", "\\\\")):
+            load_document(path)
+    path.write_bytes(b"title: x\r\nrun: 5 N\r\n")
+    document = load_document(path)
+    assert document.data == {"title": "x", "run": "5 N"}
+    assert document.folder == tmp_path
+    assert document.places["run",] == Place(2, 6, 9)
+    with pytest.raises(SceneError, match="can't read the file: No such file"):
+        load_document(tmp_path / "nowhere.yaml")
+    with pytest.raises(SceneError, match="can't read the file"):
+        load_document(tmp_path)
+
+
+BASE = "run: {turns: 4}\nbodies:\n  link: {rods: 10, at: [0, 1]}\n"
+
+
+@pytest.mark.parametrize(
+    ("setting", "path", "value"),
+    [
+        ("run.turns=2", ("run", "turns"), 2),
+        ("run.sample=1e-3", ("run", "sample"), 1e-3),
+        ("bodies.link.at.1=5 mm", ("bodies", "link", "at", 1), "5 mm"),
+        ("bodies.link={rods: 3}", ("bodies", "link"), {"rods": 3}),
+        ("gravity=[0, -9.81]", ("gravity",), [0, -9.81]),
+        ("initial.angles.guide=1", ("initial", "angles", "guide"), 1),
+        ("bodies.link.note=a=b", ("bodies", "link", "note"), "a=b"),
+    ],
+)
+def test_settings_replace_values(setting: str, path: tuple[str | int, ...], value: object) -> None:
+    before = read(BASE)
+    document = before.with_settings([setting])
+    found: object = document.data
+    for step in path:
+        found = found[step]  # type: ignore[index]
+    assert found == value
+    assert before.data == read(BASE).data
+    error = SceneError(document, [Mistake(path, "wrong")])
+    assert str(error).startswith(f"--set {setting}: ")
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("turns", "expected path=value"),
+        ("=2", "expected path=value"),
+        ("run..turns=2", "expected path=value"),
+        ("bodies.lnik.rods=5", "no 'lnik' in 'bodies'; did you mean 'link'?"),
+        ("run.turns.x=5", "'run.turns' is one value"),
+        ("bodies.link.at.2=5", "has 2 entries, counted from 0"),
+        ("bodies.link.at.x=5", "has 2 entries, counted from 0"),
+        ("run.turns=[1", "expected ',' or ']'"),
+        ("run.turns=!!python/name:os.system x", "is not allowed"),
+    ],
+)
+def test_settings_that_lead_nowhere(setting: str, words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        read(BASE).with_settings([setting])
+    assert str(caught.value).startswith(f"--set {setting}: ")
+    assert words in str(caught.value)
+
+
+def test_a_setting_removes_the_keys_it_excludes_unless_they_are_set_too() -> None:
+    exclusive = [(("run", "duration"), ("turns", "of"))]
+    document = read(BASE)
+    assert document.with_settings(["run.duration=1"], exclusive).data["run"] == {"duration": 1}
+    both = document.with_settings(["run.duration=1", "run.turns=2"], exclusive)
+    assert both.data["run"] == {"duration": 1, "turns": 2}
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.text(alphabet=st.sampled_from("ab1:-[]{}&*!'\"\\#|>%@`, \n\t\x00é\ufeff"), max_size=60))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    try:
+        parse_document(text, "model.yaml")
+    except SceneError as error:
+        str(error)  # it can be shown
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.text(max_size=40))
+def test_any_setting_is_taken_or_refused(text: str) -> None:
+    try:
+        read(BASE).with_settings([text])
+    except SceneError as error:
+        str(error)  # it can be shown
