@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-
 from exudyn_flexlink.mechanism import (
     Assembly,
     CannotAssembleError,
@@ -94,7 +93,7 @@ def assemble_scene(scene: Scene) -> Assembly:
         raise SceneError(scene.document, [mistake]) from error
     except CannotMoveError as error:
         raise SceneError(scene.document, [_speed_mistake(scene, error)]) from error
-    mistakes = [*_penetrations(assembly), *_redundancies(scene, assembly)]
+    mistakes = [*_penetrations(assembly), *_redundancies(assembly)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     return assembly
@@ -117,7 +116,7 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
     """Place in the file of a joint, or of the flexible body whose hinge it is."""
     if joint in scene.joints:
         return ("joints", joint)
-    body = joint.split(" hinge ")[0]
+    body = joint.split(" hinge ", maxsplit=1)[0]
     return ("bodies", body) if body in scene.bodies else ()
 
 
@@ -158,7 +157,7 @@ def _penetrations(assembly: Assembly) -> list[Mistake]:
     return found
 
 
-def _redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
+def _redundancies(assembly: Assembly) -> list[Mistake]:
     if not assembly.redundant:
         return []
     free = assembly.degrees_of_freedom
@@ -171,5 +170,3 @@ def _redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
             "dead centre: take one away, or start at another angle",
         )
     ]
-
-

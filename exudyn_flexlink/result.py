@@ -12,6 +12,9 @@ from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
+INTERRUPTED = "interrupted"
+"""Reason of an outcome that the user ended with Ctrl-C."""
+
 
 @dataclass(frozen=True)
 class Event:
@@ -19,7 +22,8 @@ class Event:
 
     `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
     an end of the face while pressed to it), ``lap`` (the slot's next lap begins). `name` is that of
-    the contact or joint in the scene, `details` are SI numbers by name (approach_speed, place, lap).
+    the contact or joint in the scene, `details` are SI numbers by name: approach_speed, place, gap,
+    and where a contact ended its impulse and energy_lost; lap.
     """
 
     time: float
@@ -63,7 +67,7 @@ class EnergyHistory:
     def residual(self) -> FloatArray:
         """What the balance misses, J: (kinetic + stored) - at time 0 + dissipated - supplied."""
         total = self.kinetic + self.stored
-        return total - total[0] + self.dissipated - self.supplied
+        return np.asarray(total - total[0] + self.dissipated - self.supplied)
 
 
 @dataclass(frozen=True)

@@ -2,20 +2,25 @@
 
 from exudyn_flexlink.curves.base import Curve, CurveError
 from exudyn_flexlink.curves.joined import Joined, Laps
-from exudyn_flexlink.curves.pieces import CircleArc, EllipseArc, LineSegment
+from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegment
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
+from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
 from exudyn_flexlink.curves.spline import Spline, SplinePiece
 
 __all__ = [
+    "Arc",
     "CircleArc",
     "Curve",
     "CurveError",
     "EllipseArc",
+    "Evaluator",
     "Joined",
     "Laps",
     "LineSegment",
     "Spline",
     "SplinePiece",
+    "evaluator",
+    "foot",
     "intersect_ray",
     "ray_crossings",
 ]

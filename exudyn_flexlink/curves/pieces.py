@@ -51,14 +51,15 @@ class Arc(Curve):
         self._range(first, first + TURN if full else turned * end_angle, full)
 
     def _raw(self, u: FloatArray, order: int) -> FloatArray:
-        centre, a, b = self._conic
+        centre, a, b = self.conic
         c, s = np.cos(u)[..., None], np.sin(u)[..., None]
         if order == 0:
             return np.asarray(centre + a * c + b * s)
         return np.asarray(b * c - a * s) if order == 1 else np.asarray(-a * c - b * s)
 
     @property
-    def _conic(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def conic(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """C, A and B (m) of ``P = C + A cos u + B sin u``, however the arc runs."""
         conic: tuple[FloatArray, FloatArray, FloatArray] = self.__dict__["_abc"]
         return conic
 
@@ -69,7 +70,7 @@ class Arc(Curve):
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
         """Solve ``alpha cos u + beta sin u = gamma``."""
-        centre, a, b = self._conic
+        centre, a, b = self.conic
         alpha, beta = float(cross(direction, a)), float(cross(direction, b))
         reach = math.hypot(alpha, beta)
         ratio = float(cross(direction, origin - centre)) / reach

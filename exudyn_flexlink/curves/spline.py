@@ -110,6 +110,11 @@ class Spline(Curve):
     def _raw(self, u: FloatArray, order: int) -> FloatArray:
         return np.asarray(self._polynomial(u, order), dtype=float)
 
+    def cubics(self) -> tuple[list[float], list[list[list[float]]]]:
+        """Knots, and for every span the coefficients [x, y] of w^3, w^2, w, 1 (w from its knot)."""
+        coefficients = np.moveaxis(self._polynomial.c, 0, 1)
+        return self._polynomial.x.tolist(), coefficients.tolist()
+
     def grid(self) -> FloatArray:
         """Four steps between neighbouring points."""
         knots = self._polynomial.x

@@ -16,6 +16,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
     constraint_rows,
+    joint_residuals,
 )
 from exudyn_flexlink.mechanism.model import (
     GROUND,
@@ -31,6 +32,14 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.schedule import (
+    TurnGoal,
+    contact_step,
+    end_of_run,
+    half_period,
+    sample_times,
+    turn_goal,
+)
 
 __all__ = [
     "GROUND",
@@ -51,6 +60,7 @@ __all__ = [
     "Slot",
     "Start",
     "State",
+    "TurnGoal",
     "Weld",
     "accelerations",
     "anchor_position",
@@ -62,6 +72,12 @@ __all__ = [
     "chain_of",
     "constraint_rows",
     "contact_mass",
+    "contact_step",
+    "end_of_run",
     "face_length",
+    "half_period",
+    "joint_residuals",
+    "sample_times",
+    "turn_goal",
     "turning",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,6 @@ from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraint_jacobian
 from exudyn_flexlink.mechanism.kinematics import (
     Rows,
-    anchor_jacobian,
     anchor_position,
     angle_of,
     constraint_rows,
@@ -102,7 +102,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     v = _velocities(mechanism, q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     jacobian = constraint_jacobian(mechanism, q, places)
-    rank = int(np.linalg.matrix_rank(_scaled(mechanism, jacobian), tol=1e-9)) if len(jacobian) else 0
+    rank = _rank(mechanism, jacobian)
     return Assembly(mechanism, State(q, v, a, places), q.size - rank, len(jacobian) - rank)
 
 
@@ -126,7 +126,7 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
     q[:, 2] = [turned.get(i, 0.0) for i in range(len(q))]
     placed = {GROUND}
     joints: list[tuple[Anchor, Anchor]] = [
-        (joint.first, joint.second) for joint in (*mechanism.pins, *mechanism.welds)
+        (joint.first, joint.second) for joint in mechanism.attachments
     ]
     slides = [(slide.guide, slide.rod) for slide in mechanism.slides]
     while True:
@@ -153,9 +153,9 @@ def _known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
             _pass_on(known, weld.first.part, weld.second.part, weld.angle)
         for slide in mechanism.slides:
             _pass_on(known, slide.guide.part, slide.rod.part, 0.0)
-        for body in {part.body for part in mechanism.parts}:
+        for body in dict.fromkeys(part.body for part in mechanism.parts):
             chain = mechanism.parts_of(body)
-            for first, second in zip(chain, chain[1:], strict=False):
+            for first, second in pairwise(chain):
                 _pass_on(known, first, second, 0.0)
         if len(known) == before:
             break
@@ -275,10 +275,13 @@ def _scales(mechanism: Mechanism) -> FloatArray:
     return np.array([(p.reach, p.reach, 1.0) for p in mechanism.parts]).ravel()
 
 
-def _scaled(mechanism: Mechanism, jacobian: FloatArray) -> FloatArray:
-    """Jacobian by scaled coordinates, every row of length 1: fit for counting its rank."""
+def _rank(mechanism: Mechanism, jacobian: FloatArray) -> int:
+    """Number of independent constraints, counted on rows of length 1 by scaled coordinates."""
+    if not len(jacobian):
+        return 0
     scaled = jacobian * _scales(mechanism)
-    return np.asarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
+    rows = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    return int(np.linalg.matrix_rank(rows, tol=1e-9))
 
 
 # --- velocities -----------------------------------------------------------------------------
@@ -297,8 +300,9 @@ def _velocities(
     motors = [motor.ramp.at(0.0) for motor in mechanism.speed_motors]
     if motors:
         right[-len(motors) :] = motors
-    names = [(row.name, row.kind) for row in constraint_rows(mechanism, q, places)
-             for _ in row.residual] + [(m.name, "drive") for m in mechanism.speed_motors]  # fmt: skip
+    joints = constraint_rows(mechanism, q, places)
+    names = [(row.name, row.kind) for row in joints for _ in row.residual]
+    names += [(motor.name, "drive") for motor in mechanism.speed_motors]
     rigid, spread = _rigid_bodies(mechanism, q, jacobian)
     extra = np.zeros((len(start.speeds), 3 * count))
     for row, part in enumerate(start.speeds):
@@ -329,5 +333,3 @@ def _rigid_bodies(
         block[0, 2], block[1, 2] = -arm[1], arm[0]
         spread[3 * i : 3 * i + 3, 3 * body : 3 * body + 3] = block
     return jacobian @ spread, spread
-
-

@@ -12,8 +12,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Slot
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slot, Weld
 
 FloatArray = NDArray[np.float64]
 
@@ -102,17 +101,16 @@ def constraint_rows(
     speed motors prescribe; None leaves the motors out.
     """
     count = len(mechanism.parts)
-    for joint in (*mechanism.pins, *mechanism.welds):
+    for joint in mechanism.attachments:
         gap = anchor_position(joint.second, q) - anchor_position(joint.first, q)
         jacobian = anchor_jacobian(joint.second, q) - anchor_jacobian(joint.first, q)
-        angle = getattr(joint, "angle", None)
-        if angle is not None:
-            first, second = joint.first.part, joint.second.part
-            turned = angle_of(second, q) - angle_of(first, q) - angle
-            gap = np.append(gap, turned)
-            row = angle_jacobian(second, count) - angle_jacobian(first, count)
-            jacobian = np.vstack([jacobian, row])
-        yield Rows(joint.name, "revolute" if angle is None else "weld", gap, jacobian)
+        if isinstance(joint, Pin):
+            yield Rows(joint.name, "revolute", gap, jacobian)
+            continue
+        first, second = joint.first.part, joint.second.part
+        turned = angle_of(second, q) - angle_of(first, q) - joint.angle
+        row = angle_jacobian(second, count) - angle_jacobian(first, count)
+        yield Rows(joint.name, "weld", np.append(gap, turned), np.vstack([jacobian, row]))
     for slide in mechanism.slides:
         yield Rows(slide.name, "sleeve", *_slide(slide.guide, slide.rod, q))
     for slot, place in zip(mechanism.slots, places, strict=True):
@@ -148,6 +146,32 @@ def stack(rows: list[Rows], count: int) -> tuple[FloatArray, FloatArray]:
     return np.concatenate([r.residual for r in rows]), np.vstack([r.jacobian for r in rows])
 
 
+def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
+    """Largest violation (m or rad) of each joint at many instants, (instants, joints).
+
+    `q` is (instants, parts, 3), `places` (instants, slots) the slots' curve parameters next to
+    their anchors. Motors are left out.
+    """
+    residuals = []
+    for joint in mechanism.attachments:
+        gap = anchor_position(joint.second, q) - anchor_position(joint.first, q)
+        residuals.append(np.hypot(gap[..., 0], gap[..., 1]))
+        if isinstance(joint, Weld):
+            turned = angle_of(joint.second.part, q) - angle_of(joint.first.part, q)
+            residuals.append(np.abs(turned - joint.angle))
+    for slide in mechanism.slides:
+        angle = angle_of(slide.guide.part, q)
+        between = anchor_position(slide.rod, q) - anchor_position(slide.guide, q)
+        across = np.cos(angle) * between[..., 1] - np.sin(angle) * between[..., 0]
+        residuals += [np.abs(across), np.abs(angle_of(slide.rod.part, q) - angle)]
+    for k, slot in enumerate(mechanism.slots):
+        point, derivative, _ = slot.curve.derivatives(places[:, k])
+        away = anchor_position(slot.anchor, q) - point
+        across = derivative[:, 0] * away[:, 1] - derivative[:, 1] * away[:, 0]
+        residuals.append(np.abs(across) / np.hypot(derivative[:, 0], derivative[:, 1]))
+    return np.stack(residuals, axis=-1) if residuals else np.zeros((len(q), 0))
+
+
 def rate_of_jacobian_times_velocity(
     jacobian_at: Callable[[FloatArray], FloatArray], q: FloatArray, v: FloatArray
 ) -> FloatArray:
@@ -155,8 +179,3 @@ def rate_of_jacobian_times_velocity(
     dt = 1e-6
     ahead, behind = jacobian_at(q + dt * v), jacobian_at(q - dt * v)
     return np.asarray((ahead - behind) @ v.ravel() / (2 * dt))
-
-
-def slot_curves(mechanism: Mechanism) -> tuple[Curve, ...]:
-    """Curves of the slots, in order."""
-    return tuple(slot.curve for slot in mechanism.slots)

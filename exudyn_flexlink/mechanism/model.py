@@ -134,6 +134,11 @@ class Mechanism:
     contacts: tuple[FaceContact, ...]
     gravity: tuple[float, float]
 
+    @property
+    def attachments(self) -> tuple[Pin | Weld, ...]:
+        """Pins and welds, in the order of their constraints."""
+        return (*self.pins, *self.welds)
+
     def with_springs(self, springs: tuple[RotarySpring, ...]) -> Mechanism:
         """Return the same mechanism with other springs."""
         return replace(self, springs=springs)

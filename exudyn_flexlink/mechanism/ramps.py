@@ -45,7 +45,5 @@ class Ramp:
         low, high = 0.0, self.duration
         for _ in range(200):
             middle = (low + high) / 2
-            low, high = (
-                (middle, high) if self.integral(middle) / integral < 1 else (low, middle)
-            )
+            low, high = (middle, high) if self.integral(middle) / integral < 1 else (low, middle)
         return high

@@ -42,7 +42,9 @@ def build_curves(scene: Scene) -> tuple[dict[str, Curve], list[Mistake]]:
     return curves, mistakes
 
 
-def build_curve(spec: CurveSpec | str, named: Mapping[str, CurveSpec]) -> Curve:
+def build_curve(  # noqa: PLR0911 - one return for each type
+    spec: CurveSpec | str, named: Mapping[str, CurveSpec]
+) -> Curve:
     """Build one curve; names in it are looked up in `named`.
 
     Raises:
@@ -61,8 +63,8 @@ def build_curve(spec: CurveSpec | str, named: Mapping[str, CurveSpec]) -> Curve:
     if isinstance(spec, SplineSpec):
         return Spline(np.asarray(spec.points, dtype=float), closed=spec.closed)
     if isinstance(spec, JoinedSpec):
-        return Joined([build_curve(piece, named) for piece in spec.pieces])
-    return Laps([build_curve(lap, named) for lap in spec.curves], meet=spec.meet)
+        return Joined(tuple(build_curve(piece, named) for piece in spec.pieces))
+    return Laps(tuple(build_curve(lap, named) for lap in spec.curves), meet=spec.meet)
 
 
 def _angles(spec: EllipseSpec | CircleSpec) -> tuple[float, float]:

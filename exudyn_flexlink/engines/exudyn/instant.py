@@ -1,0 +1,24 @@
+"""The state at the end of one step, as the loop hands it on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """Time (s), length of the step that ended there (s), coordinates and velocities.
+
+    The coordinates of all parts stand one after the other; the lists hold the same numbers, for
+    code that needs a few of them fast.
+    """
+
+    time: float
+    done: float
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    q_list: list[float]
+    v_list: list[float]

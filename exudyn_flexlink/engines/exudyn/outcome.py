@@ -1,0 +1,243 @@
+"""After the solve: samples to a Result, with its events, checks, warnings and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, isfinite
+from platform import python_version
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.engine import version
+from exudyn_flexlink.mechanism import anchor_position, approach
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    Checks,
+    ContactHistory,
+    EnergyHistory,
+    Event,
+    Outcome,
+    Result,
+)
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.engines.exudyn.run import Prepared
+
+FloatArray = NDArray[np.float64]
+
+ENOUGH_STEPS = 30  # per contact: restitution is then right to 1 %
+ENERGY_WARNING = 1e-2  # of the largest kinetic energy
+CONSTRAINT_WARNING = 1e-8  # m or rad
+
+
+def finish(
+    prepared: Prepared, complaint: str, iterations: int, clock: tuple[float, float, float]
+) -> Result:
+    """Put the Result together; `clock` holds when the run began, was ready and was solved, s."""
+    from time import perf_counter  # noqa: PLC0415 - only here
+
+    recorder, mechanism = prepared.recorder, prepared.assembly.mechanism
+    kept = {key: np.concatenate(value) for key, value in vars(recorder.samples).items()}
+    count = len(kept["time"])
+    poses = kept["q"].reshape(count, -1, 3)
+    rates = kept["v"].reshape(count, -1, 3)
+    checks = _checks(prepared, iterations)
+    outcome = _outcome(prepared, complaint)
+    energy = EnergyHistory(*kept["energies"].T)
+    result = Result(
+        scene=prepared.scene,
+        engine="exudyn",
+        settings=_settings(prepared),
+        versions={"exudyn": version(), "numpy": np.__version__, "python": python_version()},
+        timings={},
+        part_names=tuple(part.name for part in mechanism.parts),
+        time=kept["time"],
+        poses=poses,
+        rates=rates,
+        drive_torques=_torques(prepared, kept["time"], kept["multipliers"]),
+        joint_forces=_joint_forces(prepared, kept["multipliers"]),
+        slot_forces=_slot_forces(prepared, poses, kept),
+        contacts=_contacts(prepared, poses, rates, kept["forces"]),
+        energy=energy,
+        events=_events(prepared, kept),
+        checks=checks,
+        warnings=_warnings(prepared, checks),
+        outcome=outcome,
+    )
+    began, ready, solved = clock
+    timings = {
+        "prepare": ready - began,
+        "solve": solved - ready,
+        "process": perf_counter() - solved,
+    }
+    return replace(result, timings=timings)
+
+
+def _settings(prepared: Prepared) -> dict[str, float | str]:
+    accuracy = prepared.scene.accuracy
+    settings: dict[str, float | str] = {
+        "integrator": "generalised-alpha, index 3",
+        "spectral_radius": accuracy.spectral_radius,
+        "steps_per_contact": accuracy.steps_per_contact,
+    }
+    if accuracy.step is not None:
+        settings["step"] = accuracy.step
+    if accuracy.tolerance is not None:
+        settings["tolerance"] = accuracy.tolerance
+    if isfinite(prepared.contact_step):
+        settings["contact_step"] = prepared.contact_step
+    return settings
+
+
+def _torques(
+    prepared: Prepared, time: FloatArray, multipliers: FloatArray
+) -> dict[str, FloatArray]:
+    """Torque of each drive on its joint's second part, N m."""
+    mechanism = prepared.assembly.mechanism
+    rows = prepared.recorder.motor_rows
+    torques = {
+        motor.name: -multipliers[:, row]
+        for motor, row in zip(mechanism.speed_motors, rows, strict=True)
+    }
+    for motor in mechanism.torque_motors:
+        torques[motor.name] = np.array([motor.ramp.at(t) for t in time])
+    return torques
+
+
+def _joint_forces(prepared: Prepared, multipliers: FloatArray) -> dict[str, FloatArray]:
+    """Force of each revolute joint of the scene on its second point, N, global axes."""
+    system = prepared.system
+    return {
+        name: -multipliers[:, system.multipliers(item)]
+        for name, item in system.joints.items()
+        if name in prepared.scene.joints
+    }
+
+
+def _slot_forces(
+    prepared: Prepared, poses: FloatArray, kept: dict[str, FloatArray]
+) -> dict[str, FloatArray]:
+    return {
+        slot.slot.name: slot.force(
+            kept["multipliers"], anchor_position(slot.slot.anchor, poses), kept["places"][:, k]
+        )
+        for k, slot in enumerate(prepared.slots)
+    }
+
+
+def _contacts(
+    prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
+) -> dict[str, ContactHistory]:
+    histories = {}
+    for k, contact in enumerate(prepared.assembly.mechanism.contacts):
+        at = approach(contact, poses, rates)
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k])
+    return histories
+
+
+def _events(prepared: Prepared, kept: dict[str, FloatArray]) -> tuple[Event, ...]:
+    """Events, with the impulse (N s) and the energy lost (J) of every contact that ended."""
+    names = [contact.name for contact in prepared.assembly.mechanism.contacts]
+    begun: dict[str, int] = {}
+    events = []
+    for event in prepared.loop.events:
+        if event.name not in names:
+            events.append(event)
+            continue
+        k = names.index(event.name)
+        now = int(np.searchsorted(kept["time"], event.time))
+        details = dict(event.details)
+        if event.kind == "contact begins":
+            begun[event.name] = now
+        else:
+            first = begun.pop(event.name)
+            for word, values in (("impulse", kept["impulses"]), ("energy_lost", kept["losses"])):
+                details[word] = float(values[now, k] - values[first, k])
+        events.append(Event(event.time, event.kind, event.name, details))
+    return tuple(events)
+
+
+def _checks(prepared: Prepared, iterations: int) -> Checks:
+    recorder, loop = prepared.recorder, prepared.loop
+    per_contact = inf
+    if isfinite(prepared.contact_step):
+        half_period = prepared.contact_step * prepared.scene.accuracy.steps_per_contact
+        step = prepared.loop.chooser.first if prepared.fixed else prepared.contact_step
+        per_contact = half_period / step
+    return Checks(
+        energy_residual=recorder.energy_residual,
+        largest_kinetic_energy=recorder.largest_kinetic_energy,
+        constraint_error=recorder.constraint_error,
+        steps=max(recorder.steps, 0),
+        newton_iterations=iterations,
+        smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
+        largest_step=loop.largest_step,
+        steps_per_contact=per_contact,
+        largest_penetration=recorder.largest_penetration,
+    )
+
+
+def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
+    """Say what makes the numbers doubtful."""
+    warnings = []
+    touched = any(event.kind == "contact begins" for event in prepared.loop.events)
+    if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
+        warnings.append(
+            f"{checks.steps_per_contact:.3g} steps per contact: below {ENOUGH_STEPS} the "
+            "restitution is off by more than 1 %, below about 5 the impact is wrong; "
+            "take smaller steps, or give a tolerance instead of a step"
+        )
+    energy = max(checks.largest_kinetic_energy, 1e-300)
+    if checks.energy_residual > ENERGY_WARNING * energy:
+        warnings.append(
+            f"the energy balance misses {checks.energy_residual:.3g} J, "
+            f"{checks.energy_residual / energy:.2g} of the largest kinetic energy: "
+            "tighten the tolerance and compare"
+        )
+    if checks.constraint_error > CONSTRAINT_WARNING:
+        warnings.append(
+            f"a joint is violated by {checks.constraint_error:.3g} (m or rad): "
+            "tighten the tolerance"
+        )
+    return tuple(warnings)
+
+
+def _outcome(prepared: Prepared, complaint: str) -> Outcome:
+    loop = prepared.loop
+    if loop.interrupted:
+        return Outcome(False, loop.time, INTERRUPTED, "what was computed until then is kept")
+    if loop.stop_reason:
+        return Outcome(
+            False, loop.time, loop.stop_reason, "lengthen the curve, or end the run before"
+        )
+    if complaint:
+        return Outcome(False, loop.time, _plain(complaint), _advice(complaint))
+    if loop.goal is not None and loop.goal.left(prepared.recorder.last_positions()) > 1e-9:
+        return Outcome(
+            False,
+            loop.time,
+            f"'at_most' was reached before joint '{prepared.scene.run.of}' made its turns",
+            "raise 'at_most', or the torque",
+        )
+    if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
+        return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
+    return Outcome(True, loop.time)
+
+
+def _plain(complaint: str) -> str:
+    if "singular" in complaint:
+        return "the equations became singular: a dead centre, or joints that contradict each other"
+    if "step size" in complaint or "Newton" in complaint:
+        return "the solver found no solution even with its smallest step"
+    return complaint.strip().splitlines()[0]
+
+
+def _advice(complaint: str) -> str:
+    if "singular" in complaint:
+        return "look at the mechanism there; start elsewhere, or change lengths so that it passes"
+    return (
+        "tighten the tolerance (or shorten the step), soften the contact, "
+        "or look at the mechanism there: it may be about to lock"
+    )

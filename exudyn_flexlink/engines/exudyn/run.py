@@ -1,0 +1,161 @@
+"""Run a scene in Exudyn: index-3 generalised-alpha with the steps of `stepping`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import ceil, inf
+from signal import SIGINT, signal
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.engines.exudyn.contacts import ContactItem
+from exudyn_flexlink.engines.exudyn.engine import Engine
+from exudyn_flexlink.engines.exudyn.outcome import finish
+from exudyn_flexlink.engines.exudyn.recording import Recorder
+from exudyn_flexlink.engines.exudyn.slots import SlotItems
+from exudyn_flexlink.engines.exudyn.stepping import (
+    ErrorControl,
+    FixedStep,
+    Loop,
+    StepChooser,
+)
+from exudyn_flexlink.engines.exudyn.system import System, build_system
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import (
+    Assembly,
+    contact_step,
+    end_of_run,
+    sample_times,
+    turn_goal,
+)
+from exudyn_flexlink.result import Event, Result
+from exudyn_flexlink.scene import Scene
+
+
+@dataclass
+class Prepared:
+    """Everything a solve needs, and what is left of it afterwards."""
+
+    scene: Scene
+    assembly: Assembly
+    system: System
+    slots: list[SlotItems]
+    contacts: list[ContactItem]
+    recorder: Recorder
+    loop: Loop
+    contact_step: float
+    fixed: bool
+
+
+def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result:
+    """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
+
+    Raises:
+        SceneError: the scene can't be put together.
+
+    """
+    began = perf_counter()
+    prepared = _prepare(scene, progress)
+    ready = perf_counter()
+    error, iterations = _solve(prepared)
+    solved = perf_counter()
+    prepared.recorder.flush()
+    return finish(prepared, error, iterations, (began, ready, solved))
+
+
+def _prepare(scene: Scene, progress: Callable[[float], None] | None) -> Prepared:
+    assembly = assemble_scene(scene)
+    end = end_of_run(scene, assembly.mechanism)
+    system = build_system(assembly)
+    shortest = contact_step(scene, assembly)
+    fixed = scene.accuracy.step is not None
+    events: list[Event] = []
+    count = len(assembly.mechanism.slots)
+    slots = [SlotItems(system, i, events) for i in range(count)]
+    in_contact = inf if fixed else shortest
+    count = len(assembly.mechanism.contacts)
+    contacts = [ContactItem(system, i, in_contact, events) for i in range(count)]
+    system.mbs.Assemble()
+    motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
+    recorder = Recorder(
+        assembly.mechanism,
+        sample_times(scene, end),
+        motor_rows,
+        len(system.mbs.systemData.GetAECoordinates()),
+        scene.accuracy.spectral_radius,
+    )
+    chooser, goal = _chooser(scene, assembly, end), turn_goal(scene, assembly)
+    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, progress)
+    return Prepared(scene, assembly, system, slots, contacts, recorder, loop, shortest, fixed)
+
+
+def _chooser(scene: Scene, assembly: Assembly, end: float) -> StepChooser:
+    if scene.accuracy.step is not None:
+        return FixedStep(scene.accuracy.step)
+    weights = np.array([(1.0, 1.0, part.reach) for part in assembly.mechanism.parts]).ravel()
+    return ErrorControl(scene.accuracy.tolerance or 0.0, end, weights)
+
+
+def _solve(prepared: Prepared) -> tuple[str, int]:
+    """Run the solver; return its complaint (empty if there is none) and its Newton iterations."""
+    system, loop, state = prepared.system, prepared.loop, prepared.assembly.state
+    data = system.mbs.systemData
+    # Exudyn's own initial accelerations miss what depends on time explicitly and are wrong for
+    # quadratic constraints: these come from the mechanism's equations.
+    data.SetODE2Coordinates_tt(state.a.ravel(), Engine.ConfigurationType.Initial)
+    multipliers = np.zeros(len(data.GetAECoordinates()))
+    first = loop.start(state.q.ravel(), state.v.ravel(), multipliers)
+    system.mbs.SetPostStepUserFunction(loop.after_step)
+    settings = _settings(prepared, first)
+    complaint = ""
+    try:
+        with _interrupts_end(loop):
+            system.mbs.SolveDynamic(settings, showHints=False)
+    except Exception as error:
+        complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
+    if loop.error is not None:
+        raise loop.error
+    return complaint, int(system.mbs.sys["dynamicSolver"].it.newtonStepsCount)
+
+
+@contextmanager
+def _interrupts_end(loop: Loop) -> Iterator[None]:
+    """Let Ctrl-C end the run after the current step instead of somewhere inside the solver."""
+    try:
+        before = signal(SIGINT, lambda *_: loop.interrupt())
+    except ValueError:  # not the main thread: Ctrl-C is not ours
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal(SIGINT, before)
+
+
+def _settings(prepared: Prepared, first: float) -> Any:
+    settings = Engine.SimulationSettings()
+    time = settings.timeIntegration
+    time.endTime = prepared.loop.end
+    # The solver returns to steps of endTime/numberOfSteps after a failed one: no more than ours.
+    largest = prepared.loop.chooser.largest
+    time.numberOfSteps = max(1, ceil(prepared.loop.end / largest))
+    time.initialStepSize = first
+    time.minimumStepSize = 1e-10
+    # Left alone, the solver doubles a step that is shorter than its own every few steps.
+    time.adaptiveStepRecoverySteps = 10**9
+    time.generalizedAlpha.spectralRadius = prepared.scene.accuracy.spectral_radius
+    time.generalizedAlpha.computeInitialAccelerations = False
+    time.newton.useModifiedNewton = True
+    time.newton.modifiedNewtonJacUpdatePerStep = True
+    time.newton.relativeTolerance = 1e-8
+    time.newton.absoluteTolerance = 1e-10
+    time.verboseMode = 0
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    settings.linearSolver.solverType = Engine.LinearSolverType.EigenSparse
+    settings.linearSolver.reuseAnalyzedPattern = True
+    return settings

@@ -1,0 +1,206 @@
+"""Mechanism to Exudyn: one item for each thing the mechanism has, none for what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from exudyn_flexlink.engines.exudyn.engine import Engine, items
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Assembly,
+    Mechanism,
+    Motor,
+    Pin,
+    RotarySpring,
+    Slide,
+    Weld,
+)
+
+
+@dataclass
+class System:
+    """An Exudyn system and the numbers of its items; it never leaves this package.
+
+    The coordinates of part i are 3 i, 3 i + 1, 3 i + 2: nodes have no reference values, so that
+    coordinates are positions and angles themselves (quadratic constraints need that).
+    """
+
+    assembly: Assembly
+    container: Any = field(default_factory=Engine.SystemContainer)
+    mbs: Any = None
+    nodes: list[int] = field(default_factory=list)
+    bodies: list[int] = field(default_factory=list)
+    ground: int = 0
+    ground_node: int = 0
+    joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
+    motors: dict[str, int] = field(default_factory=dict)  # speed motors
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism behind the items."""
+        return self.assembly.mechanism
+
+    def multipliers(self, item: int) -> list[int]:
+        """Indices of an item's Lagrange multipliers; after assembling."""
+        return list(self.mbs.systemData.GetObjectLTGAE(item))
+
+    def point_marker(self, anchor: Anchor) -> int:
+        """Marker of an anchor's position."""
+        return int(self.mbs.AddMarker(items.MarkerBodyPosition(**self._at(anchor))))
+
+    def rigid_marker(self, anchor: Anchor) -> int:
+        """Marker of an anchor's position and orientation."""
+        return int(self.mbs.AddMarker(items.MarkerBodyRigid(**self._at(anchor))))
+
+    def angle_marker(self, part: int) -> int:
+        """Marker of a part's angle."""
+        if part == GROUND:
+            marker = items.MarkerNodeCoordinate(nodeNumber=self.ground_node, coordinate=0)
+        else:
+            marker = items.MarkerNodeCoordinate(nodeNumber=self.nodes[part], coordinate=2)
+        return int(self.mbs.AddMarker(marker))
+
+    def _at(self, anchor: Anchor) -> dict[str, Any]:
+        body = self.ground if anchor.part == GROUND else self.bodies[anchor.part]
+        return {"bodyNumber": body, "localPosition": [anchor.x, anchor.y, 0.0]}
+
+
+def build_system(assembly: Assembly) -> System:
+    """Create bodies, pins, welds, slides, springs, motors and weight; slots and contacts follow."""
+    system = System(assembly)
+    system.mbs = system.container.AddSystem()
+    system.ground = system.mbs.AddObject(items.ObjectGround())
+    system.ground_node = system.mbs.AddNode(items.NodePointGround())
+    mechanism = assembly.mechanism
+    _add_parts(system)
+    for pin in mechanism.pins:
+        system.joints[pin.name] = _add_pin(system, pin)
+    for weld in mechanism.welds:
+        _add_weld(system, weld)
+    for slide in mechanism.slides:
+        _add_slide(system, slide)
+    for spring in mechanism.springs:
+        _add_spring(system, spring)
+    for motor in mechanism.speed_motors:
+        system.motors[motor.name] = _add_speed_motor(system, motor)
+    for motor in mechanism.torque_motors:
+        _add_torque_motor(system, motor)
+    if any(mechanism.gravity):
+        _add_weight(system)
+    return system
+
+
+def _add_parts(system: System) -> None:
+    state = system.assembly.state
+    for part, q, v in zip(system.mechanism.parts, state.q, state.v, strict=True):
+        node = system.mbs.AddNode(
+            items.NodeRigidBody2D(initialCoordinates=q.tolist(), initialVelocities=v.tolist())
+        )
+        body = system.mbs.AddObject(
+            items.ObjectRigidBody2D(
+                mass=part.mass,
+                inertia=part.inertia_about_origin,  # Exudyn wants it about the node, not the centre
+                centerOfMass=list(part.centre),
+                nodeNumber=node,
+            )
+        )
+        system.nodes.append(node)
+        system.bodies.append(body)
+
+
+def _add_pin(system: System, pin: Pin | Weld) -> int:
+    markers = [system.point_marker(pin.first), system.point_marker(pin.second)]
+    return int(system.mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=markers)))
+
+
+def _add_weld(system: System, weld: Weld) -> None:
+    _add_pin(system, weld)
+    markers = [system.angle_marker(weld.first.part), system.angle_marker(weld.second.part)]
+    system.mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=markers, offset=weld.angle))
+
+
+def _add_slide(system: System, slide: Slide) -> None:
+    markers = [system.rigid_marker(slide.guide), system.rigid_marker(slide.rod)]
+    system.mbs.AddObject(
+        items.ObjectJointPrismatic2D(
+            markerNumbers=markers,
+            axisMarker0=[1.0, 0.0, 0.0],
+            normalMarker1=[0.0, 1.0, 0.0],
+            constrainRotation=True,
+        )
+    )
+
+
+def _add_spring(system: System, spring: RotarySpring) -> None:
+    # On angles directly: a TorsionalSpringDamper, which works on 3D markers, costs up to 1.6 times.
+    markers = [system.angle_marker(spring.first), system.angle_marker(spring.second)]
+    system.mbs.AddObject(
+        items.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=markers,
+            stiffness=spring.stiffness,
+            damping=spring.damping,
+            offset=spring.rest_angle or 0.0,
+        )
+    )
+
+
+def _add_speed_motor(system: System, motor: Motor) -> int:
+    """Prescribe the angle, not the speed: integrating a speed would let the angle drift."""
+    q = system.assembly.state.q
+    start = sum(
+        sign * float(q[part, 2])
+        for part, sign in ((motor.second, 1.0), (motor.first, -1.0))
+        if part != GROUND
+    )
+    ramp = motor.ramp
+
+    def angle(_mbs: Any, time: float, _item: int, _offset: float) -> float:
+        return start + ramp.integral(time)
+
+    def speed(_mbs: Any, time: float, _item: int, _offset: float) -> float:
+        return ramp.at(time)
+
+    markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
+    return int(
+        system.mbs.AddObject(
+            items.ObjectConnectorCoordinate(
+                markerNumbers=markers, offsetUserFunction=angle, offsetUserFunction_t=speed
+            )
+        )
+    )
+
+
+def _add_torque_motor(system: System, motor: Motor) -> None:
+    for part, sign in ((motor.second, 1.0), (motor.first, -1.0)):
+        if part == GROUND:
+            continue
+        function: Callable[..., float] | int = 0
+        if motor.ramp.duration > 0:
+            function = _torque_function(motor, sign)
+        system.mbs.AddLoad(
+            items.LoadCoordinate(
+                markerNumber=system.angle_marker(part),
+                load=sign * motor.ramp.value,
+                loadUserFunction=function,
+            )
+        )
+
+
+def _torque_function(motor: Motor, sign: float) -> Callable[[Any, float, float], float]:
+    ramp = motor.ramp
+
+    def torque(_mbs: Any, time: float, _load: float) -> float:
+        return sign * ramp.at(time)
+
+    return torque
+
+
+def _add_weight(system: System) -> None:
+    gx, gy = system.mechanism.gravity
+    for index, part in enumerate(system.mechanism.parts):
+        marker = system.point_marker(Anchor(index, *part.centre))
+        weight = [part.mass * gx, part.mass * gy, 0.0]
+        system.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=weight))

@@ -1,0 +1,97 @@
+"""When a run ends, which instants it keeps, and how short its contacts are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, log10, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.assembly import Assembly
+from exudyn_flexlink.mechanism.dynamics import contact_mass
+from exudyn_flexlink.mechanism.kinematics import angle_of
+from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES = 2000  # about so many, where the scene does not say
+
+
+@dataclass(frozen=True)
+class TurnGoal:
+    """Ends a run when the second part has turned by `turned` (rad) from `start` on the first."""
+
+    first: int
+    second: int
+    start: float
+    turned: float
+
+    def left(self, q: list[float]) -> float:
+        """Angle still to turn, rad, at coordinates of all parts one after the other."""
+        done = self._relative(q) - self.start
+        return abs(self.turned) - (done if self.turned > 0 else -done)
+
+    def rate(self, v: list[float]) -> float:
+        """Speed towards the goal, rad/s."""
+        speed = self._relative(v)
+        return speed if self.turned > 0 else -speed
+
+    def _relative(self, x: list[float]) -> float:
+        second = x[3 * self.second + 2] if self.second != GROUND else 0.0
+        return second - (x[3 * self.first + 2] if self.first != GROUND else 0.0)
+
+
+def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
+    """Time at which a run ends at the latest, s: its duration, or when a drive has made its turns.
+
+    Turns of a joint without speed drive end at `at_most`.
+    """
+    run = scene.run
+    if run.duration is not None:
+        return run.duration
+    turned = 2 * pi * (run.turns or 0.0)
+    for motor in mechanism.speed_motors:
+        if scene.drives[motor.name].joint == run.of:
+            made = motor.ramp.time_of(turned if motor.ramp.value > 0 else -turned)
+            return min(made, run.at_most or inf)
+    return run.at_most or inf
+
+
+def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
+    """Turns that end a run at a time nobody knows before; None if it is known."""
+    run, mechanism = scene.run, assembly.mechanism
+    driven = {scene.drives[motor.name].joint for motor in mechanism.speed_motors}
+    if run.turns is None or run.of in driven:
+        return None
+    pin = next(pin for pin in mechanism.pins if pin.name == run.of)
+    first, second = pin.first.part, pin.second.part
+    start = float(angle_of(second, assembly.state.q) - angle_of(first, assembly.state.q))
+    return TurnGoal(first, second, start, 2 * pi * run.turns)
+
+
+def sample_times(scene: Scene, end: float) -> FloatArray:
+    """Even instants from 0 to the end, which is one of them, s; a round interval if not given."""
+    interval = scene.run.sample
+    if interval is None:
+        raw = end / SAMPLES
+        power = 10.0 ** np.floor(log10(raw))
+        interval = float(power * min((1, 2, 5, 10), key=lambda m: abs(m - raw / power)))
+    count = int(end / interval * (1 + 1e-12))
+    grid = interval * np.arange(count + 1)
+    # An end that is on the grid but for rounding takes the grid's place.
+    return np.append(grid if end - grid[-1] > 1e-9 * interval else grid[:-1], end)
+
+
+def half_period(assembly: Assembly, contact: FaceContact) -> float:
+    """Half the period of the contact's stiffness with the least mass behind it, s."""
+    state = assembly.state
+    mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
+    return contact.law.half_period(mass)
+
+
+def contact_step(scene: Scene, assembly: Assembly) -> float:
+    """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
+    shortest = min((half_period(assembly, c) for c in assembly.mechanism.contacts), default=inf)
+    return shortest / scene.accuracy.steps_per_contact

@@ -1,0 +1,30 @@
+"""What a Result means: crank angle, path of a point, response of a struck body, strikes.
+
+Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angles in rad; N is the
+number of samples.
+"""
+
+from exudyn_flexlink.observables.crank import crank_angle, crank_joint, joint_angle, laps, turns
+from exudyn_flexlink.observables.energy import relative_energy_residual
+from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
+from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
+from exudyn_flexlink.observables.strikes import Strike, settled, strikes
+
+__all__ = [
+    "LeverResponse",
+    "PointPath",
+    "Strike",
+    "crank_angle",
+    "crank_joint",
+    "joint_angle",
+    "laps",
+    "lever_response",
+    "path",
+    "point_anchor",
+    "relative_energy_residual",
+    "settled",
+    "strikes",
+    "struck_bodies",
+    "turns",
+    "watched_point",
+]

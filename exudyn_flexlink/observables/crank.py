@@ -1,0 +1,90 @@
+"""The joint whose turns count: its angle, and the laps of a run."""
+
+from __future__ import annotations
+
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables.points import angle_of_part, part_of_point
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import RevoluteJoint, Scene, SpeedDrive
+
+FloatArray = NDArray[np.float64]
+
+
+def crank_joint(scene: Scene) -> str | None:
+    """Name of the joint whose angle counts.
+
+    That of ``run.of``, else the first drive's, else the first revolute joint; None without one.
+    """
+    if scene.run.of is not None:
+        return scene.run.of
+    for drive in scene.drives.values():
+        return drive.joint
+    for name, joint in scene.joints.items():
+        if isinstance(joint, RevoluteJoint):
+            return name
+    return None
+
+
+def crank_angle(result: Result) -> FloatArray:
+    """Angle of the crank joint (N,), rad: second body relative to the first, continuous.
+
+    Raises:
+        ValueError: the scene has no revolute joint.
+
+    """
+    name = crank_joint(result.scene)
+    if name is None:
+        raise ValueError("the scene has no revolute joint, hence no crank angle")
+    return joint_angle(result, name)
+
+
+def joint_angle(result: Result, name: str) -> FloatArray:
+    """Angle of the revolute joint `name` (N,), rad: second body relative to the first.
+
+    Raises:
+        ValueError: the scene has no such joint.
+
+    """
+    joint = result.scene.joints.get(name)
+    if not isinstance(joint, RevoluteJoint):
+        raise ValueError(f"'{name}' is no revolute joint of the scene")
+    mechanism = build_mechanism(result.scene)
+    first, second = (part_of_point(result.scene, mechanism, text) for text in joint.points)
+    return angle_of_part(second, result.poses) - angle_of_part(first, result.poses)
+
+
+def turns(result: Result) -> bool:
+    """Whether the crank goes round: its turns are counted, its speed is set, or it made a turn."""
+    name = crank_joint(result.scene)
+    if name is None:
+        return False
+    drives = result.scene.drives.values()
+    if name == result.scene.run.of or any(
+        isinstance(drive, SpeedDrive) and drive.joint == name for drive in drives
+    ):
+        return True
+    return float(np.ptp(crank_angle(result))) >= 2 * pi
+
+
+def laps(result: Result) -> NDArray[np.intp]:
+    """Lap of each sample (N,), from 1: the turn of the crank counted from its start angle.
+
+    A sample at the very end of the last whole lap belongs to that lap.
+
+    Raises:
+        ValueError: the scene has no revolute joint.
+
+    """
+    return lap_of(crank_angle(result))
+
+
+def lap_of(angle: FloatArray) -> NDArray[np.intp]:
+    """Lap, from 1, at every crank angle (N,) of a run, rad."""
+    made = np.abs(angle - angle[0]) / (2 * pi)
+    last = max(1, ceil(float(np.max(made)) - 1e-6))
+    return np.asarray(np.minimum(np.floor(made + 1e-9) + 1, last), dtype=np.intp)

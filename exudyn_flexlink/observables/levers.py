@@ -1,0 +1,128 @@
+"""How a struck body answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    FaceContact,
+    Mechanism,
+    anchor_position,
+    approach,
+    build_mechanism,
+)
+from exudyn_flexlink.observables.points import angle_of_part, part_of_point, point_anchor
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import RevoluteJoint, Scene, split_point
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LeverResponse:
+    """Motion of a struck body, (N,) each.
+
+    `angle` (rad, from where it stood at time 0, counter-clockwise) and `rate` (rad/s) are relative
+    to the body that carries it. `tip_displacement` (m) is that of the end of the struck line
+    farther from the body's joint, along the face's normal at time 0, positive to the free side.
+    """
+
+    body: str
+    time: FloatArray
+    angle: FloatArray
+    rate: FloatArray
+    tip_displacement: FloatArray
+
+    def angle_at(self, time: FloatArray) -> FloatArray:
+        """Angle at any instants, rad: the cubic through angles and rates of the samples around.
+
+        Straight where the rates jump between two samples (an impulse): a cubic would overshoot.
+        """
+        if len(self.time) < 2:
+            return np.full(np.shape(time), self.angle[0])
+        i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
+        span = self.time[i + 1] - self.time[i]
+        slope = (self.angle[i + 1] - self.angle[i]) / span
+        v0, v1 = self.rate[i], self.rate[i + 1]
+        smooth = np.abs(slope - 0.5 * (v0 + v1)) < 0.4 * np.abs(v1 - v0)
+        v0, v1 = np.where(smooth, v0, slope), np.where(smooth, v1, slope)
+        x = (time - self.time[i]) / span
+        b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
+        return np.asarray(self.angle[i] + span * x * (v0 + x * (b + x * c)))
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """Smallest angle (rad) and its instant (s), between samples too."""
+        return self._peak(int(np.argmin(self.angle)), -1.0)
+
+    @property
+    def greatest(self) -> tuple[float, float]:
+        """Largest angle (rad) and its instant (s), between samples too."""
+        return self._peak(int(np.argmax(self.angle)), 1.0)
+
+    def _peak(self, sample: int, sign: float) -> tuple[float, float]:
+        low, high = max(sample - 1, 0), min(sample + 1, len(self.time) - 1)
+        around = np.append(np.linspace(self.time[low], self.time[high], 401), self.time[sample])
+        angles = self.angle_at(around)
+        best = int(np.argmax(sign * angles))
+        return float(angles[best]), float(around[best])
+
+
+def struck_bodies(scene: Scene) -> dict[str, str]:
+    """Bodies that a contact's line belongs to, each with the first contact that strikes it."""
+    found: dict[str, str] = {}
+    for name, contact in scene.contacts.items():
+        found.setdefault(split_point(contact.line[0])[0], name)
+    return found
+
+
+def lever_response(result: Result, contact: str) -> LeverResponse:
+    """Motion of the body that the contact strikes.
+
+    Raises:
+        ValueError: the scene has no such contact.
+
+    """
+    mechanism = build_mechanism(result.scene)
+    face = _face(mechanism, contact)
+    body = mechanism.parts[face.start.part].body
+    carrier, hinge = _carrier(result.scene, mechanism, body)
+    angle = angle_of_part(face.start.part, result.poses) - angle_of_part(carrier, result.poses)
+    rate = angle_of_part(face.start.part, result.rates) - angle_of_part(carrier, result.rates)
+    tip = anchor_position(_farther(face, hinge, result.poses[0]), result.poses)
+    normal = approach(face, result.poses[0], result.rates[0]).normal
+    return LeverResponse(body, result.time, angle - angle[0], rate, (tip - tip[0]) @ normal)
+
+
+def _face(mechanism: Mechanism, contact: str) -> FaceContact:
+    for face in mechanism.contacts:
+        if face.name == contact:
+            return face
+    raise ValueError(f"the scene has no contact '{contact}'")
+
+
+def _carrier(scene: Scene, mechanism: Mechanism, body: str) -> tuple[int, Anchor | None]:
+    """Part that the body is hinged to, and the hinge on the body; ground and None without one."""
+    for joint in scene.joints.values():
+        if not isinstance(joint, RevoluteJoint):
+            continue
+        for own, other in (joint.points, joint.points[::-1]):
+            if split_point(own)[0] == body:
+                anchor = point_anchor(scene, mechanism, own)
+                return part_of_point(scene, mechanism, other), anchor
+    return GROUND, None
+
+
+def _farther(face: FaceContact, hinge: Anchor | None, q: FloatArray) -> Anchor:
+    if hinge is None:
+        return face.end
+    at = anchor_position(hinge, q)
+    start, end = (
+        float(np.linalg.norm(anchor_position(anchor, q) - at)) for anchor in (face.start, face.end)
+    )
+    return face.start if start > end else face.end

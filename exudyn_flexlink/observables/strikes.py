@@ -1,0 +1,156 @@
+"""Strikes: bursts of contact, and whether a struck body comes to rest between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import nan, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables.crank import crank_angle, crank_joint, lap_of, turns
+from exudyn_flexlink.observables.levers import lever_response
+from exudyn_flexlink.result import Event, Result
+
+FloatArray = NDArray[np.float64]
+
+SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
+LAST_PART = 0.05  # of the time between two strikes: the part in which the body should be at rest
+
+
+@dataclass(frozen=True)
+class Strike:
+    """One strike: a burst of contacts, from the first touch to the last separation.
+
+    `crank_angle` (rad, continuous) and `lap` (from 1) are those of the first touch; None and 1
+    without a crank. `approach_speed` (m/s) and `place` (m along the face from its start) are those
+    of the first touch, `impulse` (N s) and `energy_lost` (J) sums over its contacts, nan where the
+    engine does not say or the strike still lasts at the end of the run (`ended` is False).
+    `peak_force` (N) is what the engine says, else the largest sample: a lower bound.
+    """
+
+    contact: str
+    lap: int
+    begin: float
+    end: float
+    crank_angle: float | None
+    approach_speed: float
+    place: float
+    impulse: float
+    energy_lost: float
+    peak_force: float
+    contacts: int
+    ended: bool
+
+
+@dataclass(frozen=True)
+class _Touch:
+    """One interval of contact, with the details of the events that begin and end it."""
+
+    first: Event
+    last: Event | None
+    end: float
+
+    def loss(self, key: str) -> float:
+        return self.last.details.get(key, nan) if self.last else nan
+
+
+def strikes(result: Result, contact: str) -> list[Strike]:
+    """Strikes of a contact, in order.
+
+    Where the crank goes round, contacts belong to one strike unless the crank turns by a quarter
+    turn between them: micro-impacts and the pushing that follows are one strike, those of two laps
+    are not. Without such a crank there is no measure of what belongs together, and every contact is
+    a strike of its own.
+
+    Raises:
+        ValueError: the scene has no such contact.
+
+    """
+    if contact not in result.scene.contacts:
+        raise ValueError(f"the scene has no contact '{contact}'")
+    touches = list(_touches(result, contact))
+    angle = crank_angle(result) if crank_joint(result.scene) is not None else None
+    bursts: list[list[_Touch]] = []
+    for touch in touches:
+        if bursts and angle is not None and turns(result):
+            between = np.interp([bursts[-1][-1].end, touch.first.time], result.time, angle)
+            if abs(float(between[1] - between[0])) < SAME_STRIKE:
+                bursts[-1].append(touch)
+                continue
+        bursts.append([touch])
+    return [_strike(result, contact, burst, angle) for burst in bursts]
+
+
+def _touches(result: Result, contact: str) -> Iterator[_Touch]:
+    """Intervals of contact. One that slides off the face may have no other end than that."""
+    open_: _Touch | None = None
+    for event in result.events:
+        if event.name != contact:
+            continue
+        if event.kind == "contact begins":
+            if open_ is not None:
+                yield replace(open_, end=min(open_.end, event.time))
+            open_ = _Touch(event, None, float(result.time[-1]))
+        elif event.kind == "leaves the face" and open_ is not None:
+            open_ = _Touch(open_.first, event, event.time)
+        elif event.kind == "contact ends" and open_ is not None:
+            yield _Touch(open_.first, event, event.time)
+            open_ = None
+    if open_ is not None:
+        yield open_
+
+
+def _strike(result: Result, contact: str, burst: list[_Touch], angle: FloatArray | None) -> Strike:
+    first, history = burst[0].first, result.contacts[contact]
+    begin, end = first.time, burst[-1].end
+    place = float(np.interp(begin, result.time, history.place))
+    during = (result.time >= begin) & (result.time <= end)
+    lap = 1
+    if angle is not None:
+        index = int(np.searchsorted(result.time, begin))
+        lap = int(lap_of(angle)[min(index, len(angle) - 1)])
+    return Strike(
+        contact=contact,
+        lap=lap,
+        begin=begin,
+        end=end,
+        crank_angle=None if angle is None else float(np.interp(begin, result.time, angle)),
+        approach_speed=first.details.get("approach_speed", nan),
+        place=first.details.get("place", place),
+        impulse=sum(touch.loss("impulse") for touch in burst),
+        energy_lost=sum(touch.loss("energy_lost") for touch in burst),
+        peak_force=max(
+            float(np.max(history.force[during], initial=0.0)),
+            *(touch.last.details.get("peak_force", 0.0) for touch in burst if touch.last),
+            0.0,
+        ),
+        contacts=len(burst),
+        ended=burst[-1].last is not None,
+    )
+
+
+def settled(result: Result, contact: str, before: float) -> float:
+    """How far the struck body is from rest again just before time `before` (the next strike), s.
+
+    Its largest angle in the last 5 % of the time since the strike before, as a fraction of its
+    largest angle in all of that time; nan if there was no strike before, or nothing moved.
+
+    Raises:
+        ValueError: the scene has no such contact.
+
+    """
+    earlier = [strike.begin for strike in strikes(result, contact) if strike.begin < before]
+    if not earlier:
+        return nan
+    response = lever_response(result, contact)
+    at_last = abs(float(np.interp(before, response.time, response.angle)))
+    peak, late = (
+        max(at_last, float(np.max(np.abs(response.angle[inside]), initial=0.0)))
+        for inside in (
+            (response.time >= begin) & (response.time <= before)
+            for begin in (earlier[-1], before - LAST_PART * (before - earlier[-1]))
+        )
+    )
+    return late / peak if peak else nan

@@ -1,0 +1,56 @@
+"""Figures of a run, each a function of its Result; what a scene lacks is left out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from exudyn_flexlink.plots.balance import energy, forces
+from exudyn_flexlink.plots.drawing import mechanism
+from exudyn_flexlink.plots.frame import ENGINE_COLOURS
+from exudyn_flexlink.plots.motion import coordinates, polar
+from exudyn_flexlink.plots.response import lever
+from exudyn_flexlink.result import Result
+
+__all__ = [
+    "ENGINE_COLOURS",
+    "coordinates",
+    "energy",
+    "figures",
+    "forces",
+    "lever",
+    "mechanism",
+    "polar",
+    "save_figures",
+]
+
+_FIGURES = {
+    "coordinates": coordinates,
+    "polar": polar,
+    "lever": lever,
+    "mechanism": mechanism,
+    "energy": energy,
+    "forces": forces,
+}
+
+
+def figures(result: Result) -> dict[str, Figure]:
+    """Draw every figure that makes sense for this result, by name."""
+    drawn = {name: draw(result) for name, draw in _FIGURES.items()}
+    return {name: figure for name, figure in drawn.items() if figure is not None}
+
+
+def save_figures(result: Result, folder: Path) -> list[Path]:
+    """Write the figures as ``<name>.png`` into an existing folder; returns the files.
+
+    Raises:
+        OSError: a file can't be written.
+
+    """
+    written = []
+    for name, figure in figures(result).items():
+        file = Path(folder) / f"{name}.png"
+        figure.savefig(file, dpi=150)
+        written.append(file)
+    return written

@@ -1,0 +1,188 @@
+"""How struck bodies answer: over the whole run, and strike by strike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import (
+    LeverResponse,
+    Strike,
+    crank_angle,
+    lever_response,
+    strikes,
+    struck_bodies,
+    turns,
+)
+from exudyn_flexlink.plots.frame import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    engine_colour,
+    legend_outside,
+    length_unit,
+    new_figure,
+    styled,
+)
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+Function = Callable[[Any], FloatArray]
+
+STRIKES_SHOWN = 5
+SHOWN_AFTER = 0.15  # s after the first touch
+_COLOURS = (BLUE, RED, GREEN, PURPLE, ORANGE)
+
+
+@styled
+def lever(result: Result) -> Figure | None:
+    """Angle of every struck body over time, with the strikes; below, strike by strike.
+
+    None if the scene has no contact.
+    """
+    bodies = struck_bodies(result.scene)
+    if not bodies or len(result.time) < 2:
+        return None
+    figure = new_figure(result, "Response of " + ", ".join(bodies), 5.8 * len(bodies))
+    panels = figure.subplots(2 * len(bodies), 1, squeeze=False)[:, 0]
+    for i, contact in enumerate(bodies.values()):
+        response, found = lever_response(result, contact), strikes(result, contact)
+        whole, single = panels[2 * i], panels[2 * i + 1]
+        _whole_run(whole, result, response, found)
+        if found:
+            _strike_by_strike(single, response, found)
+        else:
+            single.remove()
+    return figure
+
+
+def _whole_run(axes: Axes, result: Result, response: LeverResponse, found: list[Strike]) -> None:
+    axes.plot(response.time, response.angle, color=engine_colour(result), linewidth=1.1)
+    for i, strike in enumerate(found):
+        label = "in contact" if i == 0 else None
+        axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=label)
+        at = float(np.interp(strike.begin, response.time, response.angle))
+        label = "first contact" if i == 0 else None
+        axes.plot(strike.begin, at, "v", color=BLACK, markersize=6, label=label, zorder=5)
+    axes.set_xlim(response.time[0], response.time[-1])
+    axes.margins(y=0.12)
+    axes.set_ylabel(f"angle of {response.body} (rad)")
+    axes.set_xlabel("time (s)")
+    _annotate_peaks(axes, response)
+    _turns_on_top(axes, result)
+    has_scale = _tip_scale(axes, response)
+    legend_outside(axes, 1.13 if has_scale else 1.01)
+
+
+def _annotate_peaks(axes: Axes, response: LeverResponse) -> None:
+    if not np.any(response.angle):
+        return
+    factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
+    tip_of = _tip_of_angle(response)
+    for angle, time in (response.least, response.greatest):
+        tip = f" ({factor * float(tip_of(angle)):+.2f} {unit})" if tip_of else ""
+        text = f"{angle:+.4f} rad{tip} at {time:.3f} s".replace("-", "\N{MINUS SIGN}")
+        late = time > 0.55 * response.time[-1]
+        axes.plot(time, angle, ".", color=BLACK, markersize=5)
+        axes.annotate(
+            text,
+            (time, angle),
+            xytext=(-10 if late else 10, 0),
+            textcoords="offset points",
+            ha="right" if late else "left",
+            va="center",
+            fontsize=9,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
+        )
+
+
+def _turns_on_top(axes: Axes, result: Result) -> None:
+    """Add the crank's turns above the axes, where the crank only goes forward."""
+    if not turns(result):
+        return
+    made = np.abs(crank_angle(result) - crank_angle(result)[0]) / (2 * np.pi)
+    if np.any(np.diff(made) <= 0):
+        return
+    functions = (_interpolated(result.time, made), _interpolated(made, result.time))
+    top = axes.secondary_xaxis("top", functions=functions)
+    top.set_xlabel("turns of the crank")
+
+
+def _tip_of_angle(response: LeverResponse) -> Function | None:
+    """Tip displacement (m) as a function of the angle; None where it does not follow the angle."""
+    tip = response.tip_displacement
+
+    def basis(angle: Any) -> FloatArray:
+        return np.stack([np.cos(angle) - 1, np.sin(angle)], axis=-1)
+
+    weights, *_ = np.linalg.lstsq(basis(response.angle), tip, rcond=None)
+    size = float(np.max(np.abs(tip)))
+    if size == 0 or np.max(np.abs(basis(response.angle) @ weights - tip)) > 1e-6 * size:
+        return None
+    return lambda angle: np.asarray(basis(angle) @ weights)
+
+
+def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
+    """Add a second scale with the tip's displacement; False where there can be none."""
+    tip_of = _tip_of_angle(response)
+    if tip_of is None:
+        return False
+    low, high = axes.get_ylim()
+    around = np.linspace(low - 0.1 * (high - low), high + 0.1 * (high - low), 400)
+    factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
+    there = factor * tip_of(around)
+    sign = 1.0 if there[-1] > there[0] else -1.0
+    there = sign * there
+    if np.any(np.diff(there) <= 0):
+        return False
+
+    def forward(x: Any) -> FloatArray:
+        return sign * _interpolated(around, there)(x)
+
+    def backward(y: Any) -> FloatArray:
+        return _interpolated(there, around)(sign * np.asarray(y))
+
+    right = axes.secondary_yaxis("right", functions=(forward, backward))
+    right.set_ylabel(f"tip displacement ({unit})")
+    return True
+
+
+def _interpolated(x: FloatArray, y: FloatArray) -> Function:
+    """Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
+    before, after = (y[1] - y[0]) / (x[1] - x[0]), (y[-1] - y[-2]) / (x[-1] - x[-2])
+
+    def at(value: Any) -> FloatArray:
+        v = np.asarray(value, dtype=float)
+        inside = np.interp(v, x, y)
+        inside = inside + before * np.minimum(v - x[0], 0) + after * np.maximum(v - x[-1], 0)
+        return np.asarray(inside)
+
+    return at
+
+
+def _strike_by_strike(axes: Axes, response: LeverResponse, found: list[Strike]) -> None:
+    """Lay the first strikes over each other, from their first touch on."""
+    for i, strike in enumerate(found[:STRIKES_SHOWN]):
+        following = found[i + 1].begin if i + 1 < len(found) else np.inf
+        until = min(strike.begin + SHOWN_AFTER, following)
+        time = np.linspace(strike.begin - 0.005, min(until, response.time[-1]), 1000)
+        since, colour = 1e3 * (time - strike.begin), _COLOURS[i]
+        label = f"strike {i + 1} (lap {strike.lap})"
+        axes.plot(since, response.angle_at(time), color=colour, label=label)
+        held = 1e3 * (strike.end - strike.begin)
+        axes.axvspan(0, held, color=colour, alpha=0.08, linewidth=0)
+        axes.axvline(held, color=colour, linestyle=":", linewidth=1.0)
+    axes.plot([], [], color=GREY, linestyle=":", label="end of contact")
+    axes.margins(x=0)
+    axes.set_xlabel("time since the first touch of the strike (ms)")
+    axes.set_ylabel(f"angle of {response.body} (rad)")
+    legend_outside(axes)

@@ -1,0 +1,6 @@
+"""What the program says of a model and of a run: text for people, no files, no terminal."""
+
+from exudyn_flexlink.report.check import check_text, estimated_steps, run_duration
+from exudyn_flexlink.report.run import failure_text, run_text
+
+__all__ = ["check_text", "estimated_steps", "failure_text", "run_duration", "run_text"]

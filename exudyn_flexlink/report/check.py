@@ -1,0 +1,310 @@
+"""What `check` says of a model: its parts, what is simulated, frequencies and steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import isfinite, pi, sqrt
+
+from exudyn_flexlink.chain import euler_bernoulli_cantilever
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Assembly,
+    FaceContact,
+    Mechanism,
+    RigidPart,
+    RotarySpring,
+    beam_of,
+    chain_of,
+    contact_mass,
+    contact_step,
+    end_of_run,
+    turn_goal,
+)
+from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.scene import (
+    Body,
+    FlexibleBody,
+    Joint,
+    Scene,
+    SleeveJoint,
+    SlotJoint,
+    SpeedDrive,
+)
+
+MODES = 4
+
+
+def check_text(scene: Scene, assembly: Assembly) -> str:
+    """Return the report of a valid scene: parts, effects, frequencies and steps."""
+    blocks = [
+        [scene.title],
+        _bodies(scene, assembly.mechanism),
+        _joints(scene),
+        _springs(scene, assembly.mechanism),
+        _drives(scene),
+        _contacts(scene),
+        _effects(scene, assembly.mechanism),
+        [f"Degrees of freedom: {assembly.degrees_of_freedom}"],
+        *(
+            _link_frequencies(scene, name)
+            for name, body in scene.bodies.items()
+            if isinstance(body, FlexibleBody)
+        ),
+        _pivot_frequencies(scene, assembly.mechanism),
+        _run(scene, assembly),
+    ]
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def estimated_steps(assembly: Assembly, scene: Scene) -> tuple[float | None, float | None]:
+    """Return the largest step (s) that resolves the shortest contact, and the fixed step (s).
+
+    The first is None without contacts, the second if the scene asks for a tolerance: then error
+    control chooses the steps between contacts, and their number is known only afterwards.
+    """
+    shortest = contact_step(scene, assembly)
+    return (shortest if isfinite(shortest) else None), scene.accuracy.step
+
+
+def run_duration(scene: Scene, assembly: Assembly) -> float | None:
+    """Return the simulated time in s, or None where the motion decides it (turns of a torque)."""
+    if turn_goal(scene, assembly) is not None:
+        return None
+    return end_of_run(scene, assembly.mechanism)
+
+
+# --- parts ----------------------------------------------------------------------------------
+
+
+def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
+    rows = []
+    for name, body in scene.bodies.items():
+        parts = [part for part in mechanism.parts if part.body == name]
+        count = f"{len(parts)} rigid part{'s' if len(parts) > 1 else ''}"
+        mass = f"{sum(part.mass for part in parts):.5g} kg"
+        rows.append([name, body.type, count, mass, _length(body)])
+    return ["Bodies", *table(rows)]
+
+
+def _length(body: Body) -> str:
+    length = getattr(body, "length", None)
+    return "" if length is None else f"{number(length)} m long"
+
+
+def _joints(scene: Scene) -> list[str]:
+    rows = [[name, joint.type, _joined(joint)] for name, joint in scene.joints.items()]
+    return ["Joints", *table(rows)] if rows else []
+
+
+def _joined(joint: Joint) -> str:
+    if isinstance(joint, SlotJoint):
+        return f"{joint.point} on {joint.curve}"
+    if isinstance(joint, SleeveJoint):
+        return f"{joint.link} in {joint.guide}, clearance {number(joint.clearance)} m"
+    at = "" if joint.at is None else f" at ({number(joint.at[0])}, {number(joint.at[1])}) m"
+    return f"{joint.points[0]} and {joint.points[1]}{at}"
+
+
+def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
+    rows = []
+    for spring in mechanism.springs:
+        if spring.name in scene.springs:
+            at = f"at {scene.springs[spring.name].joint}"
+            rows.append([spring.name, at, *_spring_numbers(spring)])
+    for name, body in scene.bodies.items():
+        hinges = [s for s in mechanism.springs if s.name.startswith(f"{name} hinge ")]
+        if isinstance(body, FlexibleBody) and hinges:
+            rows.append([f"{name}, {len(hinges)} hinges", "each", *_spring_numbers(hinges[0])])
+    return ["Springs", *table(rows)] if rows else []
+
+
+def _spring_numbers(spring: RotarySpring) -> list[str]:
+    return [
+        f"k {number(spring.stiffness)} N m/rad",
+        f"c {number(spring.damping)} N m s/rad",
+    ]
+
+
+def _drives(scene: Scene) -> list[str]:
+    rows = []
+    for name, drive in scene.drives.items():
+        unit = "rad/s" if isinstance(drive, SpeedDrive) else "N m"
+        ramp = f", reached within {number(drive.ramp)} s" if drive.ramp else ""
+        rows.append([name, drive.type, f"at {drive.joint}", f"{number(drive.value)} {unit}{ramp}"])
+    return ["Drives", *table(rows)] if rows else []
+
+
+def _contacts(scene: Scene) -> list[str]:
+    rows = [
+        [
+            name,
+            f"{contact.point} on the line from {contact.line[0]} to {contact.line[1]}",
+            f"k {number(contact.law.stiffness)} N/m",
+            f"restitution {number(contact.law.restitution)}",
+        ]
+        for name, contact in scene.contacts.items()
+    ]
+    return ["Contacts", *table(rows)] if rows else []
+
+
+# --- effects --------------------------------------------------------------------------------
+
+
+def _effects(scene: Scene, mechanism: Mechanism) -> list[str]:
+    """Which effects the scene asks for: what is not in it, no engine computes."""
+    flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
+    loose = [n for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.clearance > 0]
+    lossy = [n for n, c in scene.contacts.items() if c.law.restitution < 1]
+    gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
+    rows = [
+        _effect("flexibility", flexible),
+        _effect("clearance", loose),
+        _effect("impact", list(scene.contacts)),
+        _effect("friction", []),  # a scene has no way to ask for it yet
+        _effect("damping", [*_damped(mechanism), *lossy]),
+        _effect("gravity", gravity if any(scene.gravity) else []),
+    ]
+    return ["Effects", *table(rows)]
+
+
+def _effect(name: str, causes: Sequence[str]) -> list[str]:
+    return [name, "simulated", ", ".join(causes)] if causes else [name, "not in this scene", ""]
+
+
+def _damped(mechanism: Mechanism) -> list[str]:
+    """Springs with damping; the hinges of a link count as one, under the link's name."""
+    damped = [spring.name for spring in mechanism.springs if spring.damping > 0]
+    return list(dict.fromkeys(name.split(" hinge ")[0] for name in damped))
+
+
+# --- frequencies ----------------------------------------------------------------------------
+
+
+def _link_frequencies(scene: Scene, name: str) -> list[str]:
+    """Natural frequencies of a flexible link with its first rod clamped, against a beam's."""
+    chain = chain_of(scene, name)
+    count = min(MODES, len(chain.hinges))
+    if count == 0:
+        return [f"Natural frequencies of {name}: none, one rod has no hinges"]
+    rods = chain.cantilever_frequencies(count) / (2 * pi)
+    beam = euler_bernoulli_cantilever(beam_of(scene, name), count) / (2 * pi)
+    rows = [["mode", "rods", "beam", "deviation"]]
+    for i in range(count):
+        deviation = f"{100 * (rods[i] / beam[i] - 1):+.2f} %"
+        rows.append([str(i + 1), f"{rods[i]:.2f} Hz", f"{beam[i]:.2f} Hz", deviation])
+    return [
+        f"Natural frequencies of {name}, first rod clamped, against an Euler-Bernoulli beam",
+        *table(rows),
+        *_rule(scene, name),
+    ]
+
+
+def _rule(scene: Scene, name: str) -> list[str]:
+    body = scene.bodies[name]
+    assert isinstance(body, FlexibleBody)  # its only caller has made a chain of it
+    rule = body.hinges.stiffness
+    if rule == "paper":
+        return [
+            f"  hinge stiffness by the rule 'paper': E I / length of {name}. The link gets softer",
+            "  with every rod; 'beam' tends to the Euler-Bernoulli beam",
+        ]
+    if rule == "beam":
+        better = "" if body.layout == "half_ends" else "; 'layout: half_ends' comes closer"
+        return [f"  hinge stiffness by the rule 'beam': E I / length of a rod{better}"]
+    return [f"  hinge stiffness given as a number, {number(float(rule))} N m/rad"]
+
+
+def _pivot_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
+    """Undamped frequencies of bodies that only a sprung joint holds to the ground."""
+    rows = []
+    for spring in mechanism.springs:
+        part = _held_by(spring, scene, mechanism)
+        if part is not None and spring.stiffness > 0:
+            pivot = scene.springs[spring.name].joint
+            inertia = _inertia_about(pivot, part, mechanism)
+            frequency = sqrt(spring.stiffness / inertia) / (2 * pi)
+            ratio = spring.damping / (2 * sqrt(spring.stiffness * inertia))
+            name = mechanism.parts[part].body
+            rows.append(
+                [name, f"about {pivot}", f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
+            )
+    return ["Natural frequencies of sprung bodies, by themselves", *table(rows)] if rows else []
+
+
+def _held_by(spring: RotarySpring, scene: Scene, mechanism: Mechanism) -> int | None:
+    """Part that swings on the ground by this spring's joint alone, if there is one."""
+    if spring.name not in scene.springs or GROUND not in (spring.first, spring.second):
+        return None
+    part = spring.second if spring.first == GROUND else spring.first
+    return part if [name for name, _ in _anchors_of(part, mechanism)] == [
+        scene.springs[spring.name].joint
+    ] else None  # fmt: skip
+
+
+def _anchors_of(part: int, mechanism: Mechanism) -> list[tuple[str, Anchor]]:
+    """Joints of a part, with the anchor of each on it."""
+    pairs: Iterable[tuple[str, Anchor]] = [
+        *((j.name, a) for j in mechanism.pins for a in (j.first, j.second)),
+        *((j.name, a) for j in mechanism.welds for a in (j.first, j.second)),
+        *((j.name, a) for j in mechanism.slides for a in (j.guide, j.rod)),
+        *((j.name, j.anchor) for j in mechanism.slots),
+    ]
+    return [(name, anchor) for name, anchor in pairs if anchor.part == part]
+
+
+def _inertia_about(joint: str, index: int, mechanism: Mechanism) -> float:
+    part: RigidPart = mechanism.parts[index]
+    anchor = next(a for name, a in _anchors_of(index, mechanism) if name == joint)
+    x, y = anchor.x - part.centre[0], anchor.y - part.centre[1]
+    return part.inertia + part.mass * (x * x + y * y)
+
+
+# --- run and steps --------------------------------------------------------------------------
+
+
+def _run(scene: Scene, assembly: Assembly) -> list[str]:
+    duration = run_duration(scene, assembly)
+    in_contact, fixed_step = estimated_steps(assembly, scene)
+    contacts = assembly.mechanism.contacts
+    rows = [["time", _time(scene, duration)]]
+    rows += [[contact.name, _contact_duration(assembly, contact)] for contact in contacts]
+    if fixed_step is not None:
+        about = "" if duration is None else f", about {duration / fixed_step:,.0f} steps"
+        rows.append(["step", f"{number(fixed_step)} s, fixed{about}"])
+    else:
+        tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
+        rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
+    if in_contact is not None:
+        rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
+    return ["Run", *table(rows)]
+
+
+def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:
+    asked = scene.accuracy.steps_per_contact
+    if fixed_step is None:
+        return f"at most {number(in_contact)} s in contact ({asked} steps per contact)"
+    resolved = asked * in_contact / fixed_step
+    enough = "" if resolved >= asked else f"; {asked} take {number(in_contact)} s"
+    return f"{number(resolved)} steps per contact{enough}"
+
+
+def _time(scene: Scene, duration: float | None) -> str:
+    turns = "" if scene.run.turns is None else f"{number(scene.run.turns)} turns of {scene.run.of}"
+    if duration is None:
+        limit = scene.run.at_most
+        within = "" if limit is None else f", at most {number(limit)} s"
+        return f"{turns}, which the motion decides{within}"
+    seconds = f"{number(duration)} s"
+    return f"{seconds} ({turns})" if turns else seconds
+
+
+def _contact_duration(assembly: Assembly, contact: FaceContact) -> str:
+    mass = _mass_at(assembly, contact)
+    half = contact.law.half_period(mass)
+    return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
+
+
+def _mass_at(assembly: Assembly, contact: FaceContact) -> float:
+    state = assembly.state
+    return contact_mass(assembly.mechanism, contact, state.q, state.places)

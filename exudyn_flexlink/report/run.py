@@ -1,0 +1,118 @@
+"""What the program says after a run: how it ended, strikes, how far to trust it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, inf, isfinite
+
+import numpy as np
+
+from exudyn_flexlink.observables import (
+    LeverResponse,
+    Strike,
+    lever_response,
+    relative_energy_residual,
+    strikes,
+    struck_bodies,
+)
+from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.result import Result
+
+MOST_STRIKES = 20  # more than that scroll the rest of the summary away
+
+
+def run_text(result: Result) -> str:
+    """Return the summary of a run: time and steps, strikes, errors."""
+    blocks = [
+        [_ending(result), *_cost(result)],
+        *(_strikes(result, contact) for contact in result.scene.contacts),
+        _responses(result),
+        _errors(result),
+    ]
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def failure_text(result: Result) -> str:
+    """Return when and why a run stopped, and what to try."""
+    outcome = result.outcome
+    lines = [f"the run stopped at {number(outcome.time)} s: {outcome.reason}"]
+    return "\n".join(lines + ([f"try: {outcome.advice}"] if outcome.advice else []))
+
+
+def _ending(result: Result) -> str:
+    outcome = result.outcome
+    word = "Completed" if outcome.completed else "Stopped before its end"
+    return f"{word}: {result.scene.title}"
+
+
+def _cost(result: Result) -> list[str]:
+    checks = result.checks
+    steps = f"{checks.steps}, from {checks.smallest_step:.3g} to {checks.largest_step:.3g} s"
+    rows = [["simulated time", f"{number(result.outcome.time)} s"]]
+    if "solve" in result.timings:
+        rows.append(["solver time", f"{result.timings['solve']:.2f} s"])
+    return table([*rows, ["steps", steps]])
+
+
+def _strikes(result: Result, contact: str) -> list[str]:
+    found = strikes(result, contact)
+    if not found:
+        return [f"Strikes of {contact}: none"]
+    response = lever_response(result, contact)
+    ends = [strike.begin for strike in found[1:]] + [inf]
+    rows = [["lap", "time", "crank angle", "approach", "place", f"{response.body} peak"]]
+    rows += [
+        _strike(strike, response, end)
+        for strike, end in list(zip(found, ends, strict=True))[:MOST_STRIKES]
+    ]
+    more = len(found) - MOST_STRIKES
+    return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
+
+
+def _strike(strike: Strike, response: LeverResponse, until: float) -> list[str]:
+    """Return one row of the table; `until` is when the next strike begins."""
+    angle = strike.crank_angle
+    peak = _peak(response, strike.begin, until)
+    return [
+        str(strike.lap),
+        f"{strike.begin:.5f} s",
+        "" if angle is None else f"{degrees(angle) % 360:.2f} deg",
+        f"{strike.approach_speed:.4f} m/s",
+        f"{strike.place:.5f} m",
+        f"{peak:+.5f} rad",
+    ]
+
+
+def _peak(response: LeverResponse, begin: float, end: float) -> float:
+    """Return the angle (rad) farthest from rest between two instants, between samples too."""
+    inside = (response.time >= begin) & (response.time < end)
+    if not np.any(inside):
+        return 0.0
+    arrays = ("time", "angle", "rate", "tip_displacement")
+    part = replace(response, **{name: getattr(response, name)[inside] for name in arrays})
+    return max(part.least[0], part.greatest[0], key=abs)
+
+
+def _responses(result: Result) -> list[str]:
+    """Least and largest angle of every struck body, from where it stood at time 0."""
+    rows = []
+    for body, contact in struck_bodies(result.scene).items():
+        response = lever_response(result, contact)
+        (low, _), (high, _) = response.least, response.greatest
+        rows.append([body, f"from {low:+.5f} to {high:+.5f} rad"])
+    return ["Angle of struck bodies", *table(rows)] if rows else []
+
+
+def _errors(result: Result) -> list[str]:
+    checks = result.checks
+    share = f"{100 * relative_energy_residual(result):.2g} % of the largest kinetic energy"
+    rows = [
+        ["energy balance", f"off by {checks.energy_residual:.2g} J, {share}"],
+        ["joints", f"open by {checks.constraint_error:.2g} (m or rad) at most"],
+    ]
+    if isfinite(checks.steps_per_contact):
+        penetration = f"penetration {checks.largest_penetration:.2g} m at most"
+        rows.append(
+            ["contacts", f"{number(checks.steps_per_contact)} steps per contact, {penetration}"]
+        )
+    return ["Errors", *table(rows)]

@@ -1,0 +1,24 @@
+"""What the files of a run are called, and how to say that one can't be written or read."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+PROGRAM = "exudyn-flexlink"
+FORMAT = 1
+SUMMARY, ARRAYS = "summary.json", "result.npz"
+HISTORIES = ("drive_torques", "joint_forces", "slot_forces")
+
+
+class StorageError(Exception):
+    """A run can't be written or read: a sentence that names the file and says what to do."""
+
+
+def cannot_write(place: Path, error: OSError) -> str:
+    """Say plainly why a place can't be written, and what to do."""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"can't write {place}: the disk is full; make room, or choose another place"
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return f"can't write {place}: no permission to write there; choose another place"
+    return f"can't write {place}: {error.strerror or error}"

@@ -1,0 +1,174 @@
+"""The files of a run to the Result they were made from."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Iterable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.result import (
+    Checks,
+    ContactHistory,
+    EnergyHistory,
+    Event,
+    Outcome,
+    Result,
+)
+from exudyn_flexlink.scene import Scene, parse_scene
+from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
+
+FloatArray = NDArray[np.float64]
+
+
+def load(folder: Path) -> Result:
+    """Read a result back, exactly as it was saved.
+
+    Raises:
+        StorageError: the folder holds no run of this program, or a file of it is damaged.
+
+    """
+    folder = Path(folder)
+    summary = read_summary(folder)
+    file = folder / SUMMARY
+    _check_format(summary, file)
+    try:
+        scene = _scene(summary["scene"], file)
+        arrays = _read_arrays(folder / ARRAYS)
+        return _result(summary, scene, _Arrays(arrays, folder / ARRAYS, summary))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise StorageError(f"{file} is damaged: {_reason(error)}; run the model again") from error
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Read the summary of a run, as plain data.
+
+    Raises:
+        StorageError: the folder holds no run of this program, or its summary is damaged.
+
+    """
+    file = Path(folder) / SUMMARY
+    try:
+        summary = json.loads(file.read_bytes().decode("utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        found = "is no folder" if not Path(folder).is_dir() else f"has no {SUMMARY}"
+        raise StorageError(f"{folder} {found}; give the folder of a finished run") from None
+    except OSError as error:
+        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise StorageError(f"{file} is damaged: {error}; run the model again") from error
+    if not isinstance(summary, dict) or summary.get("program") != PROGRAM:
+        raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a run")
+    return summary
+
+
+def _check_format(summary: dict[str, Any], file: Path) -> None:
+    if summary.get("format") != FORMAT:
+        raise StorageError(
+            f"{file} has format {summary.get('format')!r}, this program reads {FORMAT}; "
+            "run the model again"
+        )
+
+
+class _Arrays:
+    """The arrays of a run, checked as they are taken: truncated or mixed up files show here."""
+
+    def __init__(self, arrays: dict[str, FloatArray], file: Path, summary: dict[str, Any]) -> None:
+        self.arrays = arrays
+        self.file = file
+        self.samples = int(summary["samples"])
+        self.names: dict[str, list[str]] = summary["names"]
+
+    def take(self, key: str, *shape: int) -> FloatArray:
+        array = self.arrays.get(key)
+        if array is None:
+            raise StorageError(f"{self.file} is damaged: no '{key}' in it; run the model again")
+        if array.shape != (self.samples, *shape) or array.dtype.kind != "f":
+            raise StorageError(f"{self.file} is damaged or of another run: '{key}' does not fit")
+        return array
+
+    def history(self, kind: str, *shape: int) -> dict[str, FloatArray]:
+        return {n: self.take(f"{kind}_{i}", *shape) for i, n in enumerate(self.names[kind])}
+
+
+def _read_arrays(file: Path) -> dict[str, FloatArray]:
+    try:
+        # Opened here, since np.load leaves a file it can't read open.
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as arrays:
+            return dict(arrays)
+    except FileNotFoundError:
+        raise StorageError(f"{file} is missing; run the model again") from None
+    except (
+        ValueError,
+        KeyError,
+        EOFError,
+        TypeError,
+        AttributeError,
+        NotImplementedError,
+    ) as error:
+        raise StorageError(f"{file} is damaged; run the model again") from error
+    except (zipfile.BadZipFile, zlib.error) as error:
+        raise StorageError(f"{file} is damaged: {error}; run the model again") from error
+    except OSError as error:
+        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
+
+
+def _scene(data: Any, file: Path) -> Scene:
+    try:
+        return parse_scene(parse_document(json.dumps(data, ensure_ascii=False), str(file)))
+    except SceneError as error:
+        raise StorageError(f"the scene in {file} is damaged:\n{error}") from error
+
+
+def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
+    part_names = tuple(summary["part_names"])
+    outcome, checks = summary["outcome"], summary["checks"]
+    contacts = {
+        name: ContactHistory(*_series(arrays, ContactHistory, f"contacts_{i}"))
+        for i, name in enumerate(arrays.names["contacts"])
+    }
+    return Result(
+        scene=scene,
+        engine=summary["engine"],
+        settings={key: _number(value) for key, value in summary["settings"].items()},
+        versions=summary["versions"],
+        timings={key: _number(value) for key, value in summary["timings"].items()},
+        part_names=part_names,
+        time=arrays.take("time"),
+        poses=arrays.take("poses", len(part_names), 3),
+        rates=arrays.take("rates", len(part_names), 3),
+        drive_torques=arrays.history("drive_torques"),
+        joint_forces=arrays.history("joint_forces", 2),
+        slot_forces=arrays.history("slot_forces", 2),
+        contacts=contacts,
+        energy=EnergyHistory(*_series(arrays, EnergyHistory, "energy")),
+        events=tuple(_event(event) for event in summary["events"]),
+        checks=Checks(**{key: _number(value) for key, value in checks.items()}),
+        warnings=tuple(summary["warnings"]),
+        outcome=Outcome(**{**outcome, "time": _number(outcome["time"])}),
+    )
+
+
+def _series(arrays: _Arrays, record: type[Any], prefix: str) -> Iterable[FloatArray]:
+    return [arrays.take(f"{prefix}_{field.name}") for field in fields(record)]
+
+
+def _event(data: dict[str, Any]) -> Event:
+    details = {key: _number(value) for key, value in data["details"].items()}
+    return Event(_number(data["time"]), data["kind"], data["name"], details)
+
+
+def _number(value: Any) -> Any:
+    """Undo what `_plain` did to numbers that are not finite; other text stays text."""
+    return float(value) if value in ("inf", "-inf", "nan") else value
+
+
+def _reason(error: Exception) -> str:
+    return f"no {error} in it" if isinstance(error, KeyError) else str(error)

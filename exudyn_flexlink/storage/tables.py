@@ -1,0 +1,83 @@
+"""Tables of a run: columns by name and unit, as CSV."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import (
+    crank_angle,
+    crank_joint,
+    lever_response,
+    path,
+    struck_bodies,
+    watched_point,
+)
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+
+
+def write_csv(file: Path, columns: Mapping[str, FloatArray]) -> None:
+    """Write columns (N,) under their names, with 12 significant digits.
+
+    Raises:
+        OSError: the file can't be written.
+
+    """
+    header, table = ",".join(columns), np.column_stack(list(columns.values()))
+    np.savetxt(file, table, "%.12g", ",", header=header, comments="", encoding="utf-8")
+
+
+def trajectory_columns(result: Result, point: str) -> dict[str, FloatArray]:
+    """Motion of 'body.point' as columns (N,) by name and unit.
+
+    Raises:
+        ValueError: the scene has no such point.
+
+    """
+    seen = path(result, point)
+    (x, y), (vx, vy) = seen.position.T, seen.velocity.T
+    return _instants(result) | {"x_m": x, "y_m": y, "vx_m_per_s": vx, "vy_m_per_s": vy}
+
+
+def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
+    """Motion of the body that a contact strikes, as columns (N,) by name and unit.
+
+    Raises:
+        ValueError: the scene has no such contact.
+
+    """
+    seen = lever_response(result, contact)
+    return _instants(result) | {
+        "angle_rad": seen.angle,
+        "rate_rad_per_s": seen.rate,
+        "tip_displacement_m": seen.tip_displacement,
+    }
+
+
+def _instants(result: Result) -> dict[str, FloatArray]:
+    columns = {"t_s": result.time}
+    if crank_joint(result.scene) is not None:
+        columns["crank_angle_rad"] = crank_angle(result)
+    return columns
+
+
+def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
+    """Return the tables of a run by file name; the user's names may not be fit for one."""
+    point = watched_point(result.scene)
+    tables = {f"trajectory_{_file_name(point)}.csv": trajectory_columns(result, point)}
+    for body, contact in struck_bodies(result.scene).items():
+        name = f"lever_{_file_name(body)}"
+        while f"{name}.csv".lower() in map(str.lower, tables):  # some file systems see no case
+            name += "_"
+        tables[f"{name}.csv"] = lever_columns(result, contact)
+    return tables
+
+
+def _file_name(name: str) -> str:
+    return re.sub(r"[^\w.-]", "_", name)[:60]

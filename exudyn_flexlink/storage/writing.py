@@ -1,0 +1,133 @@
+"""A Result to the files of a run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.observables import lever_response, strikes, struck_bodies
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage.errors import (
+    ARRAYS,
+    FORMAT,
+    HISTORIES,
+    PROGRAM,
+    SUMMARY,
+    StorageError,
+    cannot_write,
+)
+from exudyn_flexlink.storage.tables import tables_of, write_csv
+
+_UNITS = {
+    "begin": "_s",
+    "end": "_s",
+    "crank_angle": "_rad",
+    "approach_speed": "_m_per_s",
+    "place": "_m",
+    "impulse": "_N_s",
+    "energy_lost": "_J",
+    "peak_force": "_N",
+}
+
+
+def save(result: Result, folder: Path) -> None:
+    """Write a result into `folder`, which is made if it is missing.
+
+    ``result.npz`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
+    ``lever_<body>.csv`` of every body that a contact strikes. The column crank_angle_rad is left
+    out where the scene has no revolute joint. See `staged_folder` to write it whole
+    or not at all.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        np.savez(folder / ARRAYS, **_arrays(result))
+        text = json.dumps(_summary(result), indent=2, ensure_ascii=False, allow_nan=False)
+        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
+        for name, columns in tables_of(result).items():
+            write_csv(folder / name, columns)
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+
+
+def _arrays(result: Result) -> dict[str, Any]:
+    found = {"time": result.time, "poses": result.poses, "rates": result.rates}
+    for kind in HISTORIES:
+        histories = getattr(result, kind).values()
+        found |= {f"{kind}_{i}": series for i, series in enumerate(histories)}
+    for i, contact in enumerate(result.contacts.values()):
+        found |= {f"contacts_{i}_{key}": value for key, value in _fields(contact).items()}
+    return found | {f"energy_{key}": value for key, value in _fields(result.energy).items()}
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    """Fields of a dataclass by name, not copied."""
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _summary(result: Result) -> dict[str, Any]:
+    scene = result.scene
+    found = {
+        "program": PROGRAM,
+        "format": FORMAT,
+        "title": scene.title,
+        "source": scene.source,
+        "engine": result.engine,
+        "outcome": asdict(result.outcome),
+        "warnings": list(result.warnings),
+        "checks": asdict(result.checks),
+        "strikes": {name: _strikes(result, name) for name in scene.contacts},
+        "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},
+        "timings": dict(result.timings),
+        "settings": dict(result.settings),
+        "versions": dict(result.versions),
+        "events": [{**_fields(event), "details": dict(event.details)} for event in result.events],
+        "samples": len(result.time),
+        "part_names": list(result.part_names),
+        "names": {kind: list(getattr(result, kind)) for kind in (*HISTORIES, "contacts")},
+        "scene": scene.to_data(),
+    }
+    plain: dict[str, Any] = _plain(found)
+    return plain
+
+
+def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:
+    """Strikes for the reader of the summary: names with units (they are not read back)."""
+    return [
+        {f"{key}{_UNITS.get(key, '')}": value for key, value in _fields(strike).items()}
+        for strike in strikes(result, contact)
+    ]
+
+
+def _peaks(result: Result, contact: str) -> dict[str, float]:
+    seen = lever_response(result, contact)
+    (least, least_at), (greatest, greatest_at) = seen.least, seen.greatest
+    return {
+        "least_angle_rad": least,
+        "least_angle_at_s": least_at,
+        "greatest_angle_rad": greatest,
+        "greatest_angle_at_s": greatest_at,
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Turn values into what JSON has: it knows neither numpy's numbers nor inf and nan."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not isfinite(value):
+        return str(value)
+    return value

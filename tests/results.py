@@ -1,0 +1,217 @@
+"""Results made by closed form, for tests of what is done with a Result: no engine needed."""
+
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+from exudyn_flexlink.curves import intersect_ray
+from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.mechanism import EnergyMeter, approach, build_mechanism
+from exudyn_flexlink.result import (
+    Checks,
+    ContactHistory,
+    EnergyHistory,
+    Event,
+    Outcome,
+    Result,
+)
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import parse_document
+
+MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
+SPEED = 10.0  # rad/s, of the model's motor
+LENGTH = 0.07  # m, of the link
+CRANK = (0.02, 0.0)  # m, C
+LEVER_FREQUENCY, LEVER_DAMPING, LEVER_PEAK = 2 * pi * 40, 0.1, 0.16
+IMPULSE = 2e-4  # N s
+
+PENDULUM = """title: pendulum
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+bodies:
+  rod: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+joints:
+  pin: {type: revolute, points: [ground, rod.start], at: [0.1, 0]}
+gravity: [0, -9.81]
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+SLIDER = """title: a rigid block in a straight slot
+curves:
+  rail: {type: line, from: [-1, 0], to: [1, 0]}
+bodies:
+  block: {type: rigid, mass: 1, inertia: 1, points: {nose: [0.1, 0]}}
+joints:
+  rail: {type: slot, point: block.centre, curve: rail}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def scene_from(text: str) -> Scene:
+    return scene_of(parse_document(text, "test"))
+
+
+def guide_distance(scene: Scene, theta: np.ndarray) -> np.ndarray:
+    """Distance CP (N,) on the scene's track, of the guide at the angles theta from 0 on."""
+    curve = build_mechanism(scene).slots[0].curve
+    u, found = 0.0, []
+    for angle in theta:
+        along = np.array([np.cos(angle), np.sin(angle)])
+        u = intersect_ray(curve, CRANK, along, u)
+        found.append((curve.point(u) - CRANK) @ along)
+    return np.array(found)
+
+
+def rigid_link(turns: float = 4.0, samples: int = 1601, scene: Scene | None = None) -> Result:
+    """The paper's mechanism with a straight link: S = C + (r(theta) + l) e(theta).
+
+    The lever's motion is made up: a damped swing begins at theta = pi of every odd lap, with two
+    contacts 2 ms and 1 ms long, 1 ms apart.
+    """
+    scene = scene or load_scene(MODEL, [f"run.turns={turns}"])
+    time = np.linspace(0, turns * 2 * pi / SPEED, samples)
+    theta = SPEED * time
+    reach = guide_distance(scene, theta)
+    mechanism = build_mechanism(scene)
+    q = np.zeros((samples, len(mechanism.parts), 3))
+    along = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    for part in mechanism.parts_of("guide") + mechanism.parts_of("link"):
+        q[:, part, 2] = theta
+    q[:, 0, :2] = CRANK
+    rods = mechanism.parts_of("link")
+    for i, part in enumerate(rods):
+        q[:, part, :2] = CRANK + (reach + i * LENGTH / len(rods))[:, None] * along
+    begins = [t for t in (np.arange(0, turns, 2) + 0.5) * 2 * pi / SPEED if t < time[-1] - 0.01]
+    lever = mechanism.parts_of("lever")[0]
+    q[:, lever, :2] = (-0.138, 0.0)
+    q[:, lever, 2] = sum(_swing(time - begin) for begin in begins)
+    return result_of(scene, time, q, _events(begins))
+
+
+def _swing(since: np.ndarray) -> np.ndarray:
+    t = np.maximum(since, 0.0)
+    decay = np.exp(-LEVER_DAMPING * LEVER_FREQUENCY * t)
+    return -LEVER_PEAK * decay * np.sin(LEVER_FREQUENCY * t)
+
+
+def _events(begins: list[float]) -> tuple[Event, ...]:
+    found = []
+    for t in begins:
+        touch = {"approach_speed": 0.9, "place": 0.028}
+        found += [
+            Event(t, "contact begins", "strike", touch),
+            Event(t + 2e-3, "contact ends", "strike", {"impulse": IMPULSE, "energy_lost": 1e-5}),
+            Event(t + 3e-3, "contact begins", "strike", {"approach_speed": 0.1, "place": 0.029}),
+            Event(t + 4e-3, "leaves the face", "strike", {"place": 0.03}),
+            Event(t + 4e-3, "contact ends", "strike", {"impulse": IMPULSE, "energy_lost": 1e-5}),
+        ]
+    return tuple(found)
+
+
+def result_of(
+    scene: Scene, time: np.ndarray, q: np.ndarray, events: tuple[Event, ...] = ()
+) -> Result:
+    """Fill a Result around a motion (N, parts, 3); forces are made up."""
+    mechanism = build_mechanism(scene)
+    v = np.gradient(q, time, axis=0)
+    contacts = {c.name: _contact(c, q, v, time, events) for c in mechanism.contacts}
+    meter = EnergyMeter(mechanism)
+    kinetic, stored = meter.kinetic(q, v), meter.potential(q)
+    noise = 1e-9 * np.sin(50 * time)
+    supplied = kinetic + stored - kinetic[0] - stored[0] + noise
+    zeros = np.zeros_like(time)
+    energy = EnergyHistory(kinetic, stored, zeros, supplied)
+    residual, largest = float(np.max(np.abs(energy.residual))), float(np.max(kinetic))
+    return Result(
+        scene=scene,
+        engine="exudyn",
+        settings={"step": 1e-4, "integrator": "generalised alpha"},
+        versions={"exudyn": "1.13.6", "numpy": np.__version__},
+        timings={"prepare": 0.1, "solve": 1.5, "process": 0.2},
+        part_names=tuple(part.name for part in mechanism.parts),
+        time=time,
+        poses=q,
+        rates=v,
+        drive_torques={name: 0.01 * np.sin(10 * time) for name in scene.drives},
+        joint_forces={pin.name: np.stack([time, -time], axis=-1) for pin in mechanism.pins},
+        slot_forces={slot.name: np.stack([time, 0 * time], axis=-1) for slot in mechanism.slots},
+        contacts=contacts,
+        energy=energy,
+        events=events,
+        checks=Checks(residual, largest, 1e-12, 100, 250, 1e-5, 1e-4, float("inf"), 1e-5),
+        warnings=("made up",),
+        outcome=Outcome(True, float(time[-1])),
+    )
+
+
+def _contact(contact, q, v, time, events) -> ContactHistory:
+    near = approach(contact, q, v)
+    force = np.zeros_like(time)
+    begin = None
+    for event in events:
+        if event.kind == "contact begins":
+            begin = event.time
+        elif event.kind == "contact ends":
+            force[(time >= begin) & (time <= event.time)] = 0.4
+    return ContactHistory(near.gap, near.place, force)
+
+
+def pendulum(samples: int = 101) -> Result:
+    time = np.linspace(0, 1, samples)
+    q = np.zeros((samples, 1, 3))
+    q[:, 0, 0] = 0.1
+    q[:, 0, 2] = -pi / 2 + 0.5 * np.cos(5 * time)
+    return result_of(scene_from(PENDULUM), time, q)
+
+
+def slider(samples: int = 51) -> Result:
+    time = np.linspace(0, 1, samples)
+    q = np.zeros((samples, 1, 3))
+    q[:, 0, 0] = 0.5 * np.sin(time)
+    return result_of(scene_from(SLIDER), time, q)
+
+
+def stopped(result: Result) -> Result:
+    outcome = Outcome(False, 0.5, "no convergence at the smallest step", "allow a smaller step")
+    return replace(result, outcome=outcome)
+
+
+def without_events(result: Result) -> Result:
+    return replace(result, events=())
+
+
+def retitled(result: Result, title: str) -> Result:
+    return replace(result, scene=result.scene.changed(title=title))
+
+
+def first_samples(result: Result, count: int) -> Result:
+    """What is kept of a run that stops after `count` samples."""
+
+    def cut(mapping):
+        return {name: values[:count] for name, values in mapping.items()}
+
+    energy = result.energy
+    return replace(
+        stopped(result),
+        time=result.time[:count],
+        poses=result.poses[:count],
+        rates=result.rates[:count],
+        drive_torques=cut(result.drive_torques),
+        joint_forces=cut(result.joint_forces),
+        slot_forces=cut(result.slot_forces),
+        contacts={
+            name: ContactHistory(*(series[:count] for series in (c.gap, c.place, c.force)))
+            for name, c in result.contacts.items()
+        },
+        energy=EnergyHistory(
+            energy.kinetic[:count],
+            energy.stored[:count],
+            energy.dissipated[:count],
+            energy.supplied[:count],
+        ),
+        events=(),
+    )

@@ -1,0 +1,106 @@
+"""Every model of the project loads, and the schema that editors use is that of the program."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.scene import FlexibleBody, Scene, json_schema
+from exudyn_flexlink.source import load_document
+
+FOLDER = Path(__file__).parents[1] / "models"
+FILES = sorted(FOLDER.rglob("*.yaml"))
+SCHEMA = FOLDER / "flexlink.schema.json"
+
+any_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+
+
+def test_the_models_are_there() -> None:
+    assert {"no_clearance", "rigid", "smooth", "spline_track"} <= {path.stem for path in FILES}
+
+
+def test_the_schema_file_is_current() -> None:
+    assert json.loads(SCHEMA.read_text(encoding="utf-8")) == json_schema(), (
+        "run: python -m exudyn_flexlink schema --out models/flexlink.schema.json"
+    )
+
+
+@any_model
+def test_it_loads_and_moves(path: Path) -> None:
+    assert assemble_scene(load_scene(path)).redundant == 0
+
+
+@any_model
+def test_check_describes_it(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(path)]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith(f"{path}: no mistakes\n\n{load_scene(path).title}\n")
+    assert "Degrees of freedom: " in shown.out
+    assert shown.err == ""
+
+
+@any_model
+def test_it_names_the_schema_that_editors_use(path: Path) -> None:
+    first = path.read_text(encoding="utf-8").splitlines()[0]
+    relative = first.removeprefix("# yaml-language-server: $schema=")
+    assert (path.parent / relative).resolve() == SCHEMA.resolve()
+
+
+@any_model
+def test_it_says_where_its_numbers_come_from(path: Path) -> None:
+    assert load_scene(path).source
+
+
+def scene(name: str) -> Scene:
+    return load_scene(FOLDER / f"{name}.yaml")
+
+
+def test_smooth_is_no_clearance_without_lever_and_with_beam_stiffness() -> None:
+    whole, smooth = scene("no_clearance").to_data(), scene("smooth").to_data()
+    for section, name in [("bodies", "lever"), ("joints", "pivot")]:
+        del whole[section][name]
+    for section in ("springs", "contacts"):
+        del whole[section]
+    whole["bodies"]["link"]["hinges"]["stiffness"] = "beam"
+    assert smooth == whole | {"title": smooth["title"]}
+
+
+def test_rigid_is_no_clearance_with_a_rod_for_a_link() -> None:
+    whole, rigid = scene("no_clearance").to_data(), scene("rigid").to_data()
+    link, rod = whole["bodies"].pop("link"), rigid["bodies"].pop("link")
+    assert rod["type"] == "rod"
+    assert {key: link[key] for key in ("length", "material", "section")} == {
+        key: rod[key] for key in ("length", "material", "section")
+    }
+    assert rigid == whole | {"title": rigid["title"]}
+    assert not any(isinstance(body, FlexibleBody) for body in scene("rigid").bodies.values())
+
+
+def test_the_points_of_the_spline_track_are_those_of_its_formula() -> None:
+    rows = (FOLDER / "track_points.csv").read_text(encoding="utf-8").splitlines()
+    numbers = [line for line in rows if not line.startswith("#")][1:]
+    points = np.array([[float(cell) for cell in line.split(",")] for line in numbers])
+    angle = np.radians(15 * np.arange(24))
+    radius = 0.04 - 0.02 * np.tanh(2 * np.cos(angle)) / np.tanh(2)
+    expected = np.array([0.02, 0]) + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+    assert np.abs(points - expected).max() <= 0.51e-7
+
+
+def test_the_guide_always_covers_the_point_on_the_spline_track() -> None:
+    curve = assemble_scene(scene("spline_track")).mechanism.slots[0].curve
+    away = curve.point(np.linspace(curve.start, curve.end, 1000)) - np.array([0.02, 0])
+    distance = np.hypot(*away.T)
+    assert distance.min() > 0.012
+    assert distance.max() < 0.075
+    # One distance for every crank angle: the track goes round C without turning back.
+    turned = np.diff(np.unwrap(np.arctan2(away[:, 1], away[:, 0])))
+    assert turned.min() > 0
+    assert turned.sum() == pytest.approx(2 * np.pi)
+
+
+def test_models_mark_what_the_paper_leaves_open() -> None:
+    for name in ("no_clearance", "smooth", "rigid"):
+        assert load_document(FOLDER / f"{name}.yaml").text.count("assumed") >= 4

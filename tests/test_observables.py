@@ -1,0 +1,268 @@
+from dataclasses import replace
+from math import isnan, pi
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import (
+    LeverResponse,
+    crank_angle,
+    crank_joint,
+    joint_angle,
+    laps,
+    lever_response,
+    path,
+    relative_energy_residual,
+    settled,
+    strikes,
+    struck_bodies,
+    turns,
+    watched_point,
+)
+from exudyn_flexlink.result import Event
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link()
+
+
+def with_events(result, *events):
+    return replace(result, events=events)
+
+
+def event(time, kind, **details):
+    return Event(time, kind, "strike", details)
+
+
+# --- crank and laps
+
+
+def test_crank_joint_is_that_of_the_turns(rigid):
+    assert crank_joint(rigid.scene) == "crank"
+
+
+def test_crank_joint_without_turns_is_the_first_drives():
+    scene = load_scene(results.MODEL, ["run.duration=1"])
+    assert crank_joint(scene) == "crank"
+
+
+def test_crank_joint_without_drive_is_the_first_revolute_one():
+    assert crank_joint(results.pendulum().scene) == "pin"
+
+
+def test_a_scene_without_revolute_joint_has_no_crank():
+    slider = results.slider()
+    assert crank_joint(slider.scene) is None
+    assert not turns(slider)
+    with pytest.raises(ValueError, match="no revolute joint"):
+        crank_angle(slider)
+
+
+def test_crank_angle_is_continuous(rigid):
+    np.testing.assert_allclose(crank_angle(rigid), results.SPEED * rigid.time, atol=1e-12)
+
+
+def test_joint_angle_is_second_body_relative_to_first():
+    text = results.PENDULUM.replace("[ground, rod.start]", "[rod.start, ground]")
+    turned = replace(results.pendulum(), scene=results.scene_from(text))
+    np.testing.assert_array_equal(joint_angle(turned, "pin"), -turned.poses[:, 0, 2])
+
+
+def test_no_angle_of_a_joint_that_is_not_revolute(rigid):
+    with pytest.raises(ValueError, match="'pin' is no revolute joint"):
+        joint_angle(rigid, "pin")
+
+
+def test_laps_count_from_one_and_end_with_the_last(rigid):
+    lap = laps(rigid)  # 400 samples a lap, and one at the very end
+    assert [lap[0], lap[399], lap[400], lap[1200], lap[-1]] == [1, 1, 2, 4, 4]
+
+
+def test_laps_count_turns_of_a_crank_that_runs_backwards(rigid):
+    poses = rigid.poses * [1, 1, -1]
+    np.testing.assert_array_equal(laps(replace(rigid, poses=poses)), laps(rigid))
+
+
+def test_a_pendulum_stays_in_lap_one():
+    swing = results.pendulum()
+    assert set(laps(swing)) == {1}
+    assert not turns(swing)
+
+
+# --- points
+
+
+def test_watched_point_strikes(rigid):
+    assert watched_point(rigid.scene) == "link.end"
+
+
+def test_watched_point_without_contact():
+    assert watched_point(results.pendulum().scene) == "rod.end"
+    assert watched_point(results.slider().scene) == "block.nose"
+
+
+def test_path_of_a_straight_link_is_the_closed_form(rigid):
+    seen = path(rigid, "link.end")
+    theta = results.SPEED * rigid.time
+    reach = results.guide_distance(rigid.scene, theta) + results.LENGTH
+    along = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    np.testing.assert_allclose(seen.position, results.CRANK + reach[:, None] * along, atol=1e-12)
+
+
+def test_path_of_every_point_of_a_body(rigid):
+    np.testing.assert_allclose(path(rigid, "lever.start").position[0], [-0.138, 0])
+    np.testing.assert_allclose(path(rigid, "lever.centre").position[0], [-0.123, 0])
+    np.testing.assert_allclose(path(rigid, "link.start").position[0], [0.04, 0], atol=1e-12)
+    np.testing.assert_allclose(path(results.slider(), "block.nose").position[0], [0.1, 0])
+
+
+def test_velocity_is_the_rate_of_the_position():
+    swing = results.pendulum(2001)
+    seen = path(swing, "rod.end")
+    rate = np.gradient(seen.position, seen.time, axis=0)
+    np.testing.assert_allclose(seen.velocity[5:-5], rate[5:-5], atol=1e-4)
+
+
+@pytest.mark.parametrize("point", ["link.middle", "nothing.end"])
+def test_path_of_an_unknown_point(rigid, point):
+    with pytest.raises(ValueError, match="no point"):
+        path(rigid, point)
+
+
+# --- struck bodies
+
+
+def test_struck_bodies(rigid):
+    assert struck_bodies(rigid.scene) == {"lever": "strike"}
+    assert struck_bodies(results.pendulum().scene) == {}
+
+
+def test_tip_moves_by_the_sine_of_the_lever_angle(rigid):
+    seen = lever_response(rigid, "strike")
+    assert seen.body == "lever"
+    np.testing.assert_allclose(seen.tip_displacement, 0.03 * np.sin(seen.angle), atol=1e-15)
+    assert np.min(seen.angle) == pytest.approx(-results.LEVER_PEAK, rel=0.2)
+
+
+def test_tip_is_the_end_far_from_the_joint(rigid):
+    drawn = results.load_scene(results.MODEL, ["contacts.strike.line=[lever.end, lever.start]"])
+    seen = lever_response(replace(rigid, scene=drawn), "strike")
+    assert np.ptp(seen.tip_displacement) > 1e-3
+
+
+def test_no_response_to_an_unknown_contact(rigid):
+    with pytest.raises(ValueError, match="no contact 'bump'"):
+        lever_response(rigid, "bump")
+
+
+# --- strikes
+
+
+def test_contacts_of_one_burst_are_one_strike(rigid):
+    first, second = strikes(rigid, "strike")
+    assert (first.lap, second.lap) == (1, 3)
+    assert first.crank_angle == pytest.approx(pi)
+    assert second.crank_angle == pytest.approx(5 * pi)
+    assert first.contacts == 2
+    assert first.ended
+    assert first.end - first.begin == pytest.approx(4e-3)
+    assert first.impulse == pytest.approx(2 * results.IMPULSE)
+    assert first.energy_lost == pytest.approx(2e-5)
+    assert (first.approach_speed, first.place) == (0.9, 0.028)
+    assert first.peak_force == pytest.approx(0.4)
+
+
+def test_a_contact_that_lasts_to_the_end_is_not_ended(rigid):
+    (only,) = strikes(with_events(rigid, event(2.5, "contact begins")), "strike")
+    assert not only.ended
+    assert only.end == rigid.time[-1]
+    assert isnan(only.impulse)
+    assert isnan(only.approach_speed)
+    assert only.place == pytest.approx(np.interp(2.5, rigid.time, rigid.contacts["strike"].place))
+
+
+def test_leaving_the_face_ends_a_contact(rigid):
+    slid = (event(1.0, "contact begins"), event(1.1, "leaves the face", impulse=1e-3))
+    (only,) = strikes(with_events(rigid, *slid), "strike")
+    assert (only.end, only.impulse, only.ended) == (1.1, 1e-3, True)
+
+
+def test_an_end_that_follows_leaving_is_counted_once(rigid):
+    slid = (
+        event(1.0, "contact begins"),
+        event(1.1, "leaves the face", impulse=1e-3),
+        event(1.1, "contact ends", impulse=1e-3),
+    )
+    (only,) = strikes(with_events(rigid, *slid), "strike")
+    assert only.impulse == 1e-3
+
+
+def test_a_quarter_turn_parts_two_strikes(rigid):
+    quarter = pi / 2 / results.SPEED
+    for wait, count in ((0.99 * quarter, 1), (1.01 * quarter, 2)):
+        pair = [
+            event(t, kind)
+            for begin in (0.5, 0.51 + wait)
+            for t, kind in ((begin, "contact begins"), (begin + 0.01, "contact ends"))
+        ]
+        assert len(strikes(with_events(rigid, *pair), "strike")) == count
+
+
+def test_events_of_others_do_not_count(rigid):
+    other = Event(0.2, "contact begins", "elsewhere")
+    assert strikes(with_events(rigid, other), "strike") == []
+
+
+def test_strikes_of_an_unknown_contact(rigid):
+    with pytest.raises(ValueError, match="no contact 'bump'"):
+        strikes(rigid, "bump")
+
+
+def test_a_damped_lever_is_at_rest_before_the_next_strike(rigid):
+    second = strikes(rigid, "strike")[1]
+    assert settled(rigid, "strike", second.begin) < 1e-6
+
+
+def test_settled_just_after_a_strike_is_not(rigid):
+    first = strikes(rigid, "strike")[0]
+    assert settled(rigid, "strike", first.begin + 0.0175) > 0.5
+
+
+def test_nothing_has_settled_before_the_first_strike(rigid):
+    assert isnan(settled(rigid, "strike", 0.2))
+
+
+# --- energy
+
+
+def test_energy_residual_is_relative_to_the_kinetic_energy(rigid):
+    checks = replace(rigid.checks, energy_residual=2e-3, largest_kinetic_energy=0.5)
+    assert relative_energy_residual(replace(rigid, checks=checks)) == pytest.approx(4e-3)
+    still = replace(rigid.checks, energy_residual=0.0, largest_kinetic_energy=0.0)
+    assert relative_energy_residual(replace(rigid, checks=still)) == 0
+
+
+# --- between samples
+
+
+def test_peaks_lie_between_samples():
+    time = np.linspace(0, 1, 21)
+    swing = LeverResponse("lever", time, np.sin(7 * time), 7 * np.cos(7 * time), 0 * time)
+    least, least_at = swing.least
+    assert least == pytest.approx(-1, abs=1e-4)
+    assert least_at == pytest.approx(3 * pi / 14, abs=1e-3)
+    assert swing.greatest[0] == pytest.approx(1, abs=1e-4)
+
+
+def test_an_impulse_between_samples_does_not_make_the_angle_overshoot():
+    time = np.array([0.0, 0.1, 0.2])
+    hit = LeverResponse("lever", time, np.array([0, 0, 1.0]), np.array([0, 10.0, 10]), 0 * time)
+    np.testing.assert_allclose(hit.angle_at(np.array([0.05, 0.1, 0.15])), [0, 0, 0.5])
+
+
+def test_angle_at_the_samples_is_the_sample(rigid):
+    seen = lever_response(rigid, "strike")
+    np.testing.assert_allclose(seen.angle_at(seen.time), seen.angle, atol=1e-15)

@@ -1,0 +1,236 @@
+import subprocess
+import sys
+from math import sin
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+import results
+from matplotlib.colors import same_color
+from matplotlib.text import Text
+
+from exudyn_flexlink.observables import lever_response
+from exudyn_flexlink.plots import (
+    ENGINE_COLOURS,
+    coordinates,
+    energy,
+    figures,
+    forces,
+    lever,
+    mechanism,
+    polar,
+    save_figures,
+)
+from exudyn_flexlink.storage import save
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link(samples=401)
+
+
+@pytest.fixture(scope="module")
+def drawn(rigid):
+    return figures(rigid)
+
+
+def texts(figure):
+    return [text for text in figure.findobj(Text) if text.get_text()]
+
+
+def words(figure):
+    return "\n".join(text.get_text() for text in texts(figure))
+
+
+def labels(figure):
+    axes = figure.axes
+    return [text for one in axes for text in (one.get_xlabel(), one.get_ylabel()) if text]
+
+
+# --- which figures there are
+
+
+def test_all_figures_of_the_papers_mechanism(rigid, tmp_path):
+    names = ["coordinates", "polar", "lever", "mechanism", "energy", "forces"]
+    assert list(figures(rigid)) == names
+    files = save_figures(rigid, tmp_path)
+    assert [file.name for file in files] == [f"{name}.png" for name in names]
+    assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)
+
+
+def test_a_pendulum_has_no_polar_path_and_no_lever():
+    assert list(figures(results.pendulum())) == ["coordinates", "mechanism", "energy", "forces"]
+
+
+def test_a_mechanism_without_crank_is_drawn(tmp_path):
+    files = save_figures(results.slider(), tmp_path)
+    assert [file.stem for file in files] == ["coordinates", "mechanism", "energy", "forces"]
+
+
+def test_a_run_that_stopped_at_once_is_drawn(rigid, tmp_path):
+    one = results.first_samples(rigid, 1)
+    assert [file.stem for file in save_figures(one, tmp_path)] == ["mechanism"]
+
+
+def test_a_short_run_is_drawn(rigid, tmp_path):
+    assert save_figures(results.first_samples(rigid, 2), tmp_path)
+
+
+def test_a_run_of_many_laps_names_laps_alike_together(rigid):
+    many = results.rigid_link(turns=10, samples=801)
+    assert "laps 3 to 9" in words(coordinates(many))
+
+
+# --- what stands in every figure
+
+
+@pytest.mark.parametrize("make", [None, results.pendulum, results.slider])
+def test_axes_have_labels_with_units(make, drawn):
+    for name, figure in (figures(make()) if make else drawn).items():
+        found = labels(figure)
+        assert found, name
+        for label in found:
+            plain = label.startswith("turns of")
+            assert plain or label.rstrip().endswith(")"), f"{name}: {label}"
+
+
+def test_title_engine_and_assumptions(rigid, drawn):
+    for figure in drawn.values():
+        said = words(figure)
+        assert rigid.scene.title in said.replace("\n", " ")
+        assert "hinges 'paper', n = 10" in said
+        assert "tolerance 2e-05 m" in said
+        (engine,) = (text for text in texts(figure) if text.get_text() == "engine: exudyn")
+        assert same_color(engine.get_color(), ENGINE_COLOURS["exudyn"])
+
+
+def test_no_text_is_smaller_than_nine_points(drawn):
+    for name, figure in drawn.items():
+        for text in texts(figure):
+            assert text.get_fontsize() >= 9, f"{name}: {text.get_text()}"
+
+
+def test_a_long_title_is_wrapped(rigid):
+    long = results.retitled(rigid, "a very long title " * 12)
+    figure = energy(long)
+    assert max(len(text.get_text()) for text in texts(figure)) < 100
+    assert figure.get_figheight() > energy(rigid).get_figheight()
+
+
+def test_a_failed_run_says_so_in_red(rigid):
+    for figure in figures(results.stopped(rigid)).values():
+        (note,) = (text for text in texts(figure) if text.get_text().startswith("stopped at t"))
+        assert note.get_text() == "stopped at t = 0.5 s: no convergence at the smallest step"
+        assert same_color(note.get_color(), "#C00000")
+
+
+def test_a_whole_run_has_no_such_note(rigid):
+    assert "stopped" not in words(energy(rigid))
+
+
+# --- what stands in some
+
+
+def test_coordinates_show_every_lap(rigid):
+    said = words(coordinates(rigid))
+    for lap in range(1, 5):
+        assert f"lap {lap}" in said
+    assert "first contact" in said
+
+
+def test_polar_shows_every_lap(rigid):
+    assert len(polar(rigid).axes[0].lines) == 4
+
+
+def test_lever_marks_strikes_and_peaks(rigid):
+    said = words(lever(rigid))
+    assert "strike 2 (lap 3)" in said
+    assert "tip displacement (mm)" in said
+    assert "turns of the crank" in said
+    angle, _ = lever_response(rigid, "strike").least
+    tip = 30 * sin(angle)  # mm, of a lever 30 mm long
+    peak = f"{angle:.4f} rad ({tip:.2f} mm)".replace("-", "\N{MINUS SIGN}")
+    assert peak in said
+
+
+def test_lever_that_is_never_struck(rigid):
+    figure = lever(results.without_events(rigid))
+    assert "strike 1" not in words(figure)
+
+
+def test_mechanism_at_four_instants(rigid):
+    figure = mechanism(rigid)
+    assert len(figure.axes) == 4
+    assert "first contact" in words(figure)
+    assert all(axes.get_aspect() == 1 for axes in figure.axes)
+
+
+def test_mechanism_at_chosen_instants(rigid):
+    assert "t = 1.0053 s" in words(mechanism(rigid, [0.0, 1.0053]))
+
+
+def test_forces_leave_out_what_is_not_there():
+    said = words(forces(results.slider()))
+    assert "slot force" in said
+    assert "contact force" not in said
+    assert "drive torque" not in said
+
+
+def test_the_users_own_style_does_not_matter(rigid):
+    with mpl.rc_context({"font.size": 3, "axes.grid": False}):
+        assert min(text.get_fontsize() for text in texts(energy(rigid))) >= 9
+
+
+# --- laziness, and the scripts
+
+
+def test_nothing_but_plots_imports_matplotlib():
+    code = (
+        "import sys, exudyn_flexlink.storage, exudyn_flexlink.observables; "
+        "sys.exit('matplotlib' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
+def run_script(name, *args):
+    command = [sys.executable, str(ROOT / "scripts" / name), *map(str, args)]
+    env_path = {"PYTHONPATH": str(ROOT), "PATH": "", "COLUMNS": "150"}
+    return subprocess.run(command, capture_output=True, text=True, env=env_path, check=False)
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [("s_trajectory.py", "x least mm"), ("lever_response.py", "approach speed, m/s")],
+)
+def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
+    save(rigid, tmp_path / "run")
+    csv, png = tmp_path / "table.csv", tmp_path / "figure.png"
+    done = run_script(script, tmp_path / "run", "--csv", csv, "--png", png)
+    assert done.returncode == 0, done.stderr
+    assert said in done.stdout
+    assert csv.read_text().startswith("t_s,crank_angle_rad,")
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("script", ["s_trajectory.py", "lever_response.py"])
+def test_scripts_refuse_what_is_no_run(tmp_path, script):
+    done = run_script(script, tmp_path)
+    assert done.returncode == 2
+    assert "has no summary.json" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_lever_script_without_contact(tmp_path):
+    save(results.pendulum(), tmp_path / "run")
+    done = run_script("lever_response.py", tmp_path / "run")
+    assert done.returncode == 2
+    assert "no contact" in done.stderr
+
+
+def test_script_that_can_not_write(rigid, tmp_path):
+    save(rigid, tmp_path / "run")
+    done = run_script("s_trajectory.py", tmp_path / "run", "--csv", tmp_path / "no" / "x.csv")
+    assert done.returncode == 2
+    assert "can't write" in done.stderr

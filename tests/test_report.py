@@ -1,0 +1,147 @@
+"""What `check` and a run say, against closed forms and the model files."""
+
+from dataclasses import replace
+from math import pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from results import LENGTH, LEVER_DAMPING, LEVER_FREQUENCY, LEVER_PEAK, SPEED, rigid_link
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.report import estimated_steps, run_duration, run_text
+
+MODELS = Path(__file__).parents[1] / "models"
+NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
+RIGID = str(MODELS / "rigid.yaml")
+SPLINE = str(MODELS / "spline_track.yaml")
+
+Capture = pytest.CaptureFixture[str]
+
+
+def row(text: str, first: str) -> list[str]:
+    """Words of the first line of a text that begins with the word `first`."""
+    return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
+
+
+# --- check ----------------------------------------------------------------------------------
+
+
+def test_check_tells_parts_effects_and_freedom(capsys: Capture) -> None:
+    assert main(["check", NO_CLEARANCE]) == 0
+    shown = capsys.readouterr()
+    assert row(shown.out, "link")[:6] == ["link", "flexible", "10", "rigid", "parts", "0.0027475"]
+    assert "E I / length of link" in shown.out
+    assert "k 0.2976 N m/rad" in shown.out  # E I / l_PS
+    effects = {name: " ".join(row(shown.out, name)[1:]) for name in ("impact", "gravity")}
+    assert effects == {"impact": "simulated strike", "gravity": "not in this scene"}
+    assert row(shown.out, "flexibility") == ["flexibility", "simulated", "link"]
+    assert "Degrees of freedom: 10" in shown.out  # 9 hinges and the lever
+    assert "2.513 s (4 turns of crank)" in shown.out
+    assert shown.err == ""
+
+
+def test_check_says_what_a_rigid_model_leaves_out(capsys: Capture) -> None:
+    main(["check", RIGID])
+    shown = capsys.readouterr().out
+    assert row(shown, "flexibility") == ["flexibility", "not", "in", "this", "scene"]
+    assert "Natural frequencies of link" not in shown
+    assert "Degrees of freedom: 1\n" in shown
+
+
+def test_check_compares_the_link_with_a_beam(capsys: Capture) -> None:
+    beam = ["--set", "bodies.link.hinges.stiffness=beam", "--set", "bodies.link.layout=half_ends"]
+    assert main(["check", NO_CLEARANCE, *beam, "--set", "bodies.link.rods=16"]) == 0
+    first = row(capsys.readouterr().out, "1")
+    area, inertia = 10e-3 * 0.5e-3, 10e-3 * 0.5e-3**3 / 12
+    clamped = 3.516015 * sqrt(200e9 * inertia / (7850 * area)) / LENGTH**2 / (2 * pi)
+    assert float(first[3]) == pytest.approx(clamped, abs=0.01)
+    assert float(first[5]) == pytest.approx(0.09, abs=0.005)  # % off, with 16 rods: physics.md
+
+
+def test_check_tells_the_frequency_of_the_lever(capsys: Capture) -> None:
+    main(["check", NO_CLEARANCE, "--set", "springs.lever_return.stiffness=0.04462924"])
+    lever = [line for line in capsys.readouterr().out.splitlines() if "about pivot" in line]
+    assert [line.split()[3] for line in lever] == ["40.00"]
+
+
+@pytest.mark.parametrize("name", ["guide", "link"])
+def test_check_leaves_out_frequencies_of_what_is_not_free(name: str, capsys: Capture) -> None:
+    spring = "springs={spring: {type: torsional, joint: crank, stiffness: 1}}"
+    assert main(["check", SPLINE, "--set", spring]) == 0
+    assert f"  {name}  about" not in capsys.readouterr().out
+
+
+def test_check_counts_the_steps_of_a_fixed_step(capsys: Capture) -> None:
+    main(["check", NO_CLEARANCE, "--set", "accuracy.step=1e-4"])
+    shown = capsys.readouterr().out
+    assert "about 25,133 steps" in shown
+    assert "1.885 steps per contact; 30 take 6.285e-06 s" in shown
+
+
+def test_check_guesses_no_number_of_steps_under_error_control(capsys: Capture) -> None:
+    main(["check", NO_CLEARANCE])
+    shown = capsys.readouterr().out
+    assert "error control" in shown
+    assert " steps\n" not in shown
+
+
+# --- estimates ------------------------------------------------------------------------------
+
+
+def estimates(model: str, *settings: str) -> tuple[float | None, float | None]:
+    scene = load_scene(model, settings)
+    return estimated_steps(assemble_scene(scene), scene)
+
+
+def test_the_contact_step_follows_stiffness_and_steps_per_contact() -> None:
+    step, fixed = estimates(RIGID)
+    assert fixed is None
+    # The link can't give way: the lever alone does, a rod about its end struck at its tip, m/3.
+    expected = pi * sqrt(7850 * 0.03 * 10e-3 * 1e-3 / 3 / 2e4) / 30
+    assert step == pytest.approx(expected, rel=1e-6)
+    stiff, _ = estimates(
+        RIGID, "contacts.strike.law.stiffness=8e4", "accuracy.steps_per_contact=60"
+    )
+    assert stiff == pytest.approx(expected / 4, rel=1e-6)
+
+
+def test_a_scene_without_contact_has_no_contact_step() -> None:
+    assert estimates(SPLINE, "accuracy.step=1e-4") == (None, 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        (["run.turns=3"], 6 * pi / SPEED),
+        (["run.duration=0.5"], 0.5),
+        (["run.turns=3", "run.at_most=1"], 1.0),
+        (["run.turns=1", "drives.motor.value=-5"], 2 * pi / 5),
+        (["run.turns=1", "drives.motor.ramp=0.2"], 2 * pi / SPEED + 0.1),
+        (["drives.motor={type: torque, joint: crank, value: 1}", "run.at_most=1"], None),
+        (["drives.motor.value=0"], None),
+    ],
+)
+def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> None:
+    scene = load_scene(NO_CLEARANCE, settings)
+    found = run_duration(scene, assemble_scene(scene).mechanism)
+    assert found == (None if expected is None else pytest.approx(expected))
+
+
+# --- runs -----------------------------------------------------------------------------------
+
+
+def test_a_run_without_strikes_says_so() -> None:
+    result = replace(rigid_link(turns=1, samples=401), events=())
+    assert "Strikes of strike: none" in run_text(result)
+
+
+def test_the_peak_of_the_lever_is_found_between_samples() -> None:
+    text = run_text(rigid_link(turns=1, samples=1201))
+    # Turning point of p exp(-d w t) sin(w t), of which the samples miss up to 0.2 %.
+    at = np.arctan(1 / LEVER_DAMPING) / LEVER_FREQUENCY
+    decay = np.exp(-LEVER_DAMPING * LEVER_FREQUENCY * at)
+    peak = -LEVER_PEAK * decay * np.sin(LEVER_FREQUENCY * at)
+    assert float(row(text, "1")[9]) == pytest.approx(peak, rel=3e-4)
+    assert float(row(text, "lever")[2]) == pytest.approx(peak, rel=3e-4)

@@ -1,0 +1,320 @@
+import json
+import shutil
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.storage import StorageError, load, save, staged_folder
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link(samples=401)
+
+
+@pytest.fixture(scope="module")
+def saved(rigid, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "rigid"
+    save(rigid, folder)
+    return folder
+
+
+@pytest.fixture
+def copy(saved, tmp_path):
+    return Path(shutil.copytree(saved, tmp_path / "copy"))
+
+
+def assert_same(one, other, where="result"):
+    """Equal to the last bit, and of the same kind."""
+    if isinstance(one, np.ndarray):
+        assert one.dtype == other.dtype, where
+        np.testing.assert_array_equal(one, other, where)
+    elif is_dataclass(one):
+        for field in fields(one):
+            here = f"{where}.{field.name}"
+            assert_same(getattr(one, field.name), getattr(other, field.name), here)
+    elif isinstance(one, dict):
+        assert list(one) == list(other), where
+        for key in one:
+            assert_same(one[key], other[key], f"{where}.{key}")
+    elif isinstance(one, tuple):
+        assert len(one) == len(other), where
+        for i, pair in enumerate(zip(one, other, strict=True)):
+            assert_same(*pair, f"{where}.{i}")
+    else:
+        assert one == other, where
+
+
+# --- round trip
+
+
+def test_round_trip_is_exact(rigid, saved):
+    assert_same(rigid, load(saved))
+
+
+@pytest.mark.parametrize("make", [results.pendulum, results.slider])
+def test_round_trip_of_other_mechanisms(make, tmp_path):
+    save(make(), tmp_path)
+    assert_same(make(), load(tmp_path))
+
+
+def test_round_trip_of_a_stopped_run(tmp_path):
+    stopped = results.stopped(results.pendulum())
+    save(stopped, tmp_path)
+    assert load(tmp_path).outcome == stopped.outcome
+
+
+def test_summary_is_for_reading(saved):
+    summary = json.loads((saved / "summary.json").read_text(encoding="utf-8"))
+    assert summary["program"] == "exudyn-flexlink"
+    assert summary["outcome"]["completed"] is True
+    first, second = summary["strikes"]["strike"]
+    assert first["impulse_N_s"] == pytest.approx(4e-4)
+    assert (first["lap"], second["lap"]) == (1, 3)
+    assert summary["checks"]["steps_per_contact"] == "inf"
+
+
+def test_summary_is_strict_json(saved):
+    def refuse(word):
+        raise AssertionError(word)
+
+    json.loads((saved / "summary.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_tables(saved):
+    table = np.genfromtxt(saved / "trajectory_link.end.csv", delimiter=",", names=True)
+    assert table.dtype.names == (
+        "t_s",
+        "crank_angle_rad",
+        "x_m",
+        "y_m",
+        "vx_m_per_s",
+        "vy_m_per_s",
+    )
+    np.testing.assert_allclose([table["x_m"][0], table["y_m"][0]], [0.11, 0], atol=1e-12)
+    lever = np.genfromtxt(saved / "lever_lever.csv", delimiter=",", names=True)
+    assert lever.dtype.names == (
+        "t_s",
+        "crank_angle_rad",
+        "angle_rad",
+        "rate_rad_per_s",
+        "tip_displacement_m",
+    )
+
+
+def test_no_crank_no_column(tmp_path):
+    save(results.slider(), tmp_path)
+    header = (tmp_path / "trajectory_block.nose.csv").read_text().splitlines()[0]
+    assert header == "t_s,x_m,y_m,vx_m_per_s,vy_m_per_s"
+
+
+def test_names_of_bodies_are_made_fit_for_files(tmp_path):
+    text = results.PENDULUM.replace("  rod:", "  rod 1:").replace("rod.start", "rod 1.start")
+    save(replace(results.pendulum(), scene=results.scene_from(text)), tmp_path)
+    assert (tmp_path / "trajectory_rod_1.end.csv").is_file()
+    assert list(load(tmp_path).scene.bodies) == ["rod 1"]
+
+
+# --- damaged and foreign files
+
+
+def test_missing_folder(tmp_path):
+    with pytest.raises(StorageError, match=r"nowhere is no folder"):
+        load(tmp_path / "nowhere")
+
+
+def test_folder_without_run(tmp_path):
+    with pytest.raises(StorageError, match=r"has no summary\.json"):
+        load(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["summary.json", "result.npz"])
+@pytest.mark.parametrize("keep", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_truncated_files(copy, name, keep):
+    file = copy / name
+    data = file.read_bytes()
+    file.write_bytes(data[: int(keep * len(data))])
+    with pytest.raises(StorageError, match=name):
+        load(copy)
+
+
+def test_flipped_byte_in_the_arrays(copy):
+    file = copy / "result.npz"
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    file.write_bytes(bytes(data))
+    with pytest.raises(StorageError, match=r"result\.npz"):
+        load(copy)
+
+
+def test_missing_arrays(copy):
+    (copy / "result.npz").unlink()
+    with pytest.raises(StorageError, match=r"result\.npz is missing"):
+        load(copy)
+
+
+def test_arrays_of_another_run(copy, tmp_path):
+    save(results.pendulum(), tmp_path / "other")
+    shutil.copy(tmp_path / "other" / "result.npz", copy)
+    with pytest.raises(StorageError, match=r"result\.npz"):
+        load(copy)
+
+
+def test_pickles_are_refused(copy):
+    np.savez(copy / "result.npz", time=np.array([{}], dtype=object))
+    with pytest.raises(StorageError, match=r"result\.npz is damaged"):
+        load(copy)
+
+
+@pytest.mark.parametrize("text", ["[]", '{"program": "other"}', "{}"])
+def test_foreign_summary(copy, text):
+    (copy / "summary.json").write_text(text)
+    with pytest.raises(StorageError, match="not written by exudyn-flexlink"):
+        load(copy)
+
+
+def changed_summary(folder, **changes):
+    file = folder / "summary.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | changes))
+
+
+def test_other_format(copy):
+    changed_summary(copy, format=99)
+    with pytest.raises(StorageError, match="format 99"):
+        load(copy)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"scene": {"title": "nothing else"}},
+        {"scene": None},
+        {"samples": "many"},
+        {"names": []},
+        {"checks": {"steps": 1}},
+        {"outcome": {}},
+        {"events": [{"time": 1}]},
+        {"part_names": ["one"]},
+    ],
+)
+def test_damaged_summary(copy, changes):
+    changed_summary(copy, **changes)
+    with pytest.raises(StorageError, match=r"summary\.json|result\.npz"):
+        load(copy)
+
+
+# --- whole or not at all
+
+
+def left_over(folder):
+    return [path.name for path in folder.iterdir() if path.name.startswith(".")]
+
+
+def test_staged_folder_appears_when_it_is_whole(rigid, tmp_path):
+    target = tmp_path / "deep" / "run"
+    with staged_folder(target) as folder:
+        save(rigid, folder)
+        assert not target.exists()
+    assert (target / "summary.json").is_file()
+    assert left_over(target.parent) == []
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
+def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
+    def write():
+        with staged_folder(tmp_path / "deep" / "run") as folder:
+            (folder / "half").write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_earlier_run_is_replaced(copy):
+    (copy / "old.png").write_text("old")
+    with staged_folder(copy) as folder:
+        save(results.pendulum(), folder)
+    assert load(copy).scene.title == "pendulum"
+    assert not (copy / "old.png").exists()
+    assert left_over(copy.parent) == []
+
+
+def test_an_earlier_run_of_another_format_is_replaced(copy):
+    changed_summary(copy, format=0)
+    with staged_folder(copy) as folder:
+        save(results.pendulum(), folder)
+    assert load(copy).scene.title == "pendulum"
+
+
+def test_an_earlier_run_survives_a_failed_one(copy, rigid):
+    with pytest.raises(RuntimeError), staged_folder(copy):
+        raise RuntimeError
+    assert_same(rigid, load(copy))
+    assert left_over(copy.parent) == []
+
+
+def test_an_empty_folder_is_replaced(tmp_path):
+    (tmp_path / "run").mkdir()
+    with staged_folder(tmp_path / "run") as folder:
+        save(results.pendulum(), folder)
+    assert load(tmp_path / "run")
+
+
+@pytest.mark.parametrize("name", ["thesis.tex", "summary.json"])
+def test_other_peoples_files_are_never_replaced(tmp_path, name):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / name).write_text("{}")
+    with pytest.raises(StorageError, match="choose another name"), staged_folder(tmp_path / "run"):
+        raise AssertionError("too late")
+    assert [path.name for path in (tmp_path / "run").iterdir()] == [name]
+    assert left_over(tmp_path) == []
+
+
+def test_a_file_is_never_replaced(tmp_path):
+    (tmp_path / "run").write_text("mine")
+    with pytest.raises(StorageError, match="is a file"), staged_folder(tmp_path / "run"):
+        raise AssertionError("too late")
+
+
+def test_a_folder_filled_meanwhile_is_not_replaced(tmp_path):
+    def write():
+        with staged_folder(tmp_path / "run"):
+            (tmp_path / "run").mkdir()
+            (tmp_path / "run" / "thesis.tex").write_text("mine")
+
+    with pytest.raises(StorageError, match="no run of this program"):
+        write()
+    assert (tmp_path / "run" / "thesis.tex").read_text() == "mine"
+    assert left_over(tmp_path) == []
+
+
+def test_the_folder_one_is_in_is_not_replaced(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(StorageError, match="you are in"), staged_folder(Path()):
+        raise AssertionError("too late")
+
+
+def test_a_full_disk_is_said_plainly(tmp_path):
+    def write():
+        with staged_folder(tmp_path / "run"):
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(StorageError, match="the disk is full"):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_can_not_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StorageError, match="can't write"), staged_folder(tmp_path / "file" / "run"):
+        raise AssertionError("too late")
+
+
+def test_save_says_plainly_what_it_can_not_write(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StorageError, match="can't write"):
+        save(results.pendulum(), tmp_path / "file" / "run")
