@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from math import degrees
 from pathlib import Path
 
 from exudyn_flexlink.mechanism import (
@@ -14,41 +14,36 @@ from exudyn_flexlink.mechanism import (
     Start,
     approach,
     assemble,
+    build_curves,
     build_mechanism,
     face_length,
 )
-from exudyn_flexlink.scene import Scene, apply_settings, parse_scene
+from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
 
+CLOSED = 1e-9  # m or rad: less is not worth a word
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 
 
-@dataclass(frozen=True)
-class _Open:
-    """In the reader's words, what a joint that can't close leaves open."""
-
-    message: str
-    hint: str
-
-
 _OPEN = {
-    "slot": _Open(
-        "the point can't be on its curve at the start: it stays {gap:.3g} m off",
-        "move the curve, the joint that carries the point, or give another initial angle",
+    "slot": (
+        "the point can't be on its curve at the start",
+        "move the curve or the joint that carries the point, or give another initial angle",
     ),
-    "revolute": _Open(
-        "the joint can't close at the start: its points stay {gap:.3g} m apart",
+    "revolute": (
+        "the joint can't close at the start",
         "check lengths and places; under 'initial: guesses' say roughly where the bodies stand",
     ),
-    "weld": _Open(
-        "the weld can't close at the start: {gap:.3g} (m, rad) stay open",
+    "weld": (
+        "the weld can't close at the start",
         "check places and angles of the two bodies, and 'initial: angles'",
     ),
-    "sleeve": _Open(
-        "the link can't lie in its guide at the start: {gap:.3g} (m, rad) stay open",
+    "sleeve": (
+        "the link can't lie in its guide at the start",
         "check the angles of guide and link under 'initial: angles'",
     ),
 }
+"""What a kind of joint can't do, in the reader's words, and what to do about it."""
 
 
 def load_scene(
@@ -70,7 +65,8 @@ def scene_of(
     document: Document, settings: Iterable[str] = (), allow_outside: bool = False
 ) -> Scene:
     """Check a document that is already read; see `load_scene`."""
-    scene = parse_scene(apply_settings(document, settings), allow_outside)
+    checked = check_document(apply_settings(document, settings), allow_outside)
+    scene = checked.to_scene(others=build_curves(checked.curves)[1])
     assemble_scene(scene)
     return scene
 
@@ -87,13 +83,10 @@ def assemble_scene(scene: Scene) -> Assembly:
     try:
         assembly = assemble(mechanism, _start(scene, mechanism))
     except CannotAssembleError as error:
-        words = _OPEN[error.kind]
-        path = _path_of(scene, error.joint)
-        mistake = Mistake(path, words.message.format(gap=error.gap), words.hint)
-        raise SceneError(scene.document, [mistake]) from error
+        raise SceneError(scene.document, [_open_mistake(scene, error)]) from error
     except CannotMoveError as error:
-        raise SceneError(scene.document, [_speed_mistake(scene, error)]) from error
-    mistakes = [*_penetrations(assembly), *_redundancies(assembly)]
+        raise SceneError(scene.document, [_speed_mistake(mechanism, error)]) from error
+    mistakes = [*_penetrations(assembly), *_redundancies(scene, assembly)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     return assembly
@@ -120,21 +113,29 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
     return ("bodies", body) if body in scene.bodies else ()
 
 
-def _speed_mistake(scene: Scene, error: CannotMoveError) -> Mistake:
-    if error.kind == "drive":
+def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
+    message, hint = _OPEN[error.kind]
+    missing = []
+    if error.gap > CLOSED:
+        missing.append(f"{error.gap:.3g} m")
+    if error.turn > CLOSED:
+        missing.append(f"{degrees(error.turn):.3g} deg")
+    return Mistake(
+        _path_of(scene, error.joint), f"{message}: {' and '.join(missing)} missing", hint
+    )
+
+
+def _speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
+    if error.part is None:
         return Mistake(
-            ("drives", error.joint),
-            "the mechanism can't follow this drive at the start: another joint blocks it",
+            ("drives", str(error.drive)),
+            "the mechanism can't follow this drive at the start: joints or other drives block it",
             "a dead centre, or two drives of one freedom; start at another angle",
         )
-    if error.kind == "speed":
-        return Mistake(
-            ("initial", "speeds"),
-            "these speeds contradict the joints or the drives",
-            "leave out the speeds that follow from others",
-        )
     return Mistake(
-        _path_of(scene, error.joint), "the speeds given at the start tear this joint apart"
+        ("initial", "speeds", mechanism.parts[error.part].body),
+        "this speed contradicts the joints, the drives or the speeds above",
+        "leave out the speeds that follow from others",
     )
 
 
@@ -157,16 +158,19 @@ def _penetrations(assembly: Assembly) -> list[Mistake]:
     return found
 
 
-def _redundancies(assembly: Assembly) -> list[Mistake]:
-    if not assembly.redundant:
-        return []
-    free = assembly.degrees_of_freedom
-    return [
-        Mistake(
-            ("joints",),
-            f"the joints and drives give {assembly.redundant} more constraint(s) than the bodies "
-            f"can take ({free} degree(s) of freedom remain)",
-            "two joints do the same, two drives move one freedom, or the mechanism starts at a "
-            "dead centre: take one away, or start at another angle",
+def _redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Joints and drives that hold what others hold already: forces in them have no one answer."""
+    found = []
+    for name, count in assembly.surplus.items():
+        drive = name in scene.drives and name not in scene.joints
+        what = "drive" if drive else "joint" if name in scene.joints else "body's hinge"
+        times = "" if count == 1 else f" {count} times"
+        found.append(
+            Mistake(
+                ("drives", name) if drive else _path_of(scene, name),
+                f"this {what} holds{times} what others hold already",
+                "two joints do the same, two drives move one freedom, or the mechanism starts at "
+                "a dead centre: take one away, or start at another angle",
+            )
         )
-    ]
+    return found

@@ -19,7 +19,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 LONGEST_TEXT = 60
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
-UNIT = r"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*/^.+\-() ]*"
+UNIT = r"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*·/^.+\-() ]*"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
 _IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 
@@ -127,6 +127,9 @@ UNITS: dict[str, Unit] = {
 }
 """The units known without pint. A test compares each with pint."""
 
+# Written in one word by every engineer: newton metres, not pint's Nm (length per mass of a yarn).
+_NEWTON_METRES = re.compile(r"(?<![A-Za-z])([kMmu]?N)(m|cm|mm)(s?)(?![A-Za-z])")
+
 
 class QuantityError(ValueError):
     """A value that is not the quantity asked for; `hint` says how to write one."""
@@ -194,21 +197,15 @@ def _from_text(text: str, dimension: Dimension) -> float:
         hint = dimension.hint
         if dimension is Dimension.ANGULAR_SPEED and unit.powers == Dimension.FREQUENCY.powers:
             hint = "say which angle a second turns: rad/s, deg/s, turn/s or rpm"
-        raise QuantityError(wrong + _spelling(match[2], dimension), hint)
+        raise QuantityError(wrong, hint)
     return float(match[1]) * unit.factor
 
 
-def _spelling(text: str, dimension: Dimension) -> str:
-    """Suggest 'N m' for 'Nm', which pint takes for a count of yarn."""
-    for name, unit in UNITS.items():
-        if dimension.accepts(unit.powers) and name.replace(" ", "") == text.strip():
-            return f"; did you mean '{name}'?"
-    return ""
-
-
 def _unit(text: str) -> Unit:
+    """Look a unit up: products may be written 'N m', 'N*m', 'N·m', and 'Nm' is one of them."""
     name = re.sub(r"\s*([/^])\s*", r"\1", text.replace("**", "^").replace("°", "deg"))
-    name = re.sub(r"[\s*]+", " ", name.replace("µ", "u").replace("μ", "u")).strip()
+    name = re.sub(r"[\s*·]+", " ", name.replace("µ", "u").replace("μ", "u")).strip()
+    name = _NEWTON_METRES.sub(r"\1 \2 \3", name).replace(" /", "/").strip()
     unit = UNITS.get(name) or _unit_from_pint(name)
     if unit is None:
         near = difflib.get_close_matches(name, UNITS, n=1, cutoff=0.5)

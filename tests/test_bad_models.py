@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from exudyn_flexlink.scene import parse_scene
-from exudyn_flexlink.source import SceneError, load_document
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.source import SceneError
 
 FOLDER = Path(__file__).parent / "bad_models"
 FILES = sorted(FOLDER.glob("*.yaml"))
@@ -24,7 +24,7 @@ def test_every_mistake_is_reported_where_it_stands(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     expected = [line.removeprefix(EXPECT) for line in lines if line.startswith(EXPECT)]
     with pytest.raises(SceneError) as caught:
-        parse_scene(load_document(path))
+        load_scene(path)
     shown = str(caught.value).splitlines()
     headers = [line.removeprefix(f"{path}:") for line in shown if line.startswith(f"{path}:")]
     assert headers == expected
@@ -33,7 +33,7 @@ def test_every_mistake_is_reported_where_it_stands(path: Path) -> None:
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_carets_lie_below_the_value(path: Path) -> None:
     with pytest.raises(SceneError) as caught:
-        parse_scene(load_document(path))
+        load_scene(path)
     shown = str(caught.value).splitlines()
     carets = [i for i, line in enumerate(shown) if line.strip() and not line.strip(" ^")]
     assert len(carets) == len(caught.value.mistakes)

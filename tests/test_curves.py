@@ -371,7 +371,8 @@ def test_a_line_from_inside_crosses_a_convex_curve_twice(angle, radius, heading)
         u = ray_crossings(curve, origin, along)
         assert len(u) == 2 * laps
         away = curve.point(u) - origin
-        np.testing.assert_allclose(away @ [-along[1], along[0]], 0, atol=1e-9)
+        # next to a break the break itself is the answer, up to 1e-7 of a piece's range away
+        np.testing.assert_allclose(away @ [-along[1], along[0]], 0, atol=2e-8)
         assert intersect_ray(curve, origin, along, float(u[1])) == pytest.approx(u[1], abs=1e-8)
 
 

@@ -120,12 +120,12 @@ def test_a_scene_without_contact_has_no_contact_step() -> None:
         (["run.turns=1", "drives.motor.value=-5"], 2 * pi / 5),
         (["run.turns=1", "drives.motor.ramp=0.2"], 2 * pi / SPEED + 0.1),
         (["drives.motor={type: torque, joint: crank, value: 1}", "run.at_most=1"], None),
-        (["drives.motor.value=0"], None),
+        (["drives.motor.value=0", "run.at_most=1"], 1.0),
     ],
 )
 def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> None:
     scene = load_scene(NO_CLEARANCE, settings)
-    found = run_duration(scene, assemble_scene(scene).mechanism)
+    found = run_duration(scene, assemble_scene(scene))
     assert found == (None if expected is None else pytest.approx(expected))
 
 

@@ -16,7 +16,8 @@ def ray_crossings(curve: Curve, origin: ArrayLike, direction: ArrayLike) -> Floa
     """All u, ascending over one period, where the line through ``origin`` crosses the curve.
 
     The line runs both ways from ``origin`` (2,) along ``direction`` (2,), of any length. Points of
-    contact count; a straight piece that lies in the line contributes its two ends. Closed form for
+    contact count; a straight piece that lies in the line contributes its two ends. A crossing next
+    to a break may be given as the break itself, 1e-7 of a piece away at most. Closed form for
     arcs and lines, roots of the cubics for splines.
 
     Raises:

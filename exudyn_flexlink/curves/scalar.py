@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
-from math import cos, hypot, sin
+from math import cos, sin
 
 from exudyn_flexlink.curves.base import Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment
@@ -39,9 +39,9 @@ def evaluator(piece: Curve) -> Evaluator:
     raise TypeError(f"not a smooth piece: {type(piece).__name__}")
 
 
-def foot(at: Evaluator, x: float, y: float, u: float) -> float:
-    """Parameter of the place next to (x, y), by Newton from `u`."""
-    for _ in range(NEWTON_STEPS):
+def foot(at: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
+    """Parameter of the place next to (x, y), by at most `steps` of Newton from `u`."""
+    for _ in range(steps):
         px, py, dx, dy, ddx, ddy = at(u)
         rx, ry = px - x, py - y
         slope = rx * dx + ry * dy
@@ -50,7 +50,7 @@ def foot(at: Evaluator, x: float, y: float, u: float) -> float:
         # Beyond the centre of curvature the foot is a maximum: fall back on the first-order step.
         step = slope / (bend if bend > 0.1 * speed else speed)
         u -= step
-        if abs(step) * hypot(dx, dy) < 1e-15:
+        if step * step * speed < 1e-30:  # 1e-15 m
             break
     return u
 

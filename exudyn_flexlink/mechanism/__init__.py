@@ -40,6 +40,7 @@ from exudyn_flexlink.mechanism.schedule import (
     sample_times,
     turn_goal,
 )
+from exudyn_flexlink.mechanism.tracks import build_curves
 
 __all__ = [
     "GROUND",
@@ -68,6 +69,7 @@ __all__ = [
     "approach",
     "assemble",
     "beam_of",
+    "build_curves",
     "build_mechanism",
     "chain_of",
     "constraint_rows",

@@ -8,7 +8,7 @@ from math import hypot, pi
 from exudyn_flexlink import sections
 from exudyn_flexlink.chain import Beam, Chain, discretise
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
@@ -25,7 +25,9 @@ from exudyn_flexlink.mechanism.model import (
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.scene import (
+    ContactLaw,
     FlexibleBody,
+    ImpulseLaw,
     PointOnLine,
     RevoluteJoint,
     RigidBody,
@@ -49,7 +51,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
         SceneError: a curve of the scene can't be.
 
     """
-    curves, mistakes = build_curves(scene)
+    curves, mistakes = build_curves(scene.curves)
     if mistakes:
         raise SceneError(scene.document, mistakes)
     return _Builder(scene, curves).build()
@@ -231,12 +233,17 @@ class _Builder:
 
     def _contact(self, name: str, contact: PointOnLine) -> FaceContact:
         start, end = (self.anchor(point) for point in contact.line)
-        law = contact.law
         return FaceContact(
             name,
             self.anchor(contact.point),
             start,
             end,
             1.0 if contact.side == "left" else -1.0,
-            RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed),
+            _law(contact.law),
         )
+
+
+def _law(law: ContactLaw | ImpulseLaw) -> RestitutionPenalty | Impulse:
+    if isinstance(law, ImpulseLaw):
+        return Impulse(law.restitution)
+    return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)

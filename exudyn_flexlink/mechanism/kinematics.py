@@ -88,6 +88,19 @@ class Rows:
     residual: FloatArray
     jacobian: FloatArray
 
+    @property
+    def lengths(self) -> FloatArray:
+        """Those of the residuals that are in m."""
+        return self.residual[: _LENGTHS[self.kind]]
+
+    @property
+    def angles(self) -> FloatArray:
+        """Those of the residuals that are in rad; they follow the lengths."""
+        return self.residual[_LENGTHS[self.kind] :]
+
+
+_LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1, "slot": 1, "drive": 0}
+
 
 def constraint_rows(
     mechanism: Mechanism,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.ramps import Ramp
 
 GROUND = -1
@@ -116,7 +116,7 @@ class FaceContact:
     start: Anchor
     end: Anchor
     side: float
-    law: RestitutionPenalty
+    law: RestitutionPenalty | Impulse
 
 
 @dataclass(frozen=True)

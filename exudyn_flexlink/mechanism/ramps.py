@@ -38,7 +38,7 @@ class Ramp:
         return self.value * self.duration * x**4 * (2.5 - 3 * x + x * x)
 
     def time_of(self, integral: float) -> float:
-        """Time at which the integral reaches a value beyond that of the ramp itself, s."""
+        """Time at which the integral reaches a value of the ramp's own sign, s."""
         time = integral / self.value + self.duration / 2
         if time >= self.duration:
             return time

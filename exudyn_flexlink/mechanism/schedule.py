@@ -8,6 +8,7 @@ from math import inf, log10, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.dynamics import contact_mass
 from exudyn_flexlink.mechanism.kinematics import angle_of
@@ -46,14 +47,14 @@ class TurnGoal:
 def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
     """Time at which a run ends at the latest, s: its duration, or when a drive has made its turns.
 
-    Turns of a joint without speed drive end at `at_most`.
+    Turns of a joint without speed drive, or with one at rest, end at `at_most`.
     """
     run = scene.run
     if run.duration is not None:
         return run.duration
     turned = 2 * pi * (run.turns or 0.0)
     for motor in mechanism.speed_motors:
-        if scene.drives[motor.name].joint == run.of:
+        if scene.drives[motor.name].joint == run.of and motor.ramp.value:
             made = motor.ramp.time_of(turned if motor.ramp.value > 0 else -turned)
             return min(made, run.at_most or inf)
     return run.at_most or inf
@@ -85,7 +86,9 @@ def sample_times(scene: Scene, end: float) -> FloatArray:
 
 
 def half_period(assembly: Assembly, contact: FaceContact) -> float:
-    """Half the period of the contact's stiffness with the least mass behind it, s."""
+    """Half the period of the contact's stiffness with the least mass behind it, s; inf if rigid."""
+    if isinstance(contact.law, Impulse):
+        return inf
     state = assembly.state
     mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
     return contact.law.half_period(mass)

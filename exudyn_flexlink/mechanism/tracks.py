@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import pi
 
 import numpy as np
@@ -24,59 +24,85 @@ from exudyn_flexlink.scene import (
     JoinedSpec,
     LapsSpec,
     LineSpec,
-    Scene,
     SplineSpec,
 )
-from exudyn_flexlink.source import Mistake
+from exudyn_flexlink.source import KeyPath, Mistake
 
 
-def build_curves(scene: Scene) -> tuple[dict[str, Curve], list[Mistake]]:
-    """Build every curve of a scene; those that can't be are left out, with a mistake each."""
-    curves: dict[str, Curve] = {}
-    mistakes: list[Mistake] = []
-    for name, spec in scene.curves.items():
+def build_curves(
+    specs: Mapping[str, CurveSpec | None],
+) -> tuple[dict[str, Curve], list[Mistake]]:
+    """Build every named curve that can be; the others are left out, with a mistake each.
+
+    Only mistakes of geometry are reported: a curve that has none of its own, but contains one that
+    is invalid (None), unknown, cyclic or can't be built, is left out in silence.
+    """
+    builder = _CurveBuilder(specs)
+    built = {name: builder.named(name) for name in specs}
+    return {name: curve for name, curve in built.items() if curve is not None}, builder.mistakes
+
+
+class _CurveBuilder:
+    """Builds every curve once; one under construction counts as None, which ends a cycle."""
+
+    def __init__(self, specs: Mapping[str, CurveSpec | None]) -> None:
+        self.specs = specs
+        self.built: dict[str, Curve | None] = {}
+        self.mistakes: list[Mistake] = []
+
+    def named(self, name: str) -> Curve | None:
+        if name not in self.built:
+            self.built[name] = None
+            self.built[name] = self._build(("curves", name), self.specs.get(name))
+        return self.built[name]
+
+    def _inner(self, path: KeyPath, spec: CurveSpec | str) -> Curve | None:
+        """Curve that is a piece or a lap of another, written there or named."""
+        curve = self.named(spec) if isinstance(spec, str) else self._build(path, spec)
+        return None if isinstance(curve, Laps) else curve  # laps have no inner laps
+
+    def _build(self, path: KeyPath, spec: CurveSpec | None) -> Curve | None:
+        if spec is None or (isinstance(spec, SplineSpec) and spec.points is None):
+            return None  # invalid, or its file of points can't be read
+        if not isinstance(spec, (JoinedSpec, LapsSpec)):
+            return self._try(path, lambda: _simple(spec))
+        key = "pieces" if isinstance(spec, JoinedSpec) else "curves"
+        inner = spec.pieces if isinstance(spec, JoinedSpec) else spec.curves
+        curves = [self._inner((*path, key, i), each) for i, each in enumerate(inner)]
+        whole = tuple(curve for curve in curves if curve is not None)
+        if len(whole) < len(curves):
+            return None
+        if isinstance(spec, JoinedSpec):
+            return self._try(path, lambda: Joined(whole), key)
+        return self._try(path, lambda: Laps(whole, meet=spec.meet), key)
+
+    def _try(self, path: KeyPath, make: Callable[[], Curve], key: str = "") -> Curve | None:
+        """Make a curve, or note its mistake: at the piece or lap in the list `key` at fault."""
         try:
-            curves[name] = build_curve(spec, scene.curves)
+            return make()
         except CurveError as error:
-            mistakes.append(_mistake(name, spec, error))
-    return curves, mistakes
+            at = (*path, key, error.piece) if key and error.piece is not None else path
+            self.mistakes.append(Mistake(at, error.message, error.hint))
+            return None
 
 
-def build_curve(  # noqa: PLR0911 - one return for each type
-    spec: CurveSpec | str, named: Mapping[str, CurveSpec]
-) -> Curve:
-    """Build one curve; names in it are looked up in `named`.
+def _simple(spec: EllipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
+    """Build a curve that contains no other.
 
     Raises:
-        CurveError: the curve can't be: a gap or kink between pieces, laps that do not meet.
+        CurveError: the curve can't be.
 
     """
-    if isinstance(spec, str):
-        return build_curve(named[spec], named)
     if isinstance(spec, EllipseSpec):
-        first, last = _angles(spec)
-        return EllipseArc(spec.centre, spec.semi_axes, spec.rotation, first, last)
+        return EllipseArc(spec.centre, spec.semi_axes, spec.rotation, *_angles(spec))
     if isinstance(spec, CircleSpec):
         return CircleArc(spec.centre, spec.radius, *_angles(spec))
     if isinstance(spec, LineSpec):
         return LineSegment(spec.from_, spec.to)
-    if isinstance(spec, SplineSpec):
-        return Spline(np.asarray(spec.points, dtype=float), closed=spec.closed)
-    if isinstance(spec, JoinedSpec):
-        return Joined(tuple(build_curve(piece, named) for piece in spec.pieces))
-    return Laps(tuple(build_curve(lap, named) for lap in spec.curves), meet=spec.meet)
+    return Spline(np.asarray(spec.points, dtype=float), closed=spec.closed)
 
 
 def _angles(spec: EllipseSpec | CircleSpec) -> tuple[float, float]:
     if spec.from_ is None or spec.to is None:
         return 0.0, 2 * pi
     return spec.from_, spec.to
-
-
-def _mistake(name: str, spec: CurveSpec, error: CurveError) -> Mistake:
-    path: tuple[str | int, ...] = ("curves", name)
-    if error.piece is not None and isinstance(spec, JoinedSpec):
-        path = (*path, "pieces", error.piece)
-    elif error.piece is not None and isinstance(spec, LapsSpec):
-        path = (*path, "curves", error.piece)
-    return Mistake(path, error.message, error.hint)

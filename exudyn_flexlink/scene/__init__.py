@@ -26,6 +26,8 @@ from exudyn_flexlink.scene.forces import (
     Contact,
     ContactLaw,
     Drive,
+    ImpulseLaw,
+    Law,
     PointOnLine,
     SpeedDrive,
     Spring,
@@ -40,7 +42,13 @@ from exudyn_flexlink.scene.joints import (
     WeldJoint,
 )
 from exudyn_flexlink.scene.model import Scene
-from exudyn_flexlink.scene.parse import EXCLUSIVE_KEYS, apply_settings, parse_scene
+from exudyn_flexlink.scene.parse import (
+    EXCLUSIVE_KEYS,
+    CheckedDocument,
+    apply_settings,
+    check_document,
+    parse_scene,
+)
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run
 from exudyn_flexlink.scene.schema import json_schema
 
@@ -49,6 +57,7 @@ __all__ = [
     "GROUND",
     "Accuracy",
     "Body",
+    "CheckedDocument",
     "CircleSpec",
     "Contact",
     "ContactLaw",
@@ -59,10 +68,12 @@ __all__ = [
     "FrozenMapping",
     "GeneralSection",
     "Hinges",
+    "ImpulseLaw",
     "Initial",
     "JoinedSpec",
     "Joint",
     "LapsSpec",
+    "Law",
     "LineSpec",
     "Material",
     "Part",
@@ -84,6 +95,7 @@ __all__ = [
     "TorsionalSpring",
     "WeldJoint",
     "apply_settings",
+    "check_document",
     "json_schema",
     "parse_scene",
     "split_point",

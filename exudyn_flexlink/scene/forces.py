@@ -81,6 +81,7 @@ class TorqueDrive(Part):
 class ContactLaw(Part):
     """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
 
+    type: Literal["penalty"] = "penalty"
     stiffness: PositiveStiffness = Field(description="force per penetration")
     restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         description="speed after an impact over speed before, 0 to 1"
@@ -88,6 +89,18 @@ class ContactLaw(Part):
     transition_speed: PositiveSpeed = Field(
         5e-3, description="above it the restitution acts in full"
     )
+
+
+class ImpulseLaw(Part):
+    """Rigid contact with restitution: speeds jump. For the Lagrangian engine only."""
+
+    type: Literal["impulse"] = "impulse"
+    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
+        description="speed after an impact over speed before, 0 to 1"
+    )
+
+
+Law = Annotated[ContactLaw | ImpulseLaw, ByType(default="penalty")]
 
 
 class PointOnLine(Part):
@@ -101,7 +114,7 @@ class PointOnLine(Part):
     side: Literal["left", "right"] = Field(
         "left", description="which side of the line, from its first to its second point, is free"
     )
-    law: ContactLaw = Field(description="force of the contact")
+    law: Law = Field(description="force of the contact, or its impulse")
 
     @model_validator(mode="after")
     def _two_bodies(self) -> PointOnLine:

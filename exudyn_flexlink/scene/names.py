@@ -226,8 +226,16 @@ class _Check:
         drives = self.parts.drives
         if run.at_most or drives is None or None in drives.values():
             return
-        speeds = [drive.joint for _, drive in _valid(drives) if isinstance(drive, SpeedDrive)]
-        if run.of not in speeds and isinstance(self.get("joints", run.of), RevoluteJoint):
+        speeds = {
+            drive.joint: (name, drive.value)
+            for name, drive in _valid(drives)
+            if isinstance(drive, SpeedDrive)
+        }
+        driver, speed = speeds.get(run.of, (None, 0.0))
+        if driver is not None and speed == 0:
+            hint = f"another speed, or 'run: at_most' to end without the turns of '{run.of}'"
+            yield Mistake(("drives", driver, "value"), "a joint at rest makes no turns", hint)
+        if driver is None and isinstance(self.get("joints", run.of), RevoluteJoint):
             hint = f"no drive sets the speed of '{run.of}', so the turns may never be reached"
             yield Mistake(("run",), "missing 'at_most'", hint, on_key=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -64,15 +65,46 @@ def apply_settings(document: Document, settings: Iterable[str]) -> Document:
     return document.with_settings(settings, EXCLUSIVE_KEYS)
 
 
-def parse_scene(document: Document, allow_outside: bool = False) -> Scene:
-    """Turn a document into a scene.
+@dataclass(frozen=True)
+class CheckedDocument:
+    """A document's parts as far as they are valid, and what is wrong with the others."""
 
-    Every part is checked by itself, so that a mistake in one does not hide those of others.
-    `allow_outside` lets splines be read from files outside the document's folder.
+    document: Document
+    sections: Mapping[str, Any]
+    mistakes: tuple[Mistake, ...]
+
+    @property
+    def curves(self) -> Mapping[str, CurveSpec | None]:
+        """Curves by name; None stands for one whose description has a mistake."""
+        return self.sections.get("curves") or {}
+
+    def to_scene(self, others: Iterable[Mistake] = ()) -> Scene:
+        """Make the scene, unless there are mistakes: those found here or `others`.
+
+        Raises:
+            SceneError: there are; it holds all of them.
+
+        """
+        mistakes = [*self.mistakes, *others]
+        if mistakes:
+            raise SceneError(self.document, mistakes)
+        return Scene.from_parts(self.sections, self.document)
+
+
+def parse_scene(document: Document, allow_outside: bool = False) -> Scene:
+    """Turn a document into a scene; see `check_document`.
 
     Raises:
         SceneError: the document has mistakes; all of them are in it.
 
+    """
+    return check_document(document, allow_outside).to_scene()
+
+
+def check_document(document: Document, allow_outside: bool = False) -> CheckedDocument:
+    """Check every part of a document by itself, so that no mistake hides another.
+
+    `allow_outside` lets splines be read from files outside the document's folder.
     """
     unknown = _unknown_sections(document.data)
     misspelt = [key for key in Scene.model_fields if any(f"'{key}'?" in x.message for x in unknown)]
@@ -91,9 +123,7 @@ def parse_scene(document: Document, allow_outside: bool = False) -> Scene:
     required = [key for key, field in Scene.model_fields.items() if field.is_required()]
     absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
     mistakes += find_mistakes(Parts.of(absent | sections))
-    if mistakes:
-        raise SceneError(document, mistakes)
-    return Scene.from_parts(sections, document)
+    return CheckedDocument(document, sections, tuple(mistakes))
 
 
 def _unknown_sections(data: Mapping[str, Any]) -> list[Mistake]:

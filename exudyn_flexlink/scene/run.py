@@ -71,6 +71,12 @@ class Accuracy(Part):
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         0.9, description="numerical damping of the integrator: 1 none, 0 most"
     )
+    relative_tolerance: Annotated[float, Number(above=0.0)] | None = Field(
+        None, description="local error per size of the state; Lagrangian engine only"
+    )
+    absolute_tolerance: Annotated[float, Number(above=0.0)] | None = Field(
+        None, description="local error in rad and rad/s; Lagrangian engine only"
+    )
 
     @model_validator(mode="after")
     def _tolerance_or_step(self) -> Accuracy:

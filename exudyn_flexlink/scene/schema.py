@@ -9,7 +9,7 @@ from pydantic.json_schema import models_json_schema
 from exudyn_flexlink.scene.model import Scene
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
-_OPTIONAL_TYPE = ("RectangleSection",)  # the type meant where none is given
+_OPTIONAL_TYPE = ("ContactLaw", "RectangleSection")  # the type meant where none is given
 
 
 def json_schema() -> dict[str, Any]:

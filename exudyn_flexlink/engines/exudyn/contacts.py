@@ -103,6 +103,7 @@ class ContactItem:
         self.behind = touch.gap < 0
         self.pressed = False
         self._jumped = False
+        self._peak = 0.0
 
     def _touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
         i, j = self.first, self.second
@@ -119,9 +120,13 @@ class ContactItem:
         touch = self.geometry.touch(q, v)
         if not self._acts(touch):
             return NOTHING
-        slope = self._elastic + self._lossy * tanh(-touch.gap_rate / self.law.transition_speed)
-        force = -touch.gap * slope
+        force = self._press(touch)
         return [force * part for part in touch.gradient]
+
+    def _press(self, touch: Touch) -> float:
+        """Force (N) of the law, in plain floats; the gap is negative."""
+        rising = tanh(-touch.gap_rate / self.law.transition_speed)
+        return -touch.gap * (self._elastic + self._lossy * rising)
 
     def _jacobian(
         self,
@@ -156,6 +161,7 @@ class ContactItem:
             self._wake(False)
             return self._toward_free_side(touch, step)
         if self.pressed:
+            self._peak = max(self._peak, self._press(touch))
             return self._while_pressed(touch, step)
         return self._while_apart(touch, step, curvature)
 
@@ -186,6 +192,12 @@ class ContactItem:
 
     def _tell(self, now: Instant, kind: str, touch: Touch) -> None:
         details = {"approach_speed": -touch.gap_rate, "place": touch.place, "gap": touch.gap}
+        if kind == "contact begins":
+            self._peak = 0.0
+            # The step that found the contact ended in it, already slowed down a little.
+            details["approach_speed"] = max(-touch.gap_rate, -self._gap_rate_before)
+        else:
+            details["peak_force"] = self._peak
         self.events.append(Event(now.time, kind, self.name, details))
 
     def _while_pressed(self, touch: Touch, step: float) -> float:
@@ -208,8 +220,12 @@ class ContactItem:
             self._wake(False)
             return step
         self._wake(until < 4 * step)
+        if until > 1.5 * self.contact_step:
+            # The integrator spreads the force at a step's end over the whole step: the step that
+            # reaches into the face must be one of the contact's, not one of free flight.
+            return land(step, until - self.contact_step)
         # A little into the face, so that the contact is seen; 2 % of a contact's step is not felt.
-        return land(step, until + 0.02 * self.contact_step)
+        return min(step, until + 0.02 * self.contact_step)
 
     def _can_meet(self, touch: Touch, until: float) -> bool:
         """Tell whether the point may be over the face when the gap closes, with a margin."""

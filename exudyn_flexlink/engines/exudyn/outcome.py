@@ -144,7 +144,8 @@ def _events(prepared: Prepared, kept: dict[str, FloatArray]) -> tuple[Event, ...
     events = []
     for event in prepared.loop.events:
         if event.name not in names:
-            events.append(event)
+            if event.time < prepared.loop.end:  # a lap that begins as the run ends is none
+                events.append(event)
             continue
         k = names.index(event.name)
         now = int(np.searchsorted(kept["time"], event.time))
@@ -207,7 +208,7 @@ def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     loop = prepared.loop
     if loop.interrupted:
-        return Outcome(False, loop.time, INTERRUPTED, "what was computed until then is kept")
+        return Outcome(False, loop.time, INTERRUPTED)
     if loop.stop_reason:
         return Outcome(
             False, loop.time, loop.stop_reason, "lengthen the curve, or end the run before"

@@ -36,14 +36,25 @@ class Samples:
 
 
 @dataclass(frozen=True)
+class _Flow:
+    """Energy (J, since time 0) and power (W) of dampers and drives; energy stored in contacts."""
+
+    damped: FloatArray
+    damping: FloatArray
+    supplied: FloatArray
+    supply: FloatArray
+    stored: FloatArray
+
+
+@dataclass(frozen=True)
 class _Block:
     """Steps worked off together; impulses and losses of contacts are since time 0."""
 
     time: FloatArray
     q: FloatArray
     v: FloatArray
+    flow: _Flow
     forces: FloatArray
-    energies: FloatArray
     impulses: FloatArray
     losses: FloatArray
 
@@ -75,17 +86,18 @@ class Recorder:
         # both ends. Multipliers averaged so are free of the alternating error that the integrator
         # leaves in them after every jump.
         self._alpha = spectral_radius / (1 + spectral_radius)
-        self._last_multipliers: FloatArray | None = None
+        self._balanced: tuple[FloatArray, float] | None = None  # last of the block before
         self._time = np.empty(BLOCK)
         self._balanced_at = np.empty(BLOCK)
         self._q, self._v = np.empty((BLOCK, width)), np.empty((BLOCK, width))
+        self._raw = np.empty((BLOCK, multipliers))
         self._multipliers = np.empty((BLOCK, multipliers))
         self._pressed = np.zeros((BLOCK, contacts), dtype=bool)
         self._places = np.empty((BLOCK, slots))
         self._count = 0
         self._marks: list[float] = []
         self._sampled_to = -np.inf
-        self._dissipated = self._supplied = 0.0
+        self._damped = self._supplied = 0.0
         self._impulse, self._work = np.zeros(contacts), np.zeros(contacts)
         self._start_energy: float | None = None
 
@@ -98,19 +110,13 @@ class Recorder:
         i = self._count
         self._time[i] = now.time
         self._q[i], self._v[i] = now.q, now.v
-        before = multipliers if self._last_multipliers is None else self._last_multipliers
-        self._multipliers[i] = (1 - self._alpha) * multipliers + self._alpha * before
-        self._balanced_at[i] = now.time - self._alpha * now.done
+        self._raw[i] = multipliers
         if pressed:
             self._pressed[i] = pressed
         if places:
             self._places[i] = places
         self._count += 1
         self.steps += 1
-        # The solver knows no reactions at time 0: those of the first step stand in.
-        self._last_multipliers = multipliers if self.steps > 0 else None
-        if self.steps == 1:
-            self._multipliers[0] = self._multipliers[i] = multipliers
 
     def mark(self, time: float) -> None:
         """Keep a sample at this time too; it must be that of a step not yet flushed."""
@@ -128,20 +134,32 @@ class Recorder:
         parts = len(self.mechanism.parts)
         time = self._time[:n]
         q, v = self._q[:n].reshape(n, parts, 3), self._v[:n].reshape(n, parts, 3)
+        self._balance(n)
         forces, stored, rates, penetration = self._contacts(q, v, self._pressed[:n])
         impulses = self._impulse + _running_integral(time, forces)
         work = self._work - _running_integral(time, forces * rates)
-        energies = self._energies(time, q, v, stored, work)
-        self._check(q, penetration, energies)
-        self._sample(_Block(time, q, v, forces, energies, impulses, work - stored))
+        block = _Block(time, q, v, self._flow(time, q, v, stored), forces, impulses, work - stored)
+        self._check(block, penetration)
+        self._sample(block)
         self._impulse, self._work = impulses[-1], work[-1]
-        self._dissipated = energies[-1, 2] - float(np.sum(work[-1] - stored[-1]))
-        self._supplied = energies[-1, 3]
-        for block in (self._time, self._q, self._v, self._multipliers, self._pressed,
-                      self._places, self._balanced_at):  # fmt: skip
-            block[0] = block[n - 1]
+        self._damped, self._supplied = block.flow.damped[-1], block.flow.supplied[-1]
+        for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
+            rows[0] = rows[n - 1]
         self._count = 1
         self._marks.clear()
+
+    def _balance(self, n: int) -> None:
+        """Average the multipliers over steps, and date them."""
+        raw, time, alpha = self._raw[:n], self._time[:n], self._alpha
+        self._multipliers[1:n] = (1 - alpha) * raw[1:] + alpha * raw[:-1]
+        self._balanced_at[1:n] = time[1:] - alpha * np.diff(time)
+        if self._balanced is not None:
+            self._multipliers[0], self._balanced_at[0] = self._balanced
+        else:
+            # The solver knows no reactions at time 0: those of the first step stand in.
+            self._multipliers[:2] = raw[min(1, n - 1)]
+            self._balanced_at[0] = time[0]
+        self._balanced = self._multipliers[n - 1].copy(), float(self._balanced_at[n - 1])
 
     def _contacts(
         self, q: FloatArray, v: FloatArray, pressed: NDArray[np.bool_]
@@ -157,39 +175,41 @@ class Recorder:
             rates[:, k] = at.gap_rate
         return forces, stored, rates, depth
 
-    def _energies(
-        self, time: FloatArray, q: FloatArray, v: FloatArray, stored: FloatArray, work: FloatArray
-    ) -> FloatArray:
-        kinetic = self.meter.kinetic(q, v)
-        potential = self.meter.potential(q) + stored.sum(axis=1)
-        lost = self._dissipated + _running_integral(time, self.meter.damping_power(v))
-        lost = lost + (work - stored).sum(axis=1)
-        supplied = self._supplied + self._work_of_motors(time, q, v)
-        return np.stack([kinetic, potential, lost, supplied], axis=1)
+    def _flow(self, time: FloatArray, q: FloatArray, v: FloatArray, stored: FloatArray) -> _Flow:
+        damping = self.meter.damping_power(v)
+        damped = self._damped + _running_integral(time, damping)
+        work, supply = self._motors(time, q, v)
+        return _Flow(damped, damping, self._supplied + work, supply, stored)
 
-    def _work_of_motors(self, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Work of the drives since the block's first step, (steps,)."""
-        work = np.zeros(len(time))
-        rows = self._multipliers[: len(time)]
+    def _motors(
+        self, time: FloatArray, q: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Work of the drives since the block's first step, and their power, (steps,)."""
+        work, supply = np.zeros(len(time)), np.zeros(len(time))
+        rows, at = self._multipliers[: len(time)], self._balanced_at[: len(time)]
         middle = (time[1:] + time[:-1]) / 2
         for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
             turned = np.diff(turning(motor.first, motor.second, q))
-            torque = -np.interp(middle, self._balanced_at[: len(time)], rows[:, row])
-            work[1:] += np.cumsum(torque * turned)
+            work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * turned)
+            supply -= np.interp(time, at, rows[:, row]) * turning(motor.first, motor.second, v)
         for motor in self.mechanism.torque_motors:
             torque = np.array([motor.ramp.at(t) for t in time])
             power = torque * turning(motor.first, motor.second, v)
             work += _running_integral(time, power)
-        return work
+            supply += power
+        return work, supply
 
-    def _check(self, q: FloatArray, penetration: FloatArray, energies: FloatArray) -> None:
-        total = energies[:, 0] + energies[:, 1]
+    def _check(self, block: _Block, penetration: FloatArray) -> None:
+        q, flow = block.q, block.flow
+        kinetic = self.meter.kinetic(q, block.v)
+        total = kinetic + self.meter.potential(q) + flow.stored.sum(axis=1)
         if self._start_energy is None:
             self._start_energy = float(total[0])
-        residual = total - self._start_energy + energies[:, 2] - energies[:, 3]
+        lost = flow.damped + block.losses.sum(axis=1)
+        residual = total - self._start_energy + lost - flow.supplied
         errors = joint_residuals(self.mechanism, q, self._places[: len(q)])
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
-        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
         self.largest_penetration = max(
             self.largest_penetration, float(penetration.max(initial=0.0))
@@ -202,26 +222,28 @@ class Recorder:
         if not len(wanted):
             return
         self._sampled_to = float(wanted[-1])
-        before = np.clip(np.searchsorted(time, wanted, side="left") - 1, 0, max(len(time) - 2, 0))
-        after = np.minimum(before + 1, len(time) - 1)
-        span = time[after] - time[before]
-        x = np.divide(wanted - time[before], span, out=np.zeros_like(wanted), where=span > 0)
-        ends_q, ends_v = (block.q[before], block.q[after]), (block.v[before], block.v[after])
-        position, velocity = _hermite(ends_q, ends_v, span, x)
+        between = _Between.of(time, wanted)
+        position, velocity = between.cubic(block.q, block.v)
         kept.time.append(wanted)
         kept.q.append(position)
         kept.v.append(velocity)
         kept.multipliers.append(self._balanced_multipliers(wanted, len(time)))
-        for target, values in (
-            (kept.forces, block.forces),
-            (kept.energies, block.energies),
-            (kept.impulses, block.impulses),
-            (kept.losses, block.losses),
-        ):
-            target.append(values[before] + x[:, None] * (values[after] - values[before]))
-        # A place may start again from the curve's beginning within a step: take the nearer end.
-        nearer = np.where(x < 0.5, before, after)
-        kept.places.append(self._places[: len(time)][nearer])
+        kept.energies.append(self._energies_at(between, block, position, velocity))
+        kept.forces.append(between.linear(block.forces))
+        kept.impulses.append(between.linear(block.impulses))
+        kept.losses.append(between.linear(block.losses))
+        kept.places.append(self._places[: len(time)][between.nearer])
+
+    def _energies_at(
+        self, between: _Between, block: _Block, q: FloatArray, v: FloatArray
+    ) -> FloatArray:
+        """Energies of sampled states: as smooth between steps as the states themselves."""
+        flow = block.flow
+        stored = self.meter.potential(q) + between.linear(flow.stored).sum(axis=1)
+        lost, _ = between.cubic(flow.damped, flow.damping)
+        supplied, _ = between.cubic(flow.supplied, flow.supply)
+        lost = lost + between.linear(block.losses).sum(axis=1)
+        return np.stack([self.meter.kinetic(q, v), stored, lost, supplied], axis=1)
 
     def _balanced_multipliers(self, wanted: FloatArray, count: int) -> FloatArray:
         """Multipliers between the instants at which the integrator balances forces."""
@@ -238,15 +260,40 @@ def _running_integral(time: FloatArray, values: FloatArray) -> FloatArray:
     return total
 
 
-def _hermite(
-    q: tuple[FloatArray, FloatArray],
-    v: tuple[FloatArray, FloatArray],
-    span: FloatArray,
-    x: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Position and velocity at the part `x` of steps of length `span` between two states."""
-    (q0, q1), (v0, v1) = q, v
-    h, x = span[:, None, None], x[:, None, None]
-    slope = np.divide(q1 - q0, h, out=np.array(v0), where=h > 0)
-    b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
-    return q0 + h * x * (v0 + x * (b + x * c)), v0 + x * (2 * b + 3 * x * c)
+@dataclass(frozen=True)
+class _Between:
+    """Instants between steps: the steps around each, their length and the part of it gone by."""
+
+    before: NDArray[np.intp]
+    after: NDArray[np.intp]
+    span: FloatArray
+    part: FloatArray
+
+    @classmethod
+    def of(cls, time: FloatArray, wanted: FloatArray) -> _Between:
+        """Find the steps around instants that lie within `time`."""
+        last = len(time) - 1
+        before = np.clip(np.searchsorted(time, wanted, side="left") - 1, 0, max(last - 1, 0))
+        after = np.minimum(before + 1, last)
+        span = time[after] - time[before]
+        part = np.divide(wanted - time[before], span, out=np.zeros_like(wanted), where=span > 0)
+        return cls(before, after, span, part)
+
+    @property
+    def nearer(self) -> NDArray[np.intp]:
+        """The nearer of both steps: for what may jump, such as a place on a closed curve."""
+        return np.where(self.part < 0.5, self.before, self.after)
+
+    def linear(self, values: FloatArray) -> FloatArray:
+        """Values (steps, ...) on the straight line between both steps."""
+        part = self.part.reshape(-1, *([1] * (values.ndim - 1)))
+        return np.asarray(values[self.before] + part * (values[self.after] - values[self.before]))
+
+    def cubic(self, values: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (steps, ...) and rates on the cubic through values and rates of both steps."""
+        shape = (-1, *([1] * (values.ndim - 1)))
+        h, x = self.span.reshape(shape), self.part.reshape(shape)
+        y0, y1, v0, v1 = (a[i] for a in (values, rates) for i in (self.before, self.after))
+        slope = np.divide(y1 - y0, h, out=np.array(v0), where=h > 0)
+        b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
+        return y0 + h * x * (v0 + x * (b + x * c)), v0 + x * (2 * b + 3 * x * c)

@@ -63,6 +63,8 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     ready = perf_counter()
     error, iterations = _solve(prepared)
     solved = perf_counter()
+    if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
+        prepared.recorder.mark(prepared.loop.time)  # stopped early: its last state is kept
     prepared.recorder.flush()
     return finish(prepared, error, iterations, (began, ready, solved))
 

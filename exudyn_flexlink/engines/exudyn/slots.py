@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, inf, sin
+from itertools import pairwise
+from math import cos, hypot, inf, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
 
+SEAM = 1e-9  # of a closed curve's period: nearer to its seam than this is on it
+STILL = 1e-12  # m in a step: a point slower than this rests, and changes no piece
 PART_OF_PIECE = 0.1  # a step covers no more of a piece: the iteration for the foot stays local
 
 
@@ -72,24 +75,28 @@ class SlotItems:
         self.curve = self.slot.curve
         self.at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
         place = float(system.assembly.state.places[index])
-        self.lap = 0
-        self.piece, local = self.curve.locate(place)
-        self.u = local
+        self.piece, self.u = self.curve.locate(place)
+        self._laps = _pieces_of_laps(self.curve)
+        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
+        # Turns made round a closed curve, backwards ones negative; the first lap is 0, and -1 for
+        # a point that starts on the seam and runs backwards.
+        self.winding = self._lap
         self.row = 3 * self.slot.anchor.part
+        self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
         self._native: dict[Quadratic, int] = {}
         self._general: int | None = None
         self._item_of_piece = [self._create(piece) for piece in self.curve.pieces]
         self._activate(self.piece)
         self._lengths = [float(piece.length()) for piece in self.curve.pieces]
         self._along = 0.0
+        self._pace = 0.0  # parameter per second
         self._jumped = False
         self.at_end = False  # of an open curve: the run can't go on
 
     # --- items ------------------------------------------------------------------------------
 
     def _create(self, piece: Curve) -> int:
-        anchor = self.slot.anchor
-        quadratic = quadratic_of(piece) if (anchor.x, anchor.y) == (0.0, 0.0) else None
+        quadratic = quadratic_of(piece) if self._at_origin else None
         if quadratic is None:
             if self._general is None:
                 self._general = self._add_general()
@@ -141,6 +148,8 @@ class SlotItems:
     # --- the general constraint: signed distance from the curve, by its foot point -------------
 
     def _arm(self, angle: float) -> tuple[float, float]:
+        if self._at_origin:
+            return 0.0, 0.0
         c, s = cos(angle), sin(angle)
         anchor = self.slot.anchor
         return c * anchor.x - s * anchor.y, s * anchor.x + c * anchor.y
@@ -175,21 +184,26 @@ class SlotItems:
     def after_step(self, now: Instant, step: float) -> float:
         """Follow the point, change the piece where it ends; return the next step (s)."""
         x, y, vx, vy = self._motion(now.q_list, now.v_list)
+        # From where the last speed puts it, two steps of Newton are exact to rounding.
         at = self.at[self.piece]
-        self.u = foot(at, x, y, self.u)
+        self.u = foot(at, x, y, self.u + self._pace * now.done, 2)
         _, _, dx, dy, _, _ = at(self.u)
-        speed = hypot(dx, dy)
-        along = (vx * dx + vy * dy) / speed  # m/s, positive the way the curve runs
+        square = dx * dx + dy * dy
+        self._pace = (vx * dx + vy * dy) / square
+        speed = sqrt(square)
+        along = self._pace * speed  # m/s, positive the way the curve runs
         rising = (along - self._along) / now.done if now.done > 0 else 0.0
         self._along = along
         if self._one_smooth_loop():
             self._count_laps(now.time)
             return self._limit(step, inf, along)
         until = self._until_end(speed, along, rising)
-        if until <= THERE * now.done:
-            self._next_piece(1 if along > 0 else -1, now.time)
-            return self._limit(step / 20, inf, along)
-        return self._limit(step, until, along)
+        if until > THERE * now.done:
+            return self._limit(step, until, along)
+        if abs(along) * now.done <= STILL:
+            return step
+        self._next_piece(1 if along > 0 else -1, now.time)
+        return self._limit(step / 20, inf, along)
 
     @property
     def jumped(self) -> bool:
@@ -206,20 +220,26 @@ class SlotItems:
         return len(self.curve.pieces) == 1 and self.curve.closed
 
     def _count_laps(self, time: float) -> None:
+        """Count the turns on one smooth closed piece; a point at rest on the seam makes none."""
         piece = self.curve.pieces[0]
-        while self.u >= piece.end:
+        beyond = SEAM * piece.period
+        if self.u >= piece.end + beyond:
             self.u -= piece.period
-            self._count(1, time)
-        while self.u < piece.start:
+            self._cross_seam(1, time)
+        elif self.u < piece.start - beyond:
             self.u += piece.period
-            self._count(-1, time)
+            self._cross_seam(-1, time)
 
-    def _count(self, way: int, time: float) -> None:
-        self.lap += way
-        self.events.append(Event(time, "lap", self.slot.name, {"lap": self.lap + 1}))
+    def _cross_seam(self, way: int, time: float) -> None:
+        before = self._lap_number()
+        self.winding += way
+        if self._lap_number() != before:
+            details = {"lap": float(self._lap_number())}
+            self.events.append(Event(time, "lap", self.slot.name, details))
 
-    def _length(self, piece: int) -> float:
-        return self._lengths[piece]
+    def _lap_number(self) -> int:
+        """Number of the lap, from 1, whichever way the point runs round."""
+        return self.winding + 1 if self.winding >= 0 else -self.winding
 
     def _until_end(self, speed: float, along: float, rising: float) -> float:
         """Time (s) until the point reaches the end of the current piece; inf while it rests."""
@@ -232,27 +252,23 @@ class SlotItems:
         return first_root(left, -abs(along), -rising if along > 0 else rising)
 
     def _next_piece(self, way: int, time: float) -> None:
-        count = len(self.curve.pieces)
+        first, last = self._laps[self._lap]
         after = self.piece + way
-        if not 0 <= after < count and not self.curve.closed:
-            self.at_end = True
-            return
-        lap_before = self._lap_of(self.piece)
-        same_item = self._item_of_piece[after % count] == self._item_of_piece[self.piece]
-        self._jumped = not same_item or self._item_of_piece[self.piece] == self._general
-        self.piece = after % count
+        if not first <= after <= last:
+            if not self.curve.closed:
+                self.at_end = True
+                return
+            self._cross_seam(way, time)
+            self._lap = (self._lap_number() - 1) % len(self._laps)
+            first, last = self._laps[self._lap]
+            after = first if way > 0 else last
+        item = self._item_of_piece[after]
+        self._jumped = item != self._item_of_piece[self.piece] or item == self._general
+        self.piece = after
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
+        self._pace = 0.0
         self._activate(self.piece)
-        if self._lap_of(self.piece) != lap_before or not 0 <= after < count:
-            self._count(way, time)
-
-    def _lap_of(self, piece: int) -> int:
-        breaks = getattr(self.curve, "lap_breaks", None)
-        if breaks is None:
-            return 0
-        middle = (self.curve.breaks[piece] + self.curve.breaks[piece + 1]) / 2
-        return int(np.searchsorted(breaks, middle)) - 1
 
     def _limit(self, step: float, until: float, along: float) -> float:
         """No more than a part of the piece, and to its end exactly."""
@@ -279,3 +295,12 @@ class SlotItems:
             row = self.system.multipliers(self._general)[0]
             force -= multipliers[:, row, None] * self.curve.normal(places)
         return force
+
+
+def _pieces_of_laps(curve: Curve) -> list[tuple[int, int]]:
+    """First and last piece of each lap of a curve; of the whole curve if it has no laps."""
+    breaks = getattr(curve, "lap_breaks", None)
+    if breaks is None:
+        return [(0, len(curve.pieces) - 1)]
+    edges = np.searchsorted(curve.breaks, np.asarray(breaks) - SEAM * curve.period)
+    return [(int(a), int(b) - 1) for a, b in pairwise(edges)]

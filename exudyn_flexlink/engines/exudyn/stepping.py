@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.instant import Instant
-from exudyn_flexlink.engines.exudyn.landing import land
+from exudyn_flexlink.engines.exudyn.landing import first_root, land
 from exudyn_flexlink.engines.exudyn.recording import Recorder
 from exudyn_flexlink.engines.exudyn.slots import SlotItems
 from exudyn_flexlink.mechanism import TurnGoal
@@ -28,6 +28,7 @@ FloatArray = NDArray[np.float64]
 
 SECONDS_BETWEEN_REPORTS = 0.1
 ROUNDING_OF_TURNS = 1e-9  # rad
+STEPS_PER_SAMPLE_IN_CONTACT = 4
 
 
 class StepChooser(Protocol):
@@ -87,19 +88,20 @@ class ErrorControl:
         self._step, self._since_change = self.first, 0
         self._weights = weights
         self._steps = 0
-        self._last: FloatArray | None = None
-        self._slopes: list[FloatArray] = []  # divided differences of order 1 and 2
-        self._spans: list[float] = []
+        self._times = [0.0] * 4  # of the last four positions, weighted, each in its row
+        self._positions = np.zeros((4, len(weights)))
 
     def propose(self, now: Instant) -> float:
         """Return the step that spends its part of the tolerance."""
+        row = self._steps % 4
+        self._times[row] = now.time
+        np.multiply(now.q, self._weights, out=self._positions[row])
         self._steps += 1
-        third = self._third_difference(now.done, now.q)
         self._since_change += 1
-        if third is None:
+        if self._steps < 4:
             return self._step
         # Divided differences carry 1/6 of the derivative.
-        error = 6 * self.CONSTANT * now.done**3 * float(np.abs(third * self._weights).max())
+        error = 6 * self.CONSTANT * now.done**3 * self._third_difference()
         wanted = now.done * (self._share(now.time) / max(error, 1e-300)) ** (1 / 3)
         if wanted < self._step:
             down = ceil(2 * log2(self._step / wanted))
@@ -121,21 +123,13 @@ class ErrorControl:
         steps = max(self.FEWEST_STEPS, self._steps * ahead)
         return self.tolerance / (self.GROWTH * steps)
 
-    def _third_difference(self, done: float, q: FloatArray) -> FloatArray | None:
-        last, self._last = self._last, q
-        if last is None or done <= 0:
-            return None
-        self._spans = [done, *self._spans[:2]]
-        first = (q - last) / done
-        before, self._slopes = self._slopes, [first]
-        if not before:
-            return None
-        second = (first - before[0]) / (self._spans[0] + self._spans[1])
-        self._slopes.append(second)
-        if len(before) < 2:
-            return None
-        third: FloatArray = (second - before[1]) / sum(self._spans)
-        return third
+    def _third_difference(self) -> float:
+        """Largest third divided difference of the last four weighted positions, m/s^3."""
+        t0, t1, t2, t3 = self._times
+        a, b, c, d, e, f = t0 - t1, t0 - t2, t0 - t3, t1 - t2, t1 - t3, t2 - t3
+        factors = (1 / (a * b * c), -1 / (a * d * e), 1 / (b * d * f), -1 / (c * e * f))
+        third = np.dot(factors, self._positions)
+        return max(float(third.max()), -float(third.min()))
 
 
 @dataclass
@@ -158,6 +152,7 @@ class Loop:
     error: Exception | None = None
     _first: float = 0.0
     _told: float = 0.0
+    _goal_rate: float = 0.0
     _solver: Any = None
 
     def start(self, q: FloatArray, v: FloatArray, multipliers: FloatArray) -> float:
@@ -198,10 +193,15 @@ class Loop:
         known = len(self.events)
         step = self._cut(now, self.chooser.propose(now))
         self._take(now, data.GetAECoordinates())
-        if len(self.events) > known:
+        if len(self.events) > known or self._worth_a_sample():
             self.recorder.mark(time)
         self._solver.currentStepSize = step
         return not self.stop_reason and not self._reached(now)
+
+    def _worth_a_sample(self) -> bool:
+        """Even samples miss the peaks of a contact's force: there, keep some steps too."""
+        pressed = any(contact.pressed for contact in self.contacts)
+        return pressed and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
 
     def _take(self, now: Instant, multipliers: FloatArray) -> None:
         pressed = [contact.pressed for contact in self.contacts]
@@ -230,7 +230,9 @@ class Loop:
                 self.chooser.restart_from(step)
         if self.goal is not None:
             left, rate = self.goal.left(now.q_list), self.goal.rate(now.v_list)
-            step = land(step, left / rate) if rate > 0 and left > 0 else step
+            bend = (rate - self._goal_rate) / now.done if now.done > 0 else 0.0
+            self._goal_rate = rate
+            step = land(step, first_root(left, -rate, -bend)) if left > 0 else step
         return land(step, max(self.end - now.time, 0.0))
 
     def _reached(self, now: Instant) -> bool:

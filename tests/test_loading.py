@@ -1,0 +1,91 @@
+"""From a file to a checked scene: mistakes of every kind at once."""
+
+from pathlib import Path
+
+import pytest
+
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import build_curves
+from exudyn_flexlink.scene import (
+    CircleSpec,
+    CurveSpec,
+    JoinedSpec,
+    LapsSpec,
+    LineSpec,
+    check_document,
+)
+from exudyn_flexlink.source import SceneError, parse_document
+
+MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
+
+
+def line(first: float, last: float) -> LineSpec:
+    return LineSpec(from_=(first, 0.0), to=(last, 0.0))
+
+
+def ring(radius: float) -> CircleSpec:
+    return CircleSpec(centre=(0.0, 0.0), radius=radius)
+
+
+def test_a_setting_is_blamed_for_what_it_breaks() -> None:
+    # The egg still passes (0.04, 0), the ellipse no longer: the laps do not meet. Both are told.
+    with pytest.raises(SceneError) as found:
+        load_scene(MODEL, ["curves.ellipse.semi_axes=[0.05, 0.03]", "run.turns=-1"])
+    assert {mistake.path[0] for mistake in found.value.mistakes} == {"curves", "run"}
+    assert "--set run.turns=-1: run.turns: must be greater than 0" in str(found.value)
+    assert "passes the meeting point (0.05, 0)" in str(found.value)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["drives.motor.value=0", "run.at_most=1"],
+        ["drives.motor.value=0", "run.duration=1"],
+    ],
+)
+def test_a_drive_at_rest_is_right_where_the_run_ends_without_it(settings: list[str]) -> None:
+    assert load_scene(MODEL, settings).drives["motor"].value == 0
+
+
+def test_a_curve_is_built_from_those_it_names() -> None:
+    curves, mistakes = build_curves(
+        {"both": JoinedSpec(pieces=("one", line(1, 2))), "one": line(0, 1)}
+    )
+    assert mistakes == []
+    assert curves["both"].point(curves["both"].end) == pytest.approx([2, 0])
+    assert list(curves) == ["both", "one"]
+
+
+def test_curves_that_contain_what_is_wrong_are_left_out_in_silence() -> None:
+    specs: dict[str, CurveSpec | None] = {
+        "invalid": None,
+        "of_invalid": JoinedSpec(pieces=("invalid",)),
+        "of_unknown": JoinedSpec(pieces=("nobody", line(0, 1))),
+        "cyclic": JoinedSpec(pieces=("cyclic2",)),
+        "cyclic2": JoinedSpec(pieces=("cyclic",)),
+        "of_laps": LapsSpec(curves=("laps",)),
+        "laps": LapsSpec(curves=(ring(1),)),
+        "whole": line(0, 1),
+    }
+    curves, mistakes = build_curves(specs)
+    assert mistakes == []
+    assert set(curves) == {"laps", "whole"}
+
+
+def test_a_wrong_curve_is_told_once_however_often_it_is_used() -> None:
+    gap = JoinedSpec(pieces=(line(0, 1), line(2, 3)))
+    curves, mistakes = build_curves(
+        {"gap": gap, "longer": JoinedSpec(pieces=("gap",)), "more": JoinedSpec(pieces=("longer",))}
+    )
+    assert curves == {}
+    assert [mistake.path for mistake in mistakes] == [("curves", "gap", "pieces", 1)]
+
+
+def test_a_checked_document_keeps_what_is_valid() -> None:
+    text = "title: x\ncurves:\n  a: {type: line, from: [0, 0], to: [1, 0]}\n  b: {type: line}\n"
+    checked = check_document(parse_document(text, "test"))
+    assert checked.curves["a"] == line(0, 1)
+    assert checked.curves["b"] is None
+    with pytest.raises(SceneError) as found:
+        checked.to_scene()
+    assert found.value.mistakes == SceneError(checked.document, checked.mistakes).mistakes

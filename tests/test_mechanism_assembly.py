@@ -1,0 +1,264 @@
+"""The state at time 0 against closed forms, and mechanisms that are odd but right."""
+
+from math import asin, cos, degrees, hypot, pi, radians, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.mechanism import Assembly, anchor_position, joint_residuals
+from exudyn_flexlink.mechanism.model import Anchor
+from exudyn_flexlink.source import SceneError, parse_document
+
+PAPER = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
+SECTION = "material: steel, section: {width: 10 mm, thickness: 2 mm}"
+STEEL = "title: test\nmaterials:\n  steel: {density: 7850, youngs_modulus: 200 GPa}\n"
+END = "run: {duration: 1}\naccuracy: {tolerance: 1.0e-5}\n"
+AXES = """curves:
+  across: {type: line, from: [-1, 0], to: [1, 0]}
+  up: {type: line, from: [0, -1], to: [0, 1]}
+  ring: {type: circle, centre: [0, 0], radius: 0.2}
+"""
+
+
+def assembled(text: str) -> Assembly:
+    found = assemble_scene(scene_of(parse_document(STEEL + text + END, "test")))
+    closed(found)
+    return found
+
+
+def paper(*settings: str) -> Assembly:
+    found = assemble_scene(load_scene(PAPER, settings))
+    closed(found)
+    return found
+
+
+def closed(found: Assembly) -> None:
+    state = found.state
+    residuals = joint_residuals(found.mechanism, state.q[None], state.places[None])
+    assert residuals.max(initial=0) < 1e-10
+
+
+def rods(**lengths: float) -> str:
+    lines = (f"  {name}: {{type: rod, length: {x}, {SECTION}}}\n" for name, x in lengths.items())
+    return "bodies:\n" + "".join(lines)
+
+
+def pin(name: str, first: str, second: str, at: str = "") -> str:
+    place = f", at: {at}" if at else ""
+    return f"  {name}: {{type: revolute, points: [{first}, {second}]{place}}}\n"
+
+
+FOUR_BAR = (
+    rods(crank=0.1, coupler=0.3, rocker=0.25)
+    + "joints:\n"
+    + pin("a", "ground", "crank.start", "[0, 0]")
+    + pin("b", "crank.end", "coupler.start")
+    + pin("c", "coupler.end", "rocker.end")
+    + pin("d", "ground", "rocker.start", "[0.3, 0]")
+    + "drives:\n  m: {type: speed, joint: a, value: 2}\n"
+)
+SLIDER_CRANK = (
+    AXES
+    + rods(crank=0.1, rod=0.3)
+    + "joints:\n"
+    + pin("a", "ground", "crank.start", "[0, 0]")
+    + pin("b", "crank.end", "rod.start")
+    + "  s: {type: slot, point: rod.end, curve: across}\n"
+    + "drives:\n  m: {type: speed, joint: a, value: 2}\n"
+)
+
+
+# --- the paper's mechanism ------------------------------------------------------------------
+
+
+def test_the_paper_at_time_0() -> None:
+    found = paper()
+    assert found.degrees_of_freedom == 10  # 9 hinges and the lever
+    assert found.redundant == 0
+    assert found.state.q[1] == pytest.approx([0.04, 0, 0], abs=1e-12)
+    assert found.state.v[0] == pytest.approx([0, 0, 10], abs=1e-12)
+    # P stays at the distance's extremum: it only turns about C, 0.02 m away.
+    assert found.state.v[1] == pytest.approx([0, 0.2, 10], abs=1e-12)
+    assert found.state.places == pytest.approx([0], abs=1e-12)
+
+
+@pytest.mark.parametrize("angle", [45, 90, 100, 179, 225, 300, 359, -60, 450])
+def test_other_crank_angles_start_in_lap_1_on_the_ellipse(angle: float) -> None:
+    found = paper(f"initial={{angles: {{guide: {angle} deg}}}}")
+    x, y, turned = found.state.q[1]
+    assert turned == pytest.approx(radians(angle))
+    assert (x / 0.04) ** 2 + (y / 0.03) ** 2 == pytest.approx(1, abs=1e-9)
+    along = (x - 0.02) * cos(turned) + y * sin(turned)
+    assert along == pytest.approx(hypot(x - 0.02, y), abs=1e-12)  # ahead of C, not behind it
+    # In lap 1 the parameter is the ellipse's own angle.
+    expected = np.arctan2(y / 0.03, x / 0.04) % (2 * pi)
+    assert found.state.places[0] == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_whole_turn_is_the_start_of_lap_1() -> None:
+    found = paper("initial={angles: {guide: 360 deg}}")
+    assert found.state.places[0] == 0
+
+
+def test_the_angle_of_the_link_turns_its_driven_guide() -> None:
+    found = paper("initial={angles: {link: 60 deg}}")
+    assert found.state.q[0, 2] == pytest.approx(pi / 3)
+
+
+@pytest.mark.parametrize("length", [0.02, 0.2])
+def test_the_length_of_the_guide_does_not_move_the_link(length: float) -> None:
+    found = paper(f"bodies.guide.length={length}")
+    assert found.state.q[1] == pytest.approx([0.04, 0, 0], abs=1e-12)
+
+
+def test_a_spring_rests_as_assembled() -> None:
+    found = paper("initial={angles: {lever: 20 deg}}", "contacts={}")
+    assert found.mechanism.springs[0].rest_angle == pytest.approx(radians(20))
+    assert {spring.rest_angle for spring in found.mechanism.springs[1:]} == {0.0}
+    told = paper("springs.lever_return.rest_angle=0.1")
+    assert told.mechanism.springs[0].rest_angle == 0.1
+
+
+# --- textbook mechanisms --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_guess_picks_the_branch_of_a_four_bar(side: int) -> None:
+    guess = f"initial: {{angles: {{crank: 60 deg}}, guesses: {{rocker: {side * 70} deg}}}}\n"
+    found = assembled(FOUR_BAR + guess)
+    assert found.degrees_of_freedom == 0
+    joint = anchor_position(Anchor(2, 0.25, 0), found.state.q)
+    end = 0.1 * np.array([cos(pi / 3), sin(pi / 3)])
+    # Intersection of two circles about the crank's end and the rocker's pivot.
+    base = np.array([0.3, 0]) - end
+    distance = np.linalg.norm(base)
+    along = (0.3**2 - 0.25**2 + distance**2) / (2 * distance)
+    height = (0.3**2 - along**2) ** 0.5
+    left = np.array([-base[1], base[0]]) / distance
+    assert joint == pytest.approx(end + along * base / distance + side * height * left, abs=1e-10)
+
+
+def test_a_four_bar_without_guesses_finds_a_branch() -> None:
+    assert assembled(FOUR_BAR).redundant == 0
+
+
+@pytest.mark.parametrize("angle", [0, 60, 90, 180, 270])
+def test_a_slider_crank(angle: float) -> None:
+    found = assembled(SLIDER_CRANK + f"initial: {{angles: {{crank: {angle} deg}}}}\n")
+    theta = radians(angle)
+    slope = asin(-0.1 * sin(theta) / 0.3)
+    assert found.state.q[1, 2] == pytest.approx(slope, abs=1e-10)
+    end = anchor_position(Anchor(1, 0.3, 0), found.state.q)
+    assert end == pytest.approx([0.1 * cos(theta) + 0.3 * cos(slope), 0], abs=1e-10)
+    spin = -0.1 * 2 * cos(theta) / (0.3 * cos(slope))
+    assert found.state.v[1, 2] == pytest.approx(spin, abs=1e-9)
+    assert found.degrees_of_freedom == 0
+
+
+def test_an_elliptic_trammel() -> None:
+    slots = "joints:\n  x: {type: slot, point: rod.start, curve: across}\n"
+    slots += "  y: {type: slot, point: rod.end, curve: up}\n"
+    found = assembled(
+        AXES + rods(rod=0.2) + slots + "initial: {angles: {rod: 40 deg}, speeds: {rod: 3}}\n"
+    )
+    angle = radians(40)
+    assert found.degrees_of_freedom == 1
+    assert found.state.q[0] == pytest.approx([-0.2 * cos(angle), 0, angle], abs=1e-12)
+    assert found.state.v[0] == pytest.approx([0.2 * sin(angle) * 3, 0, 3], abs=1e-12)
+
+
+def test_a_rod_is_a_chord_of_a_ring() -> None:
+    slots = "joints:\n  x: {type: slot, point: rod.start, curve: ring}\n"
+    slots += "  y: {type: slot, point: rod.end, curve: ring}\n"
+    found = assembled(AXES + rods(rod=0.2) + slots)
+    centre = anchor_position(Anchor(0, 0.1, 0), found.state.q)
+    assert hypot(*centre) == pytest.approx(0.2 * cos(pi / 6), abs=1e-10)
+
+
+@pytest.mark.parametrize("angle", [0, 90, 180, 270])
+def test_a_slot_that_runs_clockwise(angle: float) -> None:
+    points = [
+        (0.1 * cos(t), -0.1 * sin(t)) for t in np.linspace(0, 2 * pi, 24, endpoint=False).tolist()
+    ]
+    curve = f"curves:\n  c: {{type: spline, points: {[list(p) for p in points]}}}\n"
+    text = (
+        curve
+        + rods(guide=0.2, link=0.1)
+        + "joints:\n"
+        + pin("crank", "ground", "guide.start", "[0.02, 0]")
+        + "  sleeve: {type: sleeve, guide: guide, link: link}\n"
+        + "  track: {type: slot, point: link.start, curve: c}\n"
+        + f"initial: {{angles: {{guide: {angle} deg}}, speeds: {{guide: 3}}}}\n"
+    )
+    found = assembled(text)
+    x, y, turned = found.state.q[1]
+    assert hypot(x, y) == pytest.approx(0.1, abs=1e-6)
+    assert (x - 0.02) * cos(turned) + y * sin(turned) > 0
+    assert found.state.v[1, 2] == pytest.approx(3)
+
+
+def test_a_weld_to_the_ground_at_an_angle() -> None:
+    weld = "joints:\n  f: {type: weld, points: [ground, rod.end], at: [0.3, 0.1], angle: 30 deg}\n"
+    found = assembled(rods(rod=0.2) + weld)
+    expected = [0.3 - 0.2 * cos(pi / 6), 0.1 - 0.2 * sin(pi / 6), pi / 6]
+    assert found.state.q[0] == pytest.approx(expected, abs=1e-12)
+    assert found.degrees_of_freedom == 0
+
+
+# --- flexible links -------------------------------------------------------------------------
+
+STRIP = (
+    f"  strip: {{type: flexible, length: 0.2, {SECTION}, rods: 5, hinges: {{stiffness: beam}}}}\n"
+)
+
+
+def test_a_flexible_pendulum_starts_straight_and_turns_as_one() -> None:
+    text = "bodies:\n" + STRIP + "joints:\n" + pin("a", "strip.end", "ground", "[0.1, 0]")
+    found = assembled(text + "initial: {angles: {strip: -30 deg}, speeds: {strip: 2}}\n")
+    assert found.degrees_of_freedom == 5
+    assert found.state.q[:, 2] == pytest.approx(-pi / 6)
+    assert found.state.v[:, 2] == pytest.approx(2)
+
+
+@pytest.mark.parametrize("guess", ["", "initial: {guesses: {rocker: 80 deg}}\n"])
+def test_a_flexible_coupler_starts_straight(guess: str) -> None:
+    joints = (
+        pin("a", "ground", "crank.start", "[0, 0]")
+        + pin("b", "crank.end", "strip.start")
+        + pin("c", "strip.end", "rocker.end")
+        + pin("d", "ground", "rocker.start", "[0.2, 0]")
+    )
+    drive = "drives:\n  m: {type: speed, joint: a, value: 3}\n"
+    found = assembled(rods(crank=0.05, rocker=0.1) + STRIP + "joints:\n" + joints + drive + guess)
+    angles = found.state.q[2:, 2]
+    assert angles == pytest.approx(angles[0], abs=1e-9)
+    assert abs(degrees(angles[0])) > 1
+    assert found.state.v[2:, 2] == pytest.approx(found.state.v[2, 2], abs=1e-9)
+    assert found.degrees_of_freedom == 4
+
+
+def test_a_strip_too_long_between_its_pins_starts_bent() -> None:
+    joints = "joints:\n" + pin("a", "ground", "strip.start", "[0, 0]")
+    joints += pin("b", "ground", "strip.end", "[0.19, 0]")
+    found = assembled("bodies:\n" + STRIP + joints)
+    assert np.ptp(found.state.q[:, 2]) > 0.1
+    assert found.degrees_of_freedom == 3
+
+
+# --- what can't be --------------------------------------------------------------------------
+
+
+def test_a_second_weld_is_named_with_its_surplus() -> None:
+    welds = "joints:\n  one: {type: weld, points: [ground, rod.start], at: [0, 0]}\n"
+    welds += "  two: {type: weld, points: [ground, rod.end], at: [0.2, 0]}\n"
+    with pytest.raises(SceneError, match=r"joints\.two: this joint holds 3 times what others"):
+        assembled(rods(rod=0.2) + welds)
+
+
+def test_the_drive_that_contradicts_is_named_not_the_joint() -> None:
+    drives = FOUR_BAR + "  n: {type: speed, joint: d, value: 70}\n"
+    guess = "initial: {angles: {crank: 60 deg}, guesses: {rocker: 70 deg}}\n"
+    with pytest.raises(SceneError, match=r"drives\.n: the mechanism can't follow"):
+        assembled(drives + guess)

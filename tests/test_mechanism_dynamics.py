@@ -1,0 +1,237 @@
+"""Masses, forces and accelerations against closed forms and conservation laws."""
+
+from math import cos, sin
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.loading import assemble_scene, scene_of
+from exudyn_flexlink.mechanism import (
+    Assembly,
+    EnergyMeter,
+    accelerations,
+    anchor_position,
+    contact_mass,
+)
+from exudyn_flexlink.mechanism.dynamics import applied_forces, mass_matrix
+from exudyn_flexlink.mechanism.kinematics import constraint_rows
+from exudyn_flexlink.source import parse_document
+
+GRAVITY = 9.81
+ROD = "material: steel, section: {width: 10 mm, thickness: 2 mm}"
+LENGTH = 0.2
+MASS = 7850 * 0.01 * 0.002 * LENGTH
+END = "run: {duration: 1}\naccuracy: {tolerance: 1.0e-5}\n"
+STEEL = "title: test\nmaterials:\n  steel: {density: 7850, youngs_modulus: 200 GPa}\n"
+
+
+def assembled(text: str) -> Assembly:
+    return assemble_scene(scene_of(parse_document(STEEL + text + END, "test")))
+
+
+def rods(*names: str) -> str:
+    lines = (f"  {name}: {{type: rod, length: {LENGTH}, {ROD}}}\n" for name in names)
+    return "bodies:\n" + "".join(lines)
+
+
+PENDULUM = (
+    rods("rod") + "joints:\n  pin: {type: revolute, points: [ground, rod.start], at: [1, 2]}\n"
+)
+OFFSET = """bodies:
+  body: {type: rigid, mass: 2, inertia: 0.03, points: {hole: [0.1, 0.05], nose: [-0.1, 0.3]},
+         centre_of_mass: [-0.02, 0.04]}
+joints:
+  pin: {type: revolute, points: [body.hole, ground], at: [1, 2]}
+"""
+DOUBLE = """joints:
+  a: {type: revolute, points: [ground, one.start], at: [0, 0]}
+  b: {type: revolute, points: [one.end, two.start]}
+gravity: [0, -9.81]
+"""
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, -2.0])
+def test_a_pendulum(angle: float) -> None:
+    found = assembled(PENDULUM + f"gravity: [0, -9.81]\ninitial: {{angles: {{rod: {angle}}}}}\n")
+    assert found.degrees_of_freedom == 1
+    expected = -1.5 * GRAVITY / LENGTH * cos(angle)  # uniform rod: m g l/2 / (m l^2/3)
+    assert found.state.a[0, 2] == pytest.approx(expected, rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize(("angle", "speed"), [(0.0, 0.0), (0.7, 3.0), (-2.0, -5.0)])
+def test_a_pendulum_whose_origin_is_neither_its_centre_nor_its_pivot(
+    angle: float, speed: float
+) -> None:
+    found = assembled(
+        OFFSET
+        + "gravity: [1.5, -9.81]\n"
+        + f"initial: {{angles: {{body: {angle}}}, speeds: {{body: {speed}}}}}\n"
+    )
+    arm = np.array([-0.12, -0.01])  # from hole to centre of mass, in the body
+    c, s = cos(angle), sin(angle)
+    x, y = c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]
+    inertia = 0.03 + 2 * (arm @ arm)
+    expected = 2 * (x * -GRAVITY - y * 1.5) / inertia
+    assert found.state.a[0, 2] == pytest.approx(expected, rel=1e-8)
+    # The origin turns about the hole: centripetal and tangential acceleration.
+    back = np.array([c * -0.1 - s * -0.05, s * -0.1 + c * -0.05])
+    turned = expected * np.array([-back[1], back[0]]) - speed**2 * back
+    assert found.state.a[0, :2] == pytest.approx(turned, rel=1e-7, abs=1e-7)
+
+
+def test_a_double_pendulum() -> None:
+    first, second, omega, spin = -1.0, 0.4, 2.0, -3.0
+    found = assembled(
+        rods("one", "two")
+        + DOUBLE
+        + f"initial:\n  angles: {{one: {first}, two: {second}}}\n"
+        + f"  speeds: {{one: {omega}, two: {spin}}}\n"
+    )
+    # Two uniform rods, angles from +x: m l^2 [4/3, cos/2; cos/2, 1/3] a = right, from Lagrange.
+    c, s = cos(first - second) / 2, sin(first - second) / 2
+    matrix = np.array([[4 / 3, c], [c, 1 / 3]])
+    weight = GRAVITY / LENGTH
+    right = np.array(
+        [
+            -s * spin**2 - 1.5 * weight * cos(first),
+            s * omega**2 - 0.5 * weight * cos(second),
+        ]
+    )
+    assert found.state.a[:, 2] == pytest.approx(np.linalg.solve(matrix, right), rel=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_mass_matrix_is_that_of_the_kinetic_energy(seed: int) -> None:
+    mechanism = assembled(OFFSET).mechanism
+    random = np.random.default_rng(seed)
+    q, v = random.uniform(-2, 2, (1, 3)), random.uniform(-2, 2, (1, 3))
+    energy = EnergyMeter(mechanism).kinetic(q, v)
+    assert energy == pytest.approx(0.5 * v.ravel() @ mass_matrix(mechanism, q) @ v.ravel())
+    # And both that of the centre of mass: m |v_C|^2 / 2 + J w^2 / 2.
+    c, s = cos(q[0, 2]), sin(q[0, 2])
+    x, y = c * -0.02 - s * 0.04, s * -0.02 + c * 0.04
+    centre = v[0, :2] + v[0, 2] * np.array([-y, x])
+    assert energy == pytest.approx(centre @ centre + 0.015 * v[0, 2] ** 2)
+
+
+def test_forces_are_the_slope_of_the_potential() -> None:
+    springs = """springs:
+  one: {type: torsional, joint: a, stiffness: 3, rest_angle: 0.2}
+  two: {type: torsional, joint: b, stiffness: 2, rest_angle: -0.1}
+"""
+    mechanism = assembled(rods("one", "two") + DOUBLE + springs).mechanism
+    meter = EnergyMeter(mechanism)
+    q = np.random.default_rng(1).uniform(-1, 1, (2, 3))
+    forces = applied_forces(mechanism, q, np.zeros((2, 3)), 0.0)
+    for i in range(6):
+        step = np.zeros(6)
+        step[i] = 1e-6
+        ahead, behind = (meter.potential(q + sign * step.reshape(2, 3)) for sign in (1, -1))
+        assert forces[i] == pytest.approx(-(ahead - behind) / 2e-6, abs=1e-7)
+
+
+def test_springs_and_dampers_keep_the_angular_momentum_of_free_rods() -> None:
+    text = (
+        rods("one", "two")
+        + """joints:
+  b: {type: revolute, points: [one.end, two.start]}
+springs:
+  s: {type: torsional, joint: b, stiffness: 30, damping: 0.2, rest_angle: 0.5}
+initial: {angles: {one: 0.3, two: 1.5}, speeds: {one: 20, two: -4}}
+"""
+    )
+    found = assembled(text)
+    state, mechanism = found.state, found.mechanism
+    assert found.degrees_of_freedom == 4
+    assert np.abs(state.a[:, 2]).max() > 100  # else nothing is conserved but rest
+    turned = np.stack([-state.q[:, 1], state.q[:, 0], np.ones(2)], axis=1).ravel()
+    matrix = mass_matrix(mechanism, state.q)
+    # Forces without weight are the centrifugal terms and the springs: no moment, no force.
+    forces = applied_forces(mechanism, state.q, np.zeros((2, 3)), 0.0)
+    assert turned @ forces == pytest.approx(0, abs=1e-12)
+    inertial = applied_forces(mechanism, state.q, state.v, 0.0) - matrix @ state.a.ravel()
+    assert turned @ inertial == pytest.approx(0, abs=1e-10)
+    for axis in range(2):
+        assert inertial[axis::3].sum() == pytest.approx(0, abs=1e-9)
+
+
+def test_a_motor_accelerates_along_its_ramp() -> None:
+    drive = "drives:\n  m: {type: speed, joint: pin, value: 6, ramp: 0.4}\n"
+    found = assembled(PENDULUM + drive)
+    state = found.state
+    assert found.degrees_of_freedom == 0
+    a = accelerations(found.mechanism, state.q, state.v, state.places, 0.2)
+    assert a[0, 2] == pytest.approx(6 / 0.4 * 1.875)  # 30 x^2 (1-x)^2 at the middle
+
+
+def test_a_torque_turns_the_second_body_and_reacts_on_the_first() -> None:
+    drive = "drives:\n  m: {type: torque, joint: b, value: 0.7}\n"
+    mechanism = assembled(rods("one", "two") + DOUBLE.replace("-9.81", "0") + drive).mechanism
+    forces = applied_forces(mechanism, np.zeros((2, 3)), np.zeros((2, 3)), 1.0)
+    assert forces == pytest.approx([0, 0, -0.7, 0, 0, 0.7])
+
+
+SLOTTED = (
+    """curves:
+  egg:
+    type: joined
+    pieces:
+      - {type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: -90 deg, to: 90 deg}
+      - {type: circle, centre: [0, 0], radius: 0.03, from: 90 deg, to: 270 deg}
+"""
+    + rods("guide", "link")
+    + """joints:
+  crank: {type: revolute, points: [ground, guide.start], at: [0.02, 0]}
+  sleeve: {type: sleeve, guide: guide, link: link}
+  pin: {type: slot, point: link.start, curve: egg}
+drives:
+  motor: {type: speed, joint: crank, value: 10}
+"""
+)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.6, 2.5, 4.0])
+def test_accelerations_keep_the_joints_closed(angle: float) -> None:
+    """Along the parabola of q, v, a the residuals grow with the third power of time."""
+    found = assembled(SLOTTED + f"initial: {{angles: {{guide: {angle}}}}}\n")
+    state, mechanism = found.state, found.mechanism
+
+    def residual(dt: float) -> float:
+        q = state.q + dt * state.v + dt * dt / 2 * state.a
+        slot = mechanism.slots[0]
+        place = slot.curve.nearest(anchor_position(slot.anchor, q), near=float(state.places[0]))
+        turned = np.array([angle + 10 * dt])
+        rows = constraint_rows(mechanism, q, np.array([place]), turned)
+        return max(float(np.abs(row.residual).max()) for row in rows)
+
+    assert residual(1e-3) < 1e-6
+    assert residual(5e-4) < residual(1e-3) / 7 + 1e-14
+
+
+def contact(bodies: str, joints: str) -> float:
+    text = (
+        bodies
+        + "  wall: {type: rigid, mass: 1, inertia: 1, points: {a: [0, 0], b: [0, 1]}}\n"
+        + "joints:\n  held: {type: weld, points: [ground, wall.a], at: [5, 0]}\n"
+        + joints
+        + "contacts:\n  strike:\n    type: point_on_line\n    point: rod.end\n"
+        + "    line: [wall.a, wall.b]\n    law: {stiffness: 1.0e4, restitution: 0.5}\n"
+    )
+    found = assembled(text)
+    state = found.state
+    return contact_mass(found.mechanism, found.mechanism.contacts[0], state.q, state.places)
+
+
+def test_contact_mass_of_a_pivoted_rod_is_its_inertia_over_the_length_squared() -> None:
+    pivot = "  pin: {type: revolute, points: [ground, rod.start], at: [1, 2]}\n"
+    assert contact(rods("rod"), pivot) == pytest.approx(MASS / 3, rel=1e-9)
+
+
+def test_contact_mass_of_a_free_rod_is_a_quarter_of_its_mass() -> None:
+    # A rod that a second, hinged one of next to no mass leads is as good as free.
+    thin = "  thread: {type: rigid, mass: 1.0e-12, inertia: 1.0e-16, points: {b: [0.2, 0]}}\n"
+    loose = """  far: {type: slot, point: thread.centre, curve: rail}
+  b: {type: revolute, points: [thread.b, rod.start]}
+"""
+    rail = "curves:\n  rail: {type: line, from: [-1, 0], to: [1, 0]}\n"
+    assert contact(rail + rods("rod") + thin, loose) == pytest.approx(MASS / 4, rel=1e-3)

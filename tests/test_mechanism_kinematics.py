@@ -1,0 +1,202 @@
+"""Constraints and their Jacobians against differences of positions, at random states."""
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.mechanism import (
+    Mechanism,
+    approach,
+    build_mechanism,
+    constraint_rows,
+    joint_residuals,
+)
+from exudyn_flexlink.mechanism.kinematics import (
+    Rows,
+    anchor_jacobian,
+    anchor_position,
+    anchor_velocity,
+    slot_place,
+)
+from exudyn_flexlink.mechanism.model import GROUND, Anchor
+from exudyn_flexlink.scene import parse_scene
+from exudyn_flexlink.source import parse_document
+
+EVERYTHING = """title: one of every joint
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+curves:
+  ellipse: {type: ellipse, centre: [0.1, 0], semi_axes: [0.4, 0.3], rotation: 20 deg}
+  spline: {type: spline, points: [[0.5, 0], [0, 0.4], [-0.5, 0.1], [0, -0.6]]}
+  egg:
+    type: joined
+    pieces:
+      - {type: ellipse, centre: [0, 0], semi_axes: [0.4, 0.3], from: -90 deg, to: 90 deg}
+      - {type: circle, centre: [0, 0], radius: 0.3, from: 90 deg, to: 270 deg}
+bodies:
+  guide: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+  link:
+    {type: flexible, length: 0.3, material: steel, section: {width: 10 mm, thickness: 2 mm},
+     rods: 3, hinges: {stiffness: beam}}
+  plate: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0.1, 0.2], b: [-0.3, 0.1]},
+          centre_of_mass: [0.02, -0.03]}
+  arm: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+joints:
+  crank: {type: revolute, points: [ground, guide.start], at: [0.02, 0.01]}
+  knee: {type: revolute, points: [plate.a, arm.start]}
+  back: {type: revolute, points: [arm.end, ground], at: [0.5, 0]}
+  foot: {type: weld, points: [link.end, plate.b], angle: 30 deg}
+  floor: {type: weld, points: [ground, plate.centre], at: [0.3, 0.4], angle: -50 deg}
+  sleeve: {type: sleeve, guide: guide, link: link}
+  on_ellipse: {type: slot, point: link.start, curve: ellipse}
+  on_spline: {type: slot, point: plate.a, curve: spline}
+  on_egg: {type: slot, point: arm.centre, curve: egg}
+drives:
+  turn: {type: speed, joint: crank, value: 3}
+  fold: {type: speed, joint: knee, value: 2}
+  pull: {type: speed, joint: back, value: 1}
+contacts:
+  strike:
+    {type: point_on_line, point: arm.end, line: [plate.a, plate.b], side: right,
+     law: {stiffness: 1.0e4, restitution: 0.5}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+SEEDS = range(5)
+
+
+@pytest.fixture(scope="module")
+def mechanism() -> Mechanism:
+    # As a whole it can't be assembled: it only has to have every joint once.
+    return build_mechanism(parse_scene(parse_document(EVERYTHING, "test")))
+
+
+def random_state(mechanism: Mechanism, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    shape = (len(mechanism.parts), 3)
+    return random.uniform(-1, 1, shape) * (0.3, 0.3, 3.0), random.uniform(-1, 1, shape)
+
+
+def feet(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
+    return np.array(
+        [slot.curve.nearest(anchor_position(slot.anchor, q)) for slot in mechanism.slots]
+    )
+
+
+def rows_at(mechanism: Mechanism, q: np.ndarray, near: np.ndarray) -> list[Rows]:
+    """Constraints with every slot at the foot point of its own anchor: residuals as they are."""
+    places = np.array(
+        [slot_place(slot, q, place) for slot, place in zip(mechanism.slots, near, strict=True)]
+    )
+    return list(constraint_rows(mechanism, q, places, np.array([0.1, 0.2, 0.3])))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_jacobian_is_the_derivative_of_its_residual(mechanism: Mechanism, seed: int) -> None:
+    q, _ = random_state(mechanism, seed)
+    near = feet(mechanism, q)
+    rows = rows_at(mechanism, q, near)
+    assert {row.kind for row in rows} == {"revolute", "weld", "sleeve", "slot", "drive"}
+    step = 1e-6
+    for column in range(q.size):
+        change = np.zeros(q.size)
+        change[column] = step
+        ahead = rows_at(mechanism, q + change.reshape(q.shape), near)
+        behind = rows_at(mechanism, q - change.reshape(q.shape), near)
+        for row, more, less in zip(rows, ahead, behind, strict=True):
+            slope = (more.residual - less.residual) / (2 * step)
+            assert row.jacobian[:, column] == pytest.approx(slope, abs=2e-8), row.name
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_residuals_of_many_instants_are_those_of_each(mechanism: Mechanism, seed: int) -> None:
+    q, v = random_state(mechanism, seed)
+    instants = np.stack([q, q + 0.01 * v])
+    places = np.stack([feet(mechanism, at) for at in instants])
+    found = joint_residuals(mechanism, instants, places)
+    for at, place, values in zip(instants, places, found, strict=True):
+        expected: list[float] = []
+        for row in constraint_rows(mechanism, at, place):
+            if row.kind in ("revolute", "weld"):
+                expected.append(float(np.linalg.norm(row.lengths)))
+                expected += np.abs(row.angles).tolist()
+            else:
+                expected += np.abs(row.residual).tolist()
+        assert values == pytest.approx(expected, abs=1e-14)
+
+
+def test_residuals_split_into_lengths_and_angles(mechanism: Mechanism) -> None:
+    q, _ = random_state(mechanism, 0)
+    counts = {
+        row.kind: (len(row.lengths), len(row.angles))
+        for row in rows_at(mechanism, q, feet(mechanism, q))
+    }
+    assert counts == {
+        "revolute": (2, 0),
+        "weld": (2, 1),
+        "sleeve": (1, 1),
+        "slot": (1, 0),
+        "drive": (0, 1),
+    }
+
+
+def test_a_slide_is_closed_on_the_axis_and_open_beside_it(mechanism: Mechanism) -> None:
+    q = np.zeros((len(mechanism.parts), 3))
+    q[0] = 0.1, 0.2, 0.7  # guide
+    c, s = np.cos(0.7), np.sin(0.7)
+    q[1] = 0.1 + 0.05 * c - 0.003 * s, 0.2 + 0.05 * s + 0.003 * c, 0.7 + 0.2
+    row = next(
+        row for row in constraint_rows(mechanism, q, feet(mechanism, q)) if row.kind == "sleeve"
+    )
+    assert row.residual == pytest.approx([0.003, 0.2], abs=1e-15)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("part", [0, 4, GROUND])
+def test_velocities_of_anchors_are_derivatives(mechanism: Mechanism, seed: int, part: int) -> None:
+    anchor = Anchor(part, 0.13, -0.07)
+    q, v = random_state(mechanism, seed)
+    step = 1e-6
+    slope = (anchor_position(anchor, q + step * v) - anchor_position(anchor, q - step * v)) / (
+        2 * step
+    )
+    assert anchor_velocity(anchor, q, v) == pytest.approx(slope, abs=1e-9)
+    assert anchor_jacobian(anchor, q) @ v.ravel() == pytest.approx(slope, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_rates_of_a_contact_are_derivatives(mechanism: Mechanism, seed: int) -> None:
+    (contact,) = mechanism.contacts
+    q, v = random_state(mechanism, seed)
+    step = 1e-6
+    here = approach(contact, q, v)
+    ahead, behind = (approach(contact, q + dt * v, v) for dt in (step, -step))
+    assert here.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * step), abs=1e-8)
+    assert here.place_rate == pytest.approx((ahead.place - behind.place) / (2 * step), abs=1e-8)
+    assert np.hypot(*here.normal) == pytest.approx(1, abs=1e-14)
+
+
+def test_a_gap_is_positive_on_the_free_side() -> None:
+    text = """title: point above a face
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+bodies:
+  face: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+  ball: {type: rigid, mass: 1, inertia: 1}
+joints:
+  fixed: {type: weld, points: [ground, face.start], at: [1, 0], angle: 90 deg}
+  held: {type: revolute, points: [ground, ball.centre], at: [0.97, 0.05]}
+contacts:
+  strike:
+    {type: point_on_line, point: ball.centre, line: [face.start, face.end],
+     law: {stiffness: 1.0e4, restitution: 0.5}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+    # A face that points up: its left is -x.
+    mechanism = build_mechanism(scene_of(parse_document(text, "test")))
+    q = np.array([[1, 0, np.pi / 2], [0.97, 0.05, 0]])
+    found = approach(mechanism.contacts[0], q, np.zeros((2, 3)))
+    assert found.gap == pytest.approx(0.03)
+    assert found.place == pytest.approx(0.05)
+    assert found.normal == pytest.approx([-1, 0])

@@ -1,0 +1,227 @@
+"""Laws of nature: slots along circles, lines, ellipses and splines."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from test_physics_tools import (
+    KILOGRAM,
+    STEEL,
+    on_grid,
+    rod,
+    run,
+    scene,
+    speed,
+    where,
+)
+
+from exudyn_flexlink.engines import simulate
+
+G = 9.81
+
+
+# --- a circular slot is a crank --------------------------------------------------------------
+
+
+FREE = """
+{steel}
+curves: {{way: {curve}}}
+bodies: {{rod: {rod}}}
+joints: {{pin: {{type: slot, point: rod.{point}, curve: way}}}}
+gravity: [0, -9.81]
+initial: {{angles: {{rod: 20 deg}}, speeds: {{rod: 0}}}}
+run: {{duration: 0.5}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+
+CRANK = """
+{steel}
+bodies:
+  crank: {{type: rigid, mass: 1.0e-9, inertia: 1.0e-12, points: {{a: [0, 0], b: [0.1, 0]}}}}
+  rod: {rod}
+joints:
+  hub: {{type: revolute, points: [ground, crank.a], at: [0, 0]}}
+  pin: {{type: revolute, points: [crank.b, rod.{point}]}}
+gravity: [0, -9.81]
+initial: {{angles: {{crank: 0, rod: 20 deg}}, speeds: {{rod: 0, crank: 0}}}}
+run: {{duration: 0.5}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+
+RING = "{type: circle, centre: [0, 0], radius: 0.1}"
+
+
+@pytest.mark.parametrize("point", ["start", "end"])
+def test_circular_slot_moves_like_a_massless_crank(point):
+    """Both natively (start: the origin) and by its foot point (end)."""
+    words = {"steel": STEEL, "rod": rod(0.3), "point": point}
+    in_slot = run(FREE.format(curve=RING, **words), "initial.angles.rod=20 deg")
+    on_crank = run(CRANK.format(**words))
+    for of_slot, of_crank, error in (
+        (where(in_slot, "rod.centre"), where(on_crank, "rod.centre"), 1e-5),
+        (in_slot.slot_forces["pin"], on_crank.joint_forces["pin"], 0.05),
+    ):
+        one, other = on_grid(in_slot, of_slot, 2e-4), on_grid(on_crank, of_crank, 2e-4)
+        np.testing.assert_allclose(one, other, atol=error)
+
+
+def test_spline_through_a_circle_is_nearly_that_circle():
+    points = [[round(0.1 * f(2 * pi * k / 48), 15) for f in (np.cos, np.sin)] for k in range(48)]
+    listed = str([[float(x) for x in point] for point in points])
+    words = {"steel": STEEL, "rod": rod(0.3), "point": "start"}
+    spline = run(FREE.format(curve=f"{{type: spline, points: {listed}}}", **words))
+    ring = run(FREE.format(curve=RING, **words))
+    np.testing.assert_allclose(where(spline, "rod.end"), where(ring, "rod.end"), atol=5e-5)
+
+
+def test_turned_ellipse_is_the_unturned_one_turned_with_everything():
+    """The general constraint against the native one: 35 deg of turn for curve, start and weight."""
+    words = {"steel": STEEL, "rod": rod(0.3), "point": "start"}
+    flat = "{type: ellipse, centre: [0, 0], semi_axes: [0.1, 0.06]}"
+    turned = "{type: ellipse, centre: [0, 0], semi_axes: [0.1, 0.06], rotation: 35 deg}"
+    one = run(FREE.format(curve=flat, **words))
+    turn = 35 * pi / 180
+    c, s = np.cos(turn), np.sin(turn)
+    text = FREE.format(curve=turned, **words).replace("20 deg", "55 deg")
+    other = run(text.replace("[0, -9.81]", f"[{float(s * G)!r}, {float(-c * G)!r}]"))
+    back = where(other, "rod.end") @ np.array([[c, -s], [s, c]])
+    np.testing.assert_allclose(back, where(one, "rod.end"), atol=2e-6)
+    force = other.slot_forces["pin"] @ np.array([[c, -s], [s, c]])
+    np.testing.assert_allclose(force, one.slot_forces["pin"], atol=0.1)
+
+
+# --- a straight slot is a slider ---------------------------------------------------------------
+
+SLIDER_CRANK = f"""
+{STEEL}
+curves: {{rail: {{type: line, from: [-1, 0], to: [1, 0]}}}}
+bodies:
+  crank: {rod(0.1)}
+  rod: {rod(0.3)}
+joints:
+  hub: {{type: revolute, points: [ground, crank.start], at: [0, 0]}}
+  pin: {{type: revolute, points: [crank.end, rod.start]}}
+  slider: {{type: slot, point: rod.end, curve: rail}}
+drives: {{motor: {{type: speed, joint: hub, value: 10}}}}
+run: {{turns: 2, of: hub}}
+accuracy: {{tolerance: 1.0e-5}}
+"""
+
+
+@pytest.fixture(scope="module")
+def slider_crank():
+    return run(SLIDER_CRANK)
+
+
+def _rod_motion(theta, w, r, length):
+    """Angle, rate and acceleration of a connecting rod, and acceleration of its centre."""
+    phi = -np.arcsin(r * np.sin(theta) / length)
+    rate = -r * w * np.cos(theta) / (length * np.cos(phi))
+    bend = (r * w**2 * np.sin(theta) / length + rate**2 * np.sin(phi)) / np.cos(phi)
+    half = length / 2
+    ax = -r * w**2 * np.cos(theta) - half * (bend * np.sin(phi) + rate**2 * np.cos(phi))
+    ay = -r * w**2 * np.sin(theta) + half * (bend * np.cos(phi) - rate**2 * np.sin(phi))
+    return phi, rate, bend, ax, ay
+
+
+def test_straight_slot_moves_like_a_slider_crank(slider_crank):
+    theta = 10 * slider_crank.time
+    x = 0.1 * np.cos(theta) + np.sqrt(0.3**2 - (0.1 * np.sin(theta)) ** 2)
+    exact = np.column_stack([x, np.zeros_like(x)])
+    np.testing.assert_allclose(where(slider_crank, "rod.end"), exact, atol=1e-7)
+    assert slider_crank.checks.constraint_error < 1e-9
+
+
+def test_rail_of_a_slider_crank_pushes_as_newton_says(slider_crank):
+    """Moments about the crank pin: l cos(phi) N = r x m a + J phi''."""
+    theta = 10 * slider_crank.time
+    phi, _, bend, ax, ay = _rod_motion(theta, 10, 0.1, 0.3)
+    mass, half = 0.3 * KILOGRAM, 0.15
+    moment = half * mass * (np.cos(phi) * ay - np.sin(phi) * ax) + mass * 0.3**2 / 12 * bend
+    push = moment / (0.3 * np.cos(phi))
+    got = slider_crank.slot_forces["slider"]
+    np.testing.assert_allclose(got[:, 0], 0, atol=1e-8)
+    np.testing.assert_allclose(got[:, 1], push, atol=5e-3 * abs(push).max())
+
+
+def test_motor_of_a_slider_crank_supplies_what_its_rod_takes_up(slider_crank):
+    theta = 10 * slider_crank.time
+    phi, rate, bend, ax, ay = _rod_motion(theta, 10, 0.1, 0.3)
+    vx = -1.0 * np.sin(theta) - 0.15 * rate * np.sin(phi)
+    vy = 1.0 * np.cos(theta) + 0.15 * rate * np.cos(phi)
+    mass = 0.3 * KILOGRAM
+    power = mass * (ax * vx + ay * vy) + mass * 0.3**2 / 12 * bend * rate
+    torque = slider_crank.drive_torques["motor"]
+    np.testing.assert_allclose(torque, power / 10, atol=5e-3 * abs(power / 10).max())
+
+
+def test_trammel_in_two_straight_slots_traces_an_ellipse():
+    text = f"""
+{STEEL}
+curves:
+  across: {{type: line, from: [-1, 0], to: [1, 0]}}
+  up: {{type: line, from: [0, -1], to: [0, 1]}}
+bodies:
+  trammel:
+    {{type: rigid, mass: 2, inertia: 0.1, points: {{a: [0, 0], b: [0.4, 0], pen: [0.6, 0]}},
+     centre_of_mass: [0.2, 0]}}
+joints:
+  along_x: {{type: slot, point: trammel.a, curve: across}}
+  along_y: {{type: slot, point: trammel.b, curve: up}}
+initial: {{angles: {{trammel: 40 deg}}, speeds: {{trammel: 3}}}}
+run: {{duration: 2.5}}
+accuracy: {{tolerance: 1.0e-4}}
+"""
+    result = run(text)
+    # The centre runs on a circle about O against the turn: J + m c^2 is constant, so is the speed.
+    np.testing.assert_allclose(speed(result, "trammel"), 3, atol=1e-4)
+    turned = 40 * pi / 180 + 3 * result.time
+    exact = np.column_stack([0.2 * np.cos(turned), 0.6 * np.sin(turned)])
+    np.testing.assert_allclose(where(result, "trammel.pen"), exact, atol=1e-4)
+    x, y = where(result, "trammel.pen").T
+    np.testing.assert_allclose((x / 0.2) ** 2 + (y / 0.6) ** 2, 1, atol=1e-6)
+
+
+def test_bead_on_a_circle_is_pushed_by_its_weight_and_its_speed():
+    """A small body sliding down a ring from the side: N = 3 m g sin(depth)."""
+    text = """
+curves: {ring: {type: circle, centre: [1, 2], radius: 0.5}}
+bodies: {bead: {type: rigid, mass: 2, inertia: 1.0e-6, points: {p: [0, 0]}}}
+joints: {wire: {type: slot, point: bead.p, curve: ring}}
+gravity: [0, -9.81]
+run: {duration: 2}
+accuracy: {tolerance: 1.0e-5}
+"""
+    result = run(text)
+    out = (where(result, "bead.p") - [1, 2]) / 0.5
+    inward = -np.sum(result.slot_forces["wire"] * out, axis=1)
+    np.testing.assert_allclose(inward, -3 * 2 * G * out[:, 1], atol=0.02 * G)
+
+
+# FAILS: no sample at an early end.
+def test_open_slot_that_is_too_short_ends_the_run_and_keeps_it():
+    text = SLIDER_CRANK.replace("from: [-1, 0], to: [1, 0]", "from: [0.25, 0], to: [1, 0]")
+    result = simulate(scene(text))
+    assert not result.outcome.completed
+    assert "slider" in result.outcome.reason
+    assert result.outcome.advice
+    # x = 0.25: cos(theta) = (r^2 + x^2 - l^2)/(2 r x)
+    ends = np.arccos((0.01 + 0.0625 - 0.09) / 0.05) / 10
+    assert result.outcome.time == pytest.approx(ends, abs=1e-5)
+    assert result.time[-1] == pytest.approx(result.outcome.time, abs=1e-12)
+    x = where(result, "rod.end")[:, 0]
+    assert x[-1] == pytest.approx(0.25, abs=1e-5)
+    theta = 10 * result.time
+    exact = 0.1 * np.cos(theta) + np.sqrt(0.09 - (0.1 * np.sin(theta)) ** 2)
+    np.testing.assert_allclose(x, exact, atol=1e-7)
+
+
+def test_two_half_circles_are_one_circle():
+    """A seam without a jump of curvature is not felt, and laps are counted alike."""
+    halves = (
+        "{type: joined, pieces: [{type: circle, centre: [0, 0], radius: 0.1, from: 0, to: 180 deg},"
+        " {type: circle, centre: [0, 0], radius: 0.1, from: 180 deg, to: 360 deg}]}"
+    )
+    words = {"steel": STEEL, "rod": rod(0.3), "point": "start"}
+    one, two = (run(FREE.format(curve=c, **words)) for c in (RING, halves))
+    np.testing.assert_allclose(where(two, "rod.end"), where(one, "rod.end"), atol=2e-6)

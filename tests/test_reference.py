@@ -1,0 +1,112 @@
+"""The paper's scenes against an independent integration (tests/data, see the headers there).
+
+The limit at shipped accuracy is the models' own tolerance, the peaks are those of the same
+independent integration. scripts/verify.py prints the measured deviations, with
+tighter settings than a test has time for.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import deviation, lever_response, settled, strikes
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage import read_series
+
+HERE = Path(__file__).parent
+MODELS = HERE.parent / "models"
+
+SCENES = {
+    "smooth_n10_beam": ("smooth.yaml", ()),
+    "strike_n5_beam": (
+        "no_clearance.yaml",
+        ("bodies.link.hinges.stiffness=beam", "bodies.link.rods=5"),
+    ),
+    "strike_n10_beam": ("no_clearance.yaml", ("bodies.link.hinges.stiffness=beam",)),
+    "strike_n10_paper": ("no_clearance.yaml", ()),
+}
+
+
+@cache
+def run(name: str, *settings: str) -> Result:
+    model, own = SCENES[name]
+    scene = load_scene(MODELS / model, ("run.turns=2", "run.sample=1 ms", *own, *settings))
+    return simulate(scene)
+
+
+@cache
+def four_turns() -> Result:
+    return simulate(load_scene(MODELS / "no_clearance.yaml", ["run.sample=1 ms"]))
+
+
+def off(result: Result, name: str) -> tuple[float, float]:
+    series = read_series(HERE / "data" / f"{name}.csv")
+    found = deviation(result, series.time, series.position, series.lever_angle)
+    assert len(found.time) == len(series.time)
+    return found.largest, found.largest_angle
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_s_and_lever_at_the_accuracy_the_models_ship_with(name: str) -> None:
+    distance, angle = off(run(name), name)
+    assert distance < 4e-5  # the tolerance that the models ask for
+    assert angle < 5e-5
+
+
+def test_s_before_the_strike_is_that_of_the_smooth_motion() -> None:
+    series = read_series(HERE / "data" / "strike_n10_beam.csv")
+    result = run("strike_n10_beam")
+    found = deviation(result, series.time, series.position, series.lever_angle)
+    assert found.until(0.314).largest < 2e-7
+
+
+def test_smooth_scene_at_a_tight_tolerance() -> None:
+    distance, _ = off(run("smooth_n10_beam", "accuracy.tolerance=1e-6"), "smooth_n10_beam")
+    assert distance < 1e-7
+
+
+def test_strike_at_a_tight_tolerance() -> None:
+    name = "strike_n5_beam"
+    settings = ("accuracy.tolerance=2e-6", "accuracy.steps_per_contact=100")
+    distance, angle = off(run(name, *settings), name)
+    assert distance < 3e-6
+    assert angle < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "greatest"),
+    [
+        ("strike_n5_beam", -0.35792, 0.26101),
+        ("strike_n10_beam", -0.34439, 0.25115),
+        ("strike_n10_paper", -0.16300, 0.11887),
+    ],
+)
+def test_peaks_of_the_lever(name: str, least: float, greatest: float) -> None:
+    response = lever_response(run(name, "run.sample=0.1 ms"), "strike")
+    assert response.least[0] == pytest.approx(least, abs=5e-5)
+    assert response.greatest[0] == pytest.approx(greatest, abs=5e-5)
+
+
+def test_the_lever_is_struck_in_every_other_lap() -> None:
+    assert [strike.lap for strike in strikes(four_turns(), "strike")] == [1, 3]
+
+
+def test_the_lever_is_at_rest_again_before_the_next_strike() -> None:
+    result = four_turns()
+    second = strikes(result, "strike")[1]
+    assert settled(result, "strike", second.begin) < 1e-6
+
+
+def test_energy_is_accounted_for() -> None:
+    checks = run("strike_n10_paper").checks
+    assert checks.energy_residual < 2e-5 * checks.largest_kinetic_energy
+
+
+def test_joints_hold() -> None:
+    for name in SCENES:
+        assert run(name).checks.constraint_error < 1e-12

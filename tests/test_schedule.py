@@ -1,0 +1,130 @@
+"""Ramps, the end of a run and the instants it keeps."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.loading import assemble_scene, scene_of
+from exudyn_flexlink.mechanism import (
+    Ramp,
+    contact_step,
+    end_of_run,
+    half_period,
+    sample_times,
+    turn_goal,
+)
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import parse_document
+
+ROTOR = """title: rotor
+bodies:
+  rotor: {type: rigid, mass: 1, inertia: 0.1, points: {tip: [0.5, 0]}}
+joints:
+  pin: {type: revolute, points: [ground, rotor.centre], at: [0, 0]}
+drives:
+  motor: {type: speed, joint: pin, value: 4}
+run: {turns: 3, of: pin}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def scene(*settings: str) -> Scene:
+    return scene_of(parse_document(ROTOR, "test"), settings)
+
+
+@pytest.mark.parametrize("value", [3.0, -2.0])
+@pytest.mark.parametrize("duration", [0.0, 0.5])
+def test_a_ramp_is_the_derivative_of_its_integral(value: float, duration: float) -> None:
+    ramp = Ramp(value, duration)
+    step = 1e-5
+    for time in np.linspace(0.01, 1, 23):
+        slope = (ramp.integral(time + step) - ramp.integral(time - step)) / (2 * step)
+        assert ramp.at(time) == pytest.approx(slope, abs=1e-7)
+        slope = (ramp.at(time + step) - ramp.at(time - step)) / (2 * step)
+        assert ramp.rate(time) == pytest.approx(slope, abs=1e-6)
+
+
+def test_a_ramp_starts_at_rest_and_reaches_its_value_smoothly() -> None:
+    ramp = Ramp(2.0, 0.4)
+    assert [ramp.at(t) for t in (-1, 0, 0.2, 0.4, 9)] == pytest.approx([0, 0, 1, 2, 2])
+    assert [ramp.rate(t) for t in (-1, 0, 0.4, 9)] == [0, 0, 0, 0]
+    assert ramp.rate(1e-4) < 1e-4  # the acceleration starts without a jump
+    assert ramp.integral(0.4) == pytest.approx(0.4)  # half of value x duration
+    assert Ramp(2.0).at(0.0) == 2.0
+
+
+@pytest.mark.parametrize("value", [3.0, -2.0])
+def test_the_time_of_an_integral(value: float) -> None:
+    ramp = Ramp(value, 0.5)
+    for time in (1e-3, 0.1, 0.499, 0.5, 0.501, 7.0):
+        assert ramp.time_of(ramp.integral(time)) == pytest.approx(time, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("settings", "end"),
+    [
+        ([], 6 * pi / 4),
+        (["drives.motor.value=-4"], 6 * pi / 4),
+        (["drives.motor.ramp=0.5"], 6 * pi / 4 + 0.25),
+        (["run.at_most=1"], 1.0),
+        (["run.at_most=100"], 6 * pi / 4),
+        (["run.duration=0.3"], 0.3),
+        (["drives.motor.value=0", "run.at_most=2"], 2.0),
+        (["drives.motor={type: torque, joint: pin, value: 1}", "run.at_most=2"], 2.0),
+    ],
+)
+def test_the_end_of_a_run(settings: list[str], end: float) -> None:
+    found = scene(*settings)
+    assert end_of_run(found, assemble_scene(found).mechanism) == pytest.approx(end, rel=1e-12)
+
+
+def test_a_turn_goal_counts_turns_either_way() -> None:
+    torque = "drives.motor={type: torque, joint: pin, value: 1}"
+    found = scene(torque, "run.at_most=2", "initial={angles: {rotor: 0.5}}")
+    goal = turn_goal(found, assemble_scene(found))
+    assert goal is not None
+    assert goal.left([0, 0, 0.5]) == pytest.approx(6 * pi)
+    assert goal.left([0, 0, 0.5 + 6 * pi]) == pytest.approx(0)
+    assert goal.rate([0, 0, 3.0]) == 3.0
+    assert turn_goal(scene(), assemble_scene(scene())) is None
+
+
+@pytest.mark.parametrize("end", [1.0, 0.37, 6 * pi / 4, 1e-4])
+def test_samples_are_even_and_reach_the_end(end: float) -> None:
+    times = sample_times(scene(), end)
+    assert times[0] == 0
+    assert times[-1] == end
+    steps = np.diff(times)
+    assert steps[:-1] == pytest.approx(steps[0], rel=1e-9)
+    assert 0 < steps[-1] <= steps[0] * (1 + 1e-9)
+    assert 1000 <= len(times) <= 3500
+    assert float(f"{steps[0]:.0e}") == pytest.approx(steps[0])  # a round number
+
+
+def test_samples_as_the_scene_asks() -> None:
+    found = scene("run.sample=0.1")
+    assert sample_times(found, 0.3).tolist() == pytest.approx([0, 0.1, 0.2, 0.3])
+    assert sample_times(found, 0.35).tolist() == pytest.approx([0, 0.1, 0.2, 0.3, 0.35])
+    assert sample_times(found, 0.05).tolist() == pytest.approx([0, 0.05])
+
+
+def test_a_contact_sets_the_step() -> None:
+    text = ROTOR.replace("drives:\n  motor: {type: speed, joint: pin, value: 4}\n", "").replace(
+        "run: {turns: 3, of: pin}",
+        """run: {duration: 1}
+contacts:
+  strike:
+    type: point_on_line
+    point: rotor.tip
+    line: [wall.a, wall.b]
+    law: {stiffness: 2.5e3, restitution: 1}""",
+    )
+    wall = "  wall: {type: rigid, mass: 1, inertia: 1, points: {a: [0, 0], b: [0, 1]}}\njoints:\n"
+    wall += "  held: {type: weld, points: [ground, wall.a], at: [5, 0]}\n"
+    found = scene_of(parse_document(text.replace("joints:\n", wall), "test"))
+    assembly = assemble_scene(found)
+    expected = pi * (0.1 / 0.5**2 / 2.5e3) ** 0.5  # pi sqrt(m/k), m = J/l^2
+    assert half_period(assembly, assembly.mechanism.contacts[0]) == pytest.approx(expected)
+    assert contact_step(found, assembly) == pytest.approx(expected / 30)
+    assert contact_step(scene(), assemble_scene(scene())) == np.inf
