@@ -1,4 +1,4 @@
-"""Contact law: the force of a penalty contact with restitution.
+"""Contact laws: the force of a penalty contact with restitution, and restitution by impulse.
 
 No contact history is kept: force and energies follow from the penetration ``d`` (m, positive
 inside) and its rate ``d'`` (m/s, positive while approaching) of this instant alone.
@@ -95,3 +95,19 @@ class RestitutionPenalty:
 
     def _relative(self, rate: ArrayLike) -> FloatArray:
         return np.asarray(rate, dtype=float) / self.transition_speed
+
+
+@dataclass(frozen=True)
+class Impulse:
+    """Rigid contact: an impact returns ``e v`` at once (the paper's eq. 4), pushing leaves no gap.
+
+    Raises:
+        ValueError: ``restitution`` e is not between 0 and 1.
+
+    """
+
+    restitution: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.restitution <= 1:
+            raise ValueError(f"restitution must lie between 0 and 1, got {self.restitution!r}")

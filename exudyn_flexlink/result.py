@@ -21,9 +21,11 @@ class Event:
     """Something that happened at one instant.
 
     `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
-    an end of the face while pressed to it), ``lap`` (the slot's next lap begins). `name` is that of
-    the contact or joint in the scene, `details` are SI numbers by name: approach_speed, place, gap,
-    and where a contact ended its impulse and energy_lost; lap.
+    an end of the face while pressed to it), ``impact`` (speeds jump, under an impulse law), ``lap``
+    (the slot's next lap begins). `name` is that of the contact or joint in the scene, `details` are
+    SI numbers by name: approach_speed, place, gap, and where a contact ended its impulse,
+    energy_lost and peak_force; lap. An impact has separation_speed, impulse and energy_lost too,
+    and as motor_work the energy (J) that a speed drive supplied in it.
     """
 
     time: float
@@ -89,7 +91,8 @@ class Checks:
 class Result:
     """One run, with the scene it belongs to: post-processing needs nothing else.
 
-    Samples are even in time, with the events' instants between them (`time`, (N,) s, increasing).
+    Samples are even in time, with the events' instants and some of every contact between them
+    (`time`, (N,) s, increasing).
     `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
     time derivatives; `part_names` names the parts, a flexible body's rods in order.
     `drive_torques` (N m, on the second part of each drive's joint), `joint_forces` (N, (N, 2),

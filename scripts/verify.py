@@ -132,7 +132,8 @@ def rigid_link() -> Iterator[Row]:
         u = intersect_ray(slot.curve, crank, along, u)
         expected.append(slot.curve.point(u) + 0.07 * along)
     off = np.linalg.norm(path(result, "link.end").position - np.array(expected), axis=1).max()
-    yield "S of the rigid link, 20 turns of 3e-4 s steps, against the closed form", "1e-9 m", f"{off:.1e} m"
+    name = "S of the rigid link, 20 turns of 3e-4 s steps, against the closed form"
+    yield name, "1e-9 m", f"{off:.1e} m"
     flexible = run("smooth.yaml", "run.turns=20")
     error = f"{max(result.checks.constraint_error, flexible.checks.constraint_error):.1e}"
     yield "joints, 20 turns: P on its track, rod 1 on the guide's axis", "1e-9 m", f"{error} m"

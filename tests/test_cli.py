@@ -26,7 +26,7 @@ MODELS = ROOT / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
-COMMANDS = ("simulate", "check", "plot", "schema")
+COMMANDS = ("simulate", "compare", "check", "plot", "schema")
 
 Capture = pytest.CaptureFixture[str]
 Fake = Callable[..., Result]
@@ -178,7 +178,7 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
     return lambda fake: monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
 
 
-def closed_form(scene: Scene, progress: object = None) -> Result:
+def closed_form(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
     return rigid_link(scene=scene)
 
 
@@ -212,7 +212,7 @@ def test_quiet_says_no_more_than_warnings(run_of: Callable[[Fake], None], capsys
 def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
     seen: list[float | None] = []
 
-    def fake(scene: Scene, progress: object = None) -> Result:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
         seen.append(scene.run.turns)
         return rigid_link(scene=scene)
 
@@ -225,7 +225,7 @@ def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
 def test_a_failed_run_is_kept_and_explained(
     run_of: Callable[[Fake], None], quiet: list[str], capsys: Capture
 ) -> None:
-    run_of(lambda scene, progress=None: stopped(rigid_link(scene=scene)))
+    run_of(lambda scene, engine, progress=None: stopped(rigid_link(scene=scene)))
     assert main(["simulate", NO_CLEARANCE, "--no-plots", *quiet]) == 1
     shown = capsys.readouterr()
     assert "the run stopped at 0.5 s: no convergence at the smallest step" in shown.err
@@ -239,7 +239,7 @@ def test_a_failed_run_is_kept_and_explained(
 def test_an_engine_that_stops_at_an_interrupt_keeps_its_part(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
-    def fake(scene: Scene, progress: object = None) -> Result:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
         return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, "interrupted"))
 
     run_of(fake)
@@ -251,7 +251,7 @@ def test_an_engine_that_stops_at_an_interrupt_keeps_its_part(
 def test_an_interrupt_leaves_nothing_behind(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
-    def fake(scene: Scene, progress: object = None) -> Result:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
         raise KeyboardInterrupt
 
     run_of(fake)
@@ -263,19 +263,22 @@ def test_an_interrupt_leaves_nothing_behind(
 def test_what_an_engine_cant_represent_is_bad_input(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
-    def fake(scene: Scene, progress: object = None) -> Result:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
         raise NotRepresentableError(("joints", "pin"), "no such slot")
 
     run_of(fake)
     assert main(["simulate", NO_CLEARANCE]) == 2
-    assert capsys.readouterr().err == f"{NO_CLEARANCE}: joints.pin: no such slot\n"
+    said = capsys.readouterr().err
+    assert said.startswith(f"{NO_CLEARANCE}:37:")
+    assert "joints.pin: no such slot" in said
+    assert "hint: refused by the engine 'exudyn'" in said
     assert list(Path().iterdir()) == []
 
 
 def test_a_folder_of_something_else_is_refused_before_the_run(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
-    def fake(scene: Scene, progress: object = None) -> Result:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
         raise AssertionError("must not run")
 
     run_of(fake)
@@ -296,14 +299,14 @@ from results import rigid_link
 import exudyn_flexlink.engines as engines
 from exudyn_flexlink import cli
 
-def fake(scene, progress=None):
+def fake(scene, engine='exudyn', progress=None):
     for i in range(11):
         time.sleep(float(sys.argv[1]))
         if progress:
             progress(i / 10)
     return rigid_link(scene=scene)
 
-cli.SOON = 0.2
+cli.terminal.SOON = 0.2
 engines.simulate = fake
 sys.exit(cli.main(['simulate', sys.argv[2], '--no-plots', '--out', *sys.argv[3:]]))
 """

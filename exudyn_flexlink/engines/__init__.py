@@ -11,7 +11,10 @@ from exudyn_flexlink.scene import Scene
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
 
-ENGINES = {"exudyn": "exudyn_flexlink.engines.exudyn"}
+ENGINES = {
+    "exudyn": "exudyn_flexlink.engines.exudyn",
+    "lagrangian": "exudyn_flexlink.engines.lagrangian",
+}
 
 
 class NotRepresentableError(ValueError):

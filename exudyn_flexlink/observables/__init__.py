@@ -5,17 +5,24 @@ number of samples.
 """
 
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, joint_angle, laps, turns
+from exudyn_flexlink.observables.deviations import Deviation, deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
+from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
 from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
-from exudyn_flexlink.observables.strikes import Strike, settled, strikes
+from exudyn_flexlink.observables.strikes import IMPACT, SAME_STRIKE, Strike, settled, strikes
 
 __all__ = [
+    "IMPACT",
+    "SAME_STRIKE",
+    "Deviation",
     "LeverResponse",
     "PointPath",
     "Strike",
+    "between_samples",
     "crank_angle",
     "crank_joint",
+    "deviation",
     "joint_angle",
     "laps",
     "lever_response",

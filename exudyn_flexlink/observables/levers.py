@@ -16,6 +16,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
 )
+from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.points import angle_of_part, part_of_point, point_anchor
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, Scene, split_point
@@ -39,21 +40,8 @@ class LeverResponse:
     tip_displacement: FloatArray
 
     def angle_at(self, time: FloatArray) -> FloatArray:
-        """Angle at any instants, rad: the cubic through angles and rates of the samples around.
-
-        Straight where the rates jump between two samples (an impulse): a cubic would overshoot.
-        """
-        if len(self.time) < 2:
-            return np.full(np.shape(time), self.angle[0])
-        i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
-        span = self.time[i + 1] - self.time[i]
-        slope = (self.angle[i + 1] - self.angle[i]) / span
-        v0, v1 = self.rate[i], self.rate[i + 1]
-        smooth = np.abs(slope - 0.5 * (v0 + v1)) < 0.4 * np.abs(v1 - v0)
-        v0, v1 = np.where(smooth, v0, slope), np.where(smooth, v1, slope)
-        x = (time - self.time[i]) / span
-        b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
-        return np.asarray(self.angle[i] + span * x * (v0 + x * (b + x * c)))
+        """Angle at any instants, rad, between samples too: see `between_samples`."""
+        return between_samples(self.time, self.angle, self.rate, time)
 
     @property
     def least(self) -> tuple[float, float]:

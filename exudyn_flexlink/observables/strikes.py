@@ -15,19 +15,21 @@ from exudyn_flexlink.result import Event, Result
 
 FloatArray = NDArray[np.float64]
 
+IMPACT = "impact"  # kind of an event: contact without duration, of an engine with impulses
 SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
 LAST_PART = 0.05  # of the time between two strikes: the part in which the body should be at rest
 
 
 @dataclass(frozen=True)
 class Strike:
-    """One strike: a burst of contacts, from the first touch to the last separation.
+    """One strike: a burst of contacts and impacts, from the first touch to the last separation.
 
     `crank_angle` (rad, continuous) and `lap` (from 1) are those of the first touch; None and 1
     without a crank. `approach_speed` (m/s) and `place` (m along the face from its start) are those
     of the first touch, `impulse` (N s) and `energy_lost` (J) sums over its contacts, nan where the
     engine does not say or the strike still lasts at the end of the run (`ended` is False).
-    `peak_force` (N) is what the engine says, else the largest sample: a lower bound.
+    `peak_force` (N) is what the engine says, else the largest sample: a lower bound; nan with an
+    impact, an impulse without duration, whose force has no bound. `contacts` counts impacts too.
     """
 
     contact: str
@@ -46,11 +48,18 @@ class Strike:
 
 @dataclass(frozen=True)
 class _Touch:
-    """One interval of contact, with the details of the events that begin and end it."""
+    """One interval of contact, with the details of the events that begin and end it.
+
+    An impact is an interval without duration, that its one event begins and ends.
+    """
 
     first: Event
     last: Event | None
     end: float
+
+    @property
+    def instant(self) -> bool:
+        return self.first is self.last
 
     def loss(self, key: str) -> float:
         return self.last.details.get(key, nan) if self.last else nan
@@ -61,8 +70,8 @@ def strikes(result: Result, contact: str) -> list[Strike]:
 
     Where the crank goes round, contacts belong to one strike unless the crank turns by a quarter
     turn between them: micro-impacts and the pushing that follows are one strike, those of two laps
-    are not. Without such a crank there is no measure of what belongs together, and every contact is
-    a strike of its own.
+    are not. Without such a crank there is no measure of what belongs together, and every contact or
+    impact is a strike of its own.
 
     Raises:
         ValueError: the scene has no such contact.
@@ -70,12 +79,13 @@ def strikes(result: Result, contact: str) -> list[Strike]:
     """
     if contact not in result.scene.contacts:
         raise ValueError(f"the scene has no contact '{contact}'")
-    touches = list(_touches(result, contact))
+    touches = sorted(_touches(result, contact), key=lambda touch: touch.first.time)
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
     bursts: list[list[_Touch]] = []
     for touch in touches:
         if bursts and angle is not None and turns(result):
-            between = np.interp([bursts[-1][-1].end, touch.first.time], result.time, angle)
+            apart_since = max(earlier.end for earlier in bursts[-1])
+            between = np.interp([apart_since, touch.first.time], result.time, angle)
             if abs(float(between[1] - between[0])) < SAME_STRIKE:
                 bursts[-1].append(touch)
                 continue
@@ -89,7 +99,9 @@ def _touches(result: Result, contact: str) -> Iterator[_Touch]:
     for event in result.events:
         if event.name != contact:
             continue
-        if event.kind == "contact begins":
+        if event.kind == IMPACT:
+            yield _Touch(event, event, event.time)
+        elif event.kind == "contact begins":
             if open_ is not None:
                 yield replace(open_, end=min(open_.end, event.time))
             open_ = _Touch(event, None, float(result.time[-1]))
@@ -104,7 +116,7 @@ def _touches(result: Result, contact: str) -> Iterator[_Touch]:
 
 def _strike(result: Result, contact: str, burst: list[_Touch], angle: FloatArray | None) -> Strike:
     first, history = burst[0].first, result.contacts[contact]
-    begin, end = first.time, burst[-1].end
+    begin, end = first.time, max(touch.end for touch in burst)
     place = float(np.interp(begin, result.time, history.place))
     during = (result.time >= begin) & (result.time <= end)
     lap = 1
@@ -121,14 +133,17 @@ def _strike(result: Result, contact: str, burst: list[_Touch], angle: FloatArray
         place=first.details.get("place", place),
         impulse=sum(touch.loss("impulse") for touch in burst),
         energy_lost=sum(touch.loss("energy_lost") for touch in burst),
-        peak_force=max(
-            float(np.max(history.force[during], initial=0.0)),
-            *(touch.last.details.get("peak_force", 0.0) for touch in burst if touch.last),
-            0.0,
-        ),
+        peak_force=_peak_force(burst, history.force[during]),
         contacts=len(burst),
-        ended=burst[-1].last is not None,
+        ended=all(touch.last is not None for touch in burst),
     )
+
+
+def _peak_force(burst: list[_Touch], samples: FloatArray) -> float:
+    if any(touch.instant for touch in burst):
+        return nan
+    told = [touch.last.details.get("peak_force", 0.0) for touch in burst if touch.last]
+    return max(float(np.max(samples, initial=0.0)), *told, 0.0)
 
 
 def settled(result: Result, contact: str, before: float) -> float:

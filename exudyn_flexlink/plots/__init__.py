@@ -7,6 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.plots.balance import energy, forces
+from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
 from exudyn_flexlink.plots.frame import ENGINE_COLOURS
 from exudyn_flexlink.plots.motion import coordinates, polar
@@ -15,6 +16,7 @@ from exudyn_flexlink.result import Result
 
 __all__ = [
     "ENGINE_COLOURS",
+    "comparison",
     "coordinates",
     "energy",
     "figures",

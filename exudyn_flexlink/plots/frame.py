@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -33,6 +33,7 @@ ENGINE_COLOURS = {"exudyn": BLUE, "lagrangian": RED}
 WIDTH = 8.0  # inches
 LINE = 0.22  # inches, of title and caption
 TITLE_COLUMNS = 88
+CAPTION_COLUMNS = 100
 _STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.size": 10,
@@ -69,11 +70,29 @@ def new_figure(result: Result, subject: str, height: float) -> Figure:
 
     `height` (inches) is that of what is drawn, without title and caption.
     """
-    title = textwrap.wrap(result.scene.title, TITLE_COLUMNS)
-    stopped = "" if result.outcome.completed else _stopped(result)
-    note = textwrap.wrap(stopped, TITLE_COLUMNS + 8)
-    caption = textwrap.wrap(caption_of(result), TITLE_COLUMNS + 12)
-    top = LINE * (len(title) + 1 + len(note)) + 0.12
+    note = "" if result.outcome.completed else stopped(result)
+    caption = [(line, GREY) for line in textwrap.wrap(caption_of(result), CAPTION_COLUMNS)]
+    figure = framed_figure(result.scene.title, subject, [note], caption, height)
+    colour = ENGINE_COLOURS.get(result.engine, GREY)
+    up = (0.07 + LINE * (len(caption) - 1)) / figure.get_figheight()
+    figure.text(0.988, up, f"engine: {result.engine}", ha="right", fontsize=9, color=colour)
+    return figure
+
+
+def framed_figure(
+    title: str,
+    subject: str,
+    notes: Sequence[str],
+    caption: Sequence[tuple[str, str]],
+    height: float,
+) -> Figure:
+    """Return an empty figure with title, subject and notes above, lines with colours below.
+
+    `height` (inches) is that of what is drawn.
+    """
+    titles = textwrap.wrap(title, TITLE_COLUMNS)
+    warned = [line for note in notes for line in textwrap.wrap(note, TITLE_COLUMNS + 8)]
+    top = LINE * (len(titles) + 1 + len(warned)) + 0.12
     bottom = LINE * len(caption) + 0.08
     whole = height + top + bottom
     figure = Figure(figsize=(WIDTH, whole), dpi=150, layout="constrained", facecolor="white")
@@ -81,28 +100,20 @@ def new_figure(result: Result, subject: str, height: float) -> Figure:
     if engine is not None:
         engine.set(rect=(0.0, bottom / whole, 1.0, height / whole))  # type: ignore[call-arg]
     down = iter(1 - (0.08 + LINE * i) / whole for i in range(99))
-    for line in title:
+    for line in titles:
         figure.text(0.012, next(down), line, va="top", fontsize=11, fontweight="bold")
     figure.text(0.012, next(down), subject, va="top", fontsize=10, color=BLACK)
-    for line in note:
+    for line in warned:
         figure.text(0.012, next(down), line, va="top", fontsize=10, color=FAILED)
-    for i, line in enumerate(reversed(caption)):
-        figure.text(0.012, (0.07 + LINE * i) / whole, line, fontsize=9, color=GREY)
-    colour = ENGINE_COLOURS.get(result.engine, GREY)
-    place = (0.988, (0.07 + LINE * (len(caption) - 1)) / whole)
-    figure.text(*place, f"engine: {result.engine}", ha="right", fontsize=9, color=colour)
+    for i, (line, colour) in enumerate(reversed(caption)):
+        figure.text(0.012, (0.07 + LINE * i) / whole, line, fontsize=9, color=colour)
     return figure
 
 
 def caption_of(result: Result) -> str:
     """Say what the numbers depend on: hinges and rods of flexible bodies, accuracy."""
-    scene, accuracy = result.scene, result.scene.accuracy
-    words = [
-        f"{name}: hinges {_stiffness(body)}, n = {body.rods}"
-        + (", half ends" if body.layout == "half_ends" else "")
-        for name, body in scene.bodies.items()
-        if isinstance(body, FlexibleBody)
-    ]
+    accuracy = result.scene.accuracy
+    words = links_of(result.scene)
     if accuracy.tolerance is not None:
         words.append(f"tolerance {accuracy.tolerance:.3g} m")
     else:
@@ -110,12 +121,23 @@ def caption_of(result: Result) -> str:
     return "; ".join(words)
 
 
+def links_of(scene: Scene) -> list[str]:
+    """Hinges and rods of flexible bodies, in words."""
+    return [
+        f"{name}: hinges {_stiffness(body)}, n = {body.rods}"
+        + (", half ends" if body.layout == "half_ends" else "")
+        for name, body in scene.bodies.items()
+        if isinstance(body, FlexibleBody)
+    ]
+
+
 def _stiffness(body: FlexibleBody) -> str:
     rule = body.hinges.stiffness
     return f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
 
 
-def _stopped(result: Result) -> str:
+def stopped(result: Result) -> str:
+    """Say when and why a run stopped."""
     return f"stopped at t = {result.outcome.time:.4g} s: {result.outcome.reason}"
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
+    IMPACT,
     LeverResponse,
     Strike,
     crank_angle,
@@ -34,6 +35,7 @@ from exudyn_flexlink.plots.frame import (
     styled,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import split_point
 
 FloatArray = NDArray[np.float64]
 Function = Callable[[Any], FloatArray]
@@ -73,6 +75,7 @@ def _whole_run(axes: Axes, result: Result, response: LeverResponse, found: list[
         at = float(np.interp(strike.begin, response.time, response.angle))
         label = "first contact" if i == 0 else None
         axes.plot(strike.begin, at, "v", color=BLACK, markersize=6, label=label, zorder=5)
+    _mark_impacts(axes, result, response.body)
     axes.set_xlim(response.time[0], response.time[-1])
     axes.margins(y=0.12)
     axes.set_ylabel(f"angle of {response.body} (rad)")
@@ -81,6 +84,16 @@ def _whole_run(axes: Axes, result: Result, response: LeverResponse, found: list[
     _turns_on_top(axes, result)
     has_scale = _tip_scale(axes, response)
     legend_outside(axes, 1.13 if has_scale else 1.01)
+
+
+def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
+    """Tick every impact at the lower edge: impulses have no duration that a span could show."""
+    own = [n for n, c in result.scene.contacts.items() if split_point(c.line[0])[0] == body]
+    hits = [event.time for event in result.events if event.kind == IMPACT and event.name in own]
+    if hits:
+        ground = axes.get_xaxis_transform()
+        style: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "|", "markersize": 8}
+        axes.plot(hits, [0.03] * len(hits), transform=ground, label="impacts", **style)
 
 
 def _annotate_peaks(axes: Axes, response: LeverResponse) -> None:

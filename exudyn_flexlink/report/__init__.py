@@ -1,6 +1,16 @@
 """What the program says of a model and of a run: text for people, no files, no terminal."""
 
 from exudyn_flexlink.report.check import check_text, estimated_steps, run_duration
+from exudyn_flexlink.report.comparison import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.report.run import failure_text, run_text
 
-__all__ = ["check_text", "estimated_steps", "failure_text", "run_duration", "run_text"]
+__all__ = [
+    "check_text",
+    "comparison_text",
+    "estimated_steps",
+    "excess_text",
+    "failure_text",
+    "horizon_text",
+    "run_duration",
+    "run_text",
+]

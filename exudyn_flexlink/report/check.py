@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import isfinite, pi, sqrt
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -24,8 +25,10 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
     Body,
+    ContactLaw,
     FlexibleBody,
     Joint,
+    Law,
     Scene,
     SleeveJoint,
     SlotJoint,
@@ -140,12 +143,16 @@ def _contacts(scene: Scene) -> list[str]:
         [
             name,
             f"{contact.point} on the line from {contact.line[0]} to {contact.line[1]}",
-            f"k {number(contact.law.stiffness)} N/m",
+            _stiffness(contact.law),
             f"restitution {number(contact.law.restitution)}",
         ]
         for name, contact in scene.contacts.items()
     ]
     return ["Contacts", *table(rows)] if rows else []
+
+
+def _stiffness(law: Law) -> str:
+    return f"k {number(law.stiffness)} N/m" if isinstance(law, ContactLaw) else "rigid, by impulse"
 
 
 # --- effects --------------------------------------------------------------------------------
@@ -301,6 +308,8 @@ def _time(scene: Scene, duration: float | None) -> str:
 
 def _contact_duration(assembly: Assembly, contact: FaceContact) -> str:
     mass = _mass_at(assembly, contact)
+    if isinstance(contact.law, Impulse):
+        return "impacts take no time: a rigid contact, by impulse"
     half = contact.law.half_period(mass)
     return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
 

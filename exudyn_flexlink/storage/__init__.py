@@ -4,19 +4,24 @@
 reader plots first. `load` gives the Result back exactly.
 """
 
+from exudyn_flexlink.storage.comparison import save_comparison
 from exudyn_flexlink.storage.errors import PROGRAM, StorageError
 from exudyn_flexlink.storage.reading import load, read_summary
+from exudyn_flexlink.storage.series import Series, read_series
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.tables import lever_columns, trajectory_columns, write_csv
 from exudyn_flexlink.storage.writing import save
 
 __all__ = [
     "PROGRAM",
+    "Series",
     "StorageError",
     "lever_columns",
     "load",
+    "read_series",
     "read_summary",
     "save",
+    "save_comparison",
     "staged_folder",
     "trajectory_columns",
     "write_csv",

@@ -8,6 +8,7 @@ from pathlib import Path
 PROGRAM = "exudyn-flexlink"
 FORMAT = 1
 SUMMARY, ARRAYS = "summary.json", "result.npz"
+COMPARISON = "comparison.json"
 HISTORIES = ("drive_torques", "joint_forces", "slot_forces")
 
 

@@ -54,11 +54,16 @@ def read_summary(folder: Path) -> dict[str, Any]:
         StorageError: the folder holds no run of this program, or its summary is damaged.
 
     """
-    file = Path(folder) / SUMMARY
+    return read_json(folder, SUMMARY)
+
+
+def read_json(folder: Path, name: str) -> dict[str, Any]:
+    """Read a JSON file that this program wrote into a folder; see `read_summary`."""
+    file = Path(folder) / name
     try:
         summary = json.loads(file.read_bytes().decode("utf-8"))
     except (FileNotFoundError, NotADirectoryError):
-        found = "is no folder" if not Path(folder).is_dir() else f"has no {SUMMARY}"
+        found = "is no folder" if not Path(folder).is_dir() else f"has no {name}"
         raise StorageError(f"{folder} {found}; give the folder of a finished run") from None
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
@@ -166,7 +171,7 @@ def _event(data: dict[str, Any]) -> Event:
 
 
 def _number(value: Any) -> Any:
-    """Undo what `_plain` did to numbers that are not finite; other text stays text."""
+    """Undo what `plain` did to numbers that are not finite; other text stays text."""
     return float(value) if value in ("inf", "-inf", "nan") else value
 
 

@@ -8,16 +8,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from exudyn_flexlink.storage.errors import SUMMARY, StorageError, cannot_write
-from exudyn_flexlink.storage.reading import read_summary
+from exudyn_flexlink.storage.errors import COMPARISON, SUMMARY, StorageError, cannot_write
+from exudyn_flexlink.storage.reading import read_json
 
 
 @contextmanager
 def staged_folder(target: Path) -> Iterator[Path]:
     """Yield a temporary folder beside `target`; once all is written there, rename it to `target`.
 
-    An existing `target` is replaced if it is empty or holds an earlier run of this program. After
-    any exception or interrupt the temporary folder is removed and `target` is as it was.
+    An existing `target` is replaced if it is empty or holds an earlier run, or comparison, of this
+    program. After any exception or interrupt the temporary folder is removed and `target` is as it
+    was.
 
     Raises:
         StorageError: the target can't be replaced (found before anything is written), or the place
@@ -58,10 +59,11 @@ def _check_replaceable(target: Path) -> None:
     if empty:
         return
     advice = "choose another name, or remove it yourself"
-    if not (target / SUMMARY).is_file():
+    own = next((name for name in (SUMMARY, COMPARISON) if (target / name).is_file()), None)
+    if own is None:
         raise StorageError(f"{target} holds files that are no run of this program; {advice}")
     try:
-        read_summary(target)
+        read_json(target, own)
     except StorageError as error:
         raise StorageError(f"{target} is not replaced: {error}. Or {advice}") from error
 

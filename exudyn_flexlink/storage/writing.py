@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.observables import lever_response, strikes, struck_bodies
+from exudyn_flexlink.observables import Strike, lever_response, strikes, struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.errors import (
     ARRAYS,
@@ -97,16 +97,18 @@ def _summary(result: Result) -> dict[str, Any]:
         "names": {kind: list(getattr(result, kind)) for kind in (*HISTORIES, "contacts")},
         "scene": scene.to_data(),
     }
-    plain: dict[str, Any] = _plain(found)
-    return plain
+    data: dict[str, Any] = plain(found)
+    return data
 
 
 def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:
     """Strikes for the reader of the summary: names with units (they are not read back)."""
-    return [
-        {f"{key}{_UNITS.get(key, '')}": value for key, value in _fields(strike).items()}
-        for strike in strikes(result, contact)
-    ]
+    return [strike_data(strike) for strike in strikes(result, contact)]
+
+
+def strike_data(strike: Strike) -> dict[str, Any]:
+    """Fields of a strike by name and unit."""
+    return {f"{key}{_UNITS.get(key, '')}": value for key, value in _fields(strike).items()}
 
 
 def _peaks(result: Result, contact: str) -> dict[str, float]:
@@ -120,12 +122,12 @@ def _peaks(result: Result, contact: str) -> dict[str, float]:
     }
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Turn values into what JSON has: it knows neither numpy's numbers nor inf and nan."""
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not isfinite(value):

@@ -21,6 +21,7 @@ from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.engines.exudyn.landing import THERE, first_root, land
 from exudyn_flexlink.engines.exudyn.system import System
+from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import FaceContact, face_length
 from exudyn_flexlink.result import Event
 
@@ -81,6 +82,7 @@ class ContactItem:
         self.events = events
         contact = system.mechanism.contacts[index]
         self.name = contact.name
+        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self.law = contact.law
         self.geometry = Geometry(contact)
         self.contact_step = contact_step

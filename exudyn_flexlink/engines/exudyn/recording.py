@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.instant import Instant
+from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals, turning
 
 FloatArray = NDArray[np.float64]
@@ -169,6 +170,7 @@ class Recorder:
         forces, stored, rates, depth = (np.zeros(shape) for _ in range(4))
         for k, contact in enumerate(self.mechanism.contacts):
             at = approach(contact, q, v)
+            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
             depth[:, k] = np.where(pressed[:, k], np.maximum(-at.gap, 0.0), 0.0)
             forces[:, k] = contact.law.force(depth[:, k], -at.gap_rate)
             stored[:, k] = contact.law.stored_energy(depth[:, k])

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, inf
-from signal import SIGINT, signal
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.outcome import finish
@@ -24,6 +23,7 @@ from exudyn_flexlink.engines.exudyn.stepping import (
     StepChooser,
 )
 from exudyn_flexlink.engines.exudyn.system import System, build_system
+from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -33,7 +33,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
 )
 from exudyn_flexlink.result import Event, Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import ImpulseLaw, Scene
 
 
 @dataclass
@@ -55,6 +55,7 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
     Raises:
+        NotRepresentableError: a contact's law is an impulse.
         SceneError: the scene can't be put together.
 
     """
@@ -69,7 +70,18 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     return finish(prepared, error, iterations, (began, ready, solved))
 
 
+def _refuse_impulses(scene: Scene) -> None:
+    for name, contact in scene.contacts.items():
+        if isinstance(contact.law, ImpulseLaw):
+            raise NotRepresentableError(
+                ("contacts", name, "law"),
+                "the Exudyn engine needs a penalty law; speeds that jump are for the engine "
+                "'lagrangian'",
+            )
+
+
 def _prepare(scene: Scene, progress: Callable[[float], None] | None) -> Prepared:
+    _refuse_impulses(scene)
     assembly = assemble_scene(scene)
     end = end_of_run(scene, assembly.mechanism)
     system = build_system(assembly)
@@ -115,27 +127,13 @@ def _solve(prepared: Prepared) -> tuple[str, int]:
     settings = _settings(prepared, first)
     complaint = ""
     try:
-        with _interrupts_end(loop):
+        with interrupts(loop.interrupt):
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
     if loop.error is not None:
         raise loop.error
     return complaint, int(system.mbs.sys["dynamicSolver"].it.newtonStepsCount)
-
-
-@contextmanager
-def _interrupts_end(loop: Loop) -> Iterator[None]:
-    """Let Ctrl-C end the run after the current step instead of somewhere inside the solver."""
-    try:
-        before = signal(SIGINT, lambda *_: loop.interrupt())
-    except ValueError:  # not the main thread: Ctrl-C is not ours
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal(SIGINT, before)
 
 
 def _settings(prepared: Prepared, first: float) -> Any:

@@ -1,0 +1,225 @@
+"""The program at a terminal: arguments in, one function called, an exit code out.
+
+Exit codes: 0 done; 1 the run failed, what it computed is kept, or a comparison exceeds its
+tolerance; 2 bad input; 130 interrupted.
+Whatever is slow to import is imported by the command that needs it: `check` must answer at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
+from exudyn_flexlink.cli.comparing import compare_command
+from exudyn_flexlink.cli.simulating import simulate_command
+from exudyn_flexlink.cli.terminal import DONE, INTERRUPTED, complain
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program with the arguments of a command line; returns its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        code: int = options.command(options)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return complain("interrupted; nothing was written", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader, such as `head`, has seen enough: Python must not complain as it flushes.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exudyn-flexlink",
+        description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",
+        epilog="'exudyn-flexlink COMMAND --help' shows the options of a command, with examples",
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_simulate(commands)
+    _add_compare(commands)
+    _add_check(commands)
+    _add_plot(commands)
+    _add_schema(commands)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Looks the version up only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"exudyn-flexlink {version('exudyn-flexlink')}")
+        except PackageNotFoundError:
+            print("exudyn-flexlink, not installed: run from its source")
+        parser.exit()
+
+
+def _add_simulate(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "simulate",
+        simulate_command,
+        "simulate a model, save its results and draw its figures",
+        """\
+        exudyn-flexlink simulate models/no_clearance.yaml
+        exudyn-flexlink simulate models/no_clearance.yaml --set run.turns=2 --out runs/short
+        exudyn-flexlink simulate models/no_clearance.yaml --engine lagrangian --impact impulse""",
+    )
+    _add_model(parser)
+    parser.add_argument(
+        "--engine",
+        choices=("exudyn", "lagrangian"),
+        default="exudyn",
+        help="what solves the equations of motion; default: exudyn",
+    )
+    _add_tolerances(parser)
+    _add_impact(parser)
+    _add_output(parser, "runs/<name of the model>")
+
+
+def _add_compare(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "compare",
+        compare_command,
+        "run both engines on a model, and say by how much they differ",
+        """\
+        exudyn-flexlink compare models/smooth.yaml --set run.turns=2 --tolerance 1e-5
+        exudyn-flexlink compare models/no_clearance.yaml --set accuracy.tolerance=1e-6
+        exudyn-flexlink compare models/no_clearance.yaml --impact impulse --out runs/impulse""",
+    )
+    _add_model(parser)
+    parser.add_argument(
+        "--tolerance",
+        type=_length,
+        metavar="M",
+        help="end with code 1 if the watched point differs by more, m, up to the horizon",
+    )
+    _add_tolerances(parser)
+    _add_impact(parser, "; impulse is for the Lagrangian alone")
+    _add_output(parser, "runs/<name of the model>-compare")
+
+
+def _length(text: str) -> float:
+    value = float(text)
+    if not 0 < value < inf:
+        raise ValueError(text)
+    return value
+
+
+_length.__name__ = "length in m"  # what argparse calls it in its complaint
+
+
+def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:
+    parser.add_argument(
+        "--impact",
+        choices=("penalty", "impulse"),
+        help=f"how contacts strike, instead of what the model says{more}",
+    )
+
+
+def _add_tolerances(parser: argparse.ArgumentParser) -> None:
+    """Add short names for two settings of the Lagrangian."""
+    for option, key in (("--rtol", "relative_tolerance"), ("--atol", "absolute_tolerance")):
+        parser.add_argument(
+            option,
+            dest="settings",
+            action="append",
+            default=[],
+            type=f"accuracy.{key}={{}}".format,
+            metavar="NUMBER",
+            help=f"short for --set accuracy.{key}=NUMBER, of the Lagrangian",
+        )
+
+
+def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help=f"where to write; default: {default}"
+    )
+    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    parser.add_argument(
+        "--quiet", action="store_true", help="no progress and no summary; warnings stay"
+    )
+
+
+def _add_check(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "check",
+        check_command,
+        "check a model without simulating it: parts, effects, frequencies, steps",
+        """\
+        exudyn-flexlink check models/no_clearance.yaml
+        exudyn-flexlink check models/no_clearance.yaml --set bodies.link.hinges.stiffness=beam
+        exudyn-flexlink check models/smooth.yaml --set bodies.link.rods=20""",
+    )
+    _add_model(parser)
+
+
+def _add_plot(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "plot",
+        plot_command,
+        "draw the figures of a saved run again",
+        """\
+        exudyn-flexlink plot runs/no_clearance
+        exudyn-flexlink plot runs/no_clearance --out figures""",
+    )
+    parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where to; default: that folder")
+
+
+def _add_schema(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "schema",
+        schema_command,
+        "print the JSON schema of model files, which editors complete and check with",
+        """\
+        exudyn-flexlink schema
+        exudyn-flexlink schema --out models/flexlink.schema.json""",
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write it to this file")
+
+
+def _command(
+    commands: Any, name: str, function: Any, about: str, examples: str
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=about,
+        description=about[0].upper() + about[1:] + ".",
+        epilog="examples:\n" + examples.replace("        ", "  "),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(command=function)
+    return parser
+
+
+def _add_model(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="MODEL", help="model file, YAML")
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="PATH=VALUE",
+        help="replace a value of the model, such as run.turns=2; may be repeated",
+    )
+    parser.add_argument(
+        "--allow-outside",
+        action="store_true",
+        help="let the model read CSV files outside its own folder",
+    )

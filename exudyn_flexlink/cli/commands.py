@@ -1,0 +1,58 @@
+"""The commands that solve nothing: `check`, `plot`, `schema`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from pathlib import Path
+
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain
+
+
+def check_command(options: argparse.Namespace) -> int:
+    """Check a model without simulating it; returns the exit code."""
+    from exudyn_flexlink.loading import assemble_scene, load_scene
+    from exudyn_flexlink.report import check_text
+    from exudyn_flexlink.source import SceneError
+
+    try:
+        scene = load_scene(options.model, options.settings, options.allow_outside)
+        assembly = assemble_scene(scene)
+    except SceneError as error:
+        return complain(str(error), BAD_INPUT)
+    print(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
+    return DONE
+
+
+def plot_command(options: argparse.Namespace) -> int:
+    """Draw the figures of a saved run again; returns the exit code."""
+    from exudyn_flexlink.plots import save_figures
+    from exudyn_flexlink.storage import StorageError, load
+
+    folder: Path = options.out or options.run
+    try:
+        result = load(options.run)
+        folder.mkdir(parents=True, exist_ok=True)
+        save_figures(result, folder)
+    except StorageError as error:
+        return complain(str(error), BAD_INPUT)
+    except OSError as error:
+        return complain(f"can't write to {folder}: {error.strerror}", BAD_INPUT)
+    print(f"Figures written to {folder}{os.sep}")
+    return DONE
+
+
+def schema_command(options: argparse.Namespace) -> int:
+    """Print, or write, the JSON schema of model files; returns the exit code."""
+    from exudyn_flexlink.scene import json_schema
+
+    text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    if options.out is None:
+        print(text, end="")
+        return DONE
+    try:
+        options.out.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        return complain(f"can't write {options.out}: {error.strerror}", BAD_INPUT)
+    return DONE

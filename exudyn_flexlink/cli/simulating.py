@@ -1,0 +1,111 @@
+"""The command `simulate`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    complain,
+    names_in,
+    progress_bar,
+)
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.result import Result
+    from exudyn_flexlink.scene import Scene
+
+
+def simulate_command(options: argparse.Namespace) -> int:
+    """Simulate a model, write its folder, print its summary; returns the exit code."""
+    from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.storage import StorageError, staged_folder
+
+    target: Path = options.out or Path("runs") / options.model.stem
+    try:
+        scene = read_scene(options, options.impact)
+        # The folder is staged first: one that can't be written is no news for the end of a run.
+        with staged_folder(target) as folder:
+            result = run(scene, options.engine, options)
+            write(result, folder, figures=not options.no_plots)
+    except (SceneError, StorageError) as error:
+        return complain(str(error), BAD_INPUT)
+    return _tell(result, target, options.quiet)
+
+
+def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
+    """Load the model with the settings of the command line, and `impact` in place of its own.
+
+    Raises:
+        SceneError: the model, or a setting, has mistakes.
+
+    """
+    from exudyn_flexlink.loading import load_scene
+
+    scene = load_scene(options.model, options.settings, options.allow_outside)
+    if impact is None:
+        return scene
+    from exudyn_flexlink.effects import with_impact
+
+    return with_impact(scene, impact)
+
+
+def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
+    """Run an engine, with a progress bar that says `what` is going on.
+
+    Raises:
+        SceneError: the engine can't represent what the scene asks for; shown where it stands.
+
+    """
+    from exudyn_flexlink import engines
+    from exudyn_flexlink.source import Mistake, SceneError
+
+    try:
+        with progress_bar(options.quiet, what) as progress:
+            return engines.simulate(scene, engine, progress)
+    except engines.NotRepresentableError as error:
+        asked = options.impact is not None and error.path[:1] == ("contacts",)
+        why = f"; '--impact {options.impact}' asks for it" if asked else ""
+        mistake = Mistake(error.path, error.message, f"refused by the engine '{engine}'{why}")
+        raise SceneError(scene.document, [mistake]) from error
+
+
+def write(result: Result, folder: Path, *, figures: bool) -> None:
+    """Save a run, and draw its figures, into a folder.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    from exudyn_flexlink.storage import save
+
+    save(result, folder)
+    if figures:
+        from exudyn_flexlink.plots import save_figures
+
+        save_figures(result, folder)
+
+
+def _tell(result: Result, target: Path, quiet: bool) -> int:
+    """Print the summary; warnings and a failure also where the summary is not wanted."""
+    from exudyn_flexlink.report import failure_text, run_text
+    from exudyn_flexlink.result import INTERRUPTED as STOPPED
+
+    if not quiet:
+        print(run_text(result))
+        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        sys.stdout.flush()  # so that what follows on stderr stands below it
+    for warning in result.warnings:
+        complain(f"warning: {warning}")
+    if result.outcome.completed:
+        return DONE
+    code = INTERRUPTED if result.outcome.reason == STOPPED else FAILED
+    kept = f"what was computed until then is in {target}{os.sep}, marked as incomplete"
+    return complain(f"{failure_text(result)}\n{kept}", code)

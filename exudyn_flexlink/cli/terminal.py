@@ -1,0 +1,70 @@
+"""What the terminal sees besides results: exit codes, complaints, progress."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SOON = 1.0  # s: a run shorter than this needs no progress bar
+
+
+def complain(text: str, code: int = DONE) -> int:
+    """Say something on stderr, and hand on the exit code that goes with it."""
+    print(text, file=sys.stderr)
+    return code
+
+
+def names_in(folder: Path) -> list[str]:
+    """Names of all files in a folder and the folders in it."""
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+@contextmanager
+def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Bar | None]:
+    """Give a bar if there is someone at a terminal to see it, else None."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    bar = Bar(what)
+    try:
+        yield bar
+    finally:
+        bar.close()
+
+
+class Bar:
+    """A progress bar with the time left, on stderr, that appears only in runs over a second."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._began = time.monotonic()
+        self._bar: Any = None
+
+    def __call__(self, done: float) -> None:
+        """Show the part that is done, 0 to 1."""
+        if self._bar is None:
+            if time.monotonic() - self._began < SOON:
+                return
+            self._open()
+        self._bar.update(self._bar.task_ids[0], completed=done)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _open(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+        from rich.progress import TimeRemainingColumn as TimeLeft
+
+        columns = (TextColumn(self._what), BarColumn(), TaskProgressColumn(), TimeLeft())
+        self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
+                             transient=True)  # fmt: skip
+        self._bar.add_task(self._what, total=1.0)
+        self._bar.start()

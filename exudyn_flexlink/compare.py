@@ -1,0 +1,307 @@
+"""Two Results of one scene, side by side: deviations, strikes, and how far either can be judged.
+
+Pure numbers from Results: no engine, no file. Times in s, lengths in m, angles in rad; N is the
+number of instants compared.
+
+Some motions are sensitive: runs of one engine that differ in nothing but their tolerance part
+visibly after some time, the horizon. Up to it two engines are compared instant by instant, beyond
+it by what does not depend on such details: means, scatter, extremes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
+from exudyn_flexlink.observables import (
+    SAME_STRIKE,
+    Deviation,
+    LeverResponse,
+    Strike,
+    between_samples,
+    lever_response,
+    path,
+    strikes,
+    struck_bodies,
+    watched_point,
+)
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+
+VISIBLE = 1e-3  # of the room that the watched point takes: runs that differ by more have parted
+
+_TOLD = {
+    "tolerance": "tolerance {:.3g} m",
+    "step": "step {:.3g} s",
+    "relative_tolerance": "rtol {:.3g}",
+    "absolute_tolerance": "atol {:.3g}",
+}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is compared of one run.
+
+    `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `levers` are the
+    struck bodies' responses at the run's own samples, `angles` (N,) rad at the instants compared.
+    """
+
+    name: str
+    result: Result
+    position: FloatArray
+    levers: Mapping[str, LeverResponse]
+    angles: Mapping[str, FloatArray]
+    strikes: Mapping[str, tuple[Strike, ...]]
+
+    @property
+    def accuracy(self) -> str:
+        """The accuracy and the impact model the run was made with, in words."""
+        settings = self.result.settings
+        told = [text.format(settings[key]) for key, text in _TOLD.items() if key in settings]
+        return ", ".join([*told, *(f"{kind} impacts" for kind in self.impacts)])
+
+    @property
+    def impacts(self) -> tuple[str, ...]:
+        """Kinds of the contacts' laws: penalty, impulse."""
+        return tuple(dict.fromkeys(c.law.type for c in self.result.scene.contacts.values()))
+
+    @property
+    def first_strike(self) -> float | None:
+        """Instant of the first touch of any contact, s; None if nothing is struck."""
+        return min((s.begin for found in self.strikes.values() for s in found), default=None)
+
+
+@dataclass(frozen=True)
+class StrikePair:
+    """One strike in both runs; None in a run that has no such strike."""
+
+    contact: str
+    lap: int
+    first: Strike | None
+    second: Strike | None
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """A stretch of one run as a whole.
+
+    `mean`, `rms`, `least` and `greatest` (2,) are of the watched point's coordinates, m, the last
+    three relative to the mean; `levers` are the least and the greatest angle of struck bodies, rad.
+    """
+
+    mean: FloatArray
+    rms: FloatArray
+    least: FloatArray
+    greatest: FloatArray
+    levers: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two runs of one scene at common instants `time` (N,), up to the end of the shorter run.
+
+    `horizon` (s) is the instant from which on the watched point can't be compared pointwise, None
+    if it can throughout, or nobody looked; `limit` (m) is the parting that defines it, None if
+    nobody looked.
+    """
+
+    point: str
+    time: FloatArray
+    first: Seen
+    second: Seen
+    horizon: float | None = None
+    limit: float | None = None
+
+    @cached_property
+    def deviation(self) -> Deviation:
+        """Distance of the watched points, and first minus second angle of the first lever."""
+        distance = np.linalg.norm(self.first.position - self.second.position, axis=1)
+        angles = next(iter(self.angle_differences.values()), np.zeros_like(self.time))
+        return Deviation(self.time, distance, angles)
+
+    @property
+    def angle_differences(self) -> dict[str, FloatArray]:
+        """First minus second angle (N,) rad of every struck body."""
+        return {body: self.first.angles[body] - self.second.angles[body] for body in self.levers}
+
+    @property
+    def levers(self) -> tuple[str, ...]:
+        """Names of the struck bodies."""
+        return tuple(self.first.angles)
+
+    @property
+    def judged(self) -> Deviation:
+        """The deviation up to the horizon: what the engines answer for. May be empty."""
+        return self.deviation if self.horizon is None else self.deviation.until(self.horizon)
+
+    @property
+    def first_strike(self) -> float | None:
+        """Instant of the first touch in either run, s; None if nothing is struck."""
+        found = [seen.first_strike for seen in (self.first, self.second)]
+        return min((time for time in found if time is not None), default=None)
+
+    @property
+    def before_strike(self) -> Deviation | None:
+        """The deviation before the first strike of either run; None without strike or instants."""
+        strike = self.first_strike
+        if strike is None or strike <= self.time[0]:
+            return None
+        return self.deviation.until(strike)
+
+    @property
+    def strikes(self) -> list[StrikePair]:
+        """Strikes of both runs, those that belong together as pairs, by contact, in order."""
+        return [
+            pair
+            for contact in self.first.strikes
+            for pair in _pairs(contact, self.first.strikes[contact], self.second.strikes[contact])
+        ]
+
+    @property
+    def beyond(self) -> tuple[Statistics, Statistics] | None:
+        """Statistics of both runs from the horizon on; None without a horizon."""
+        if self.horizon is None:
+            return None
+        after = self.time >= self.horizon
+        return _statistics(self.first, after), _statistics(self.second, after)
+
+    def exceeds(self, tolerance: float) -> bool:
+        """Whether the deviation up to the horizon exceeds `tolerance` (m), or can't be told."""
+        judged = self.judged
+        return not len(judged.time) or not judged.largest <= tolerance
+
+
+def compare(
+    first: Result, second: Result, again: Result | None = None, limit: float | None = None
+) -> Comparison:
+    """Compare two runs of one scene, by different engines or at different settings.
+
+    `again` is a run of the second one's engine at other settings: it finds the horizon, the first
+    instant at which these two differ by more than `limit` (m; left out: see `parting_limit`), or at
+    which `again` failed.
+
+    Raises:
+        ValueError: the runs are not of one scene: other points, contacts or struck bodies.
+
+    """
+    for other in (second, again):
+        if other is not None:
+            _check_one_scene(first, other)
+    time = common_times(first, second)
+    names = first.engine, second.engine
+    if names[0] == names[1]:
+        names = f"{names[0]} 1", f"{names[1]} 2"
+    seen = _seen(names[0], first, time), _seen(names[1], second, time)
+    point = watched_point(first.scene)
+    if again is None:
+        return Comparison(point, time, *seen)
+    limit = parting_limit(second) if limit is None else limit
+    parted = horizon(second, again, limit)
+    if parted is None and not again.outcome.completed:
+        parted = float(again.time[-1])
+    return Comparison(point, time, *seen, parted, limit)
+
+
+def horizon(first: Result, second: Result, limit: float) -> float | None:
+    """First common instant (s) at which the watched points differ by more than `limit` (m).
+
+    None if they never do. Of two runs of one engine at different settings it says how long the
+    motion is predictable: from it on, pointwise differences say nothing about an engine.
+    """
+    time = common_times(first, second)
+    point = watched_point(first.scene)
+    one, other = (_position(result, point, time) for result in (first, second))
+    apart = np.linalg.norm(one - other, axis=1)
+    parted = np.flatnonzero(~(apart <= limit))
+    return float(time[parted[0]]) if len(parted) else None
+
+
+def parting_limit(result: Result) -> float:
+    """Difference (m) that counts as parted: a part of the room the watched point takes."""
+    position = path(result, watched_point(result.scene)).position
+    return VISIBLE * float(np.linalg.norm(np.ptp(position, axis=0)))
+
+
+def common_times(first: Result, second: Result) -> FloatArray:
+    """Even instants (N,) s that the first run's scene asks for, up to the end of the shorter run.
+
+    Where a run has no sample there, it is interpolated: see `between_samples`.
+    """
+    scene = first.scene
+    end = float(min(first.time[-1], second.time[-1]))
+    if end <= 0:
+        return np.zeros(1)
+    grid = sample_times(scene, end_of_run(scene, build_mechanism(scene)))
+    kept = grid[grid < end * (1 - 1e-9)]
+    return np.append(kept, end)
+
+
+def _position(result: Result, point: str, time: FloatArray) -> FloatArray:
+    seen = path(result, point)
+    return between_samples(seen.time, seen.position, seen.velocity, time)
+
+
+def _check_one_scene(first: Result, second: Result) -> None:
+    for what, of in (
+        ("watched points", watched_point),
+        ("contacts", lambda scene: list(scene.contacts)),
+        ("struck bodies", struck_bodies),
+    ):
+        one, other = of(first.scene), of(second.scene)
+        if one != other:
+            raise ValueError(f"the runs are not of one scene: their {what} are {one} and {other}")
+
+
+def _seen(name: str, result: Result, time: FloatArray) -> Seen:
+    scene = result.scene
+    levers = {body: lever_response(result, c) for body, c in struck_bodies(scene).items()}
+    return Seen(
+        name=name,
+        result=result,
+        position=_position(result, watched_point(scene), time),
+        levers=levers,
+        angles={body: lever.angle_at(time) for body, lever in levers.items()},
+        strikes={contact: tuple(strikes(result, contact)) for contact in scene.contacts},
+    )
+
+
+def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> Iterator[StrikePair]:
+    """Pair strikes in order; one that a run misses shifts no other."""
+    while first or second:
+        one = first[0] if first and not _unmatched(second, first) else None
+        other = second[0] if second and not _unmatched(first, second) else None
+        found = one or other
+        assert found is not None  # of two strikes, at most the earlier one is unmatched
+        yield StrikePair(contact, found.lap, one, other)
+        first, second = first[one is not None :], second[other is not None :]
+
+
+def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
+    """Whether the next of `earlier` has no partner in `later`, so that `later` has to wait."""
+    if not earlier or not later or earlier[0].begin >= later[0].begin:
+        return False
+    apart = later[0].begin - earlier[0].begin
+    if len(earlier) > 1 and abs(later[0].begin - earlier[1].begin) < apart:
+        return True
+    one, other = earlier[0].crank_angle, later[0].crank_angle
+    return one is not None and other is not None and abs(one - other) > SAME_STRIKE
+
+
+def _statistics(seen: Seen, part: NDArray[np.bool_]) -> Statistics:
+    position = seen.position[part]
+    mean = position.mean(axis=0)
+    about = position - mean
+    levers = {body: angle[part] for body, angle in seen.angles.items()}
+    return Statistics(
+        mean=mean,
+        rms=np.sqrt(np.mean(about**2, axis=0)),
+        least=about.min(axis=0),
+        greatest=about.max(axis=0),
+        levers={body: (float(a.min()), float(a.max())) for body, a in levers.items()},
+    )

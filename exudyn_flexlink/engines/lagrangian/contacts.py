@@ -1,0 +1,104 @@
+"""A contact's state, apart, pressed or behind, and the guards at whose zero it changes.
+
+As in the Exudyn engine a contact remembers on which side the point came: one that passed beside the
+face and is behind it is not in contact until it is back on the free side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
+from exudyn_flexlink.laws import Impulse
+from exudyn_flexlink.mechanism import FaceContact, face_length
+from exudyn_flexlink.result import Event
+
+FloatArray = NDArray[np.float64]
+
+
+class Side(Enum):
+    """Where the point is."""
+
+    APART = "apart"
+    PRESSED = "pressed"
+    BEHIND = "behind"
+
+
+@dataclass
+class Contact:
+    """State of one contact; `touch` is a row of `equations.touches`."""
+
+    face: FaceContact
+    events: list[Event]
+    side: Side = Side.APART
+    peak: float = 0.0
+    _before: tuple[float, float] | None = None  # gap and its rate at the last look
+    _begun: tuple[float, float] = (0.0, 0.0)  # impulse and loss when the contact began
+    length: float = field(init=False)
+    rigid: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.length = face_length(self.face)
+        self.rigid = isinstance(self.face.law, Impulse)
+
+    @property
+    def acting(self) -> int:
+        """How the contact acts in the equations."""
+        if self.side is not Side.PRESSED:
+            return APART
+        return LASTING if self.rigid else PENALTY
+
+    def guards(self, touch: FloatArray, force: float) -> list[float]:
+        """Values at whose fall below zero the state changes."""
+        gap, place = float(touch[0]), float(touch[1])
+        if self.side is Side.APART:
+            return [gap, 1.0, 1.0]
+        if self.side is Side.BEHIND:
+            return [-gap, 1.0, 1.0]
+        return [force if self.rigid else -gap, place, self.length - place]
+
+    def quiet(self, touch: FloatArray, done: float) -> bool:
+        """Tell whether the gap can't have passed zero within the last step, of length `done`.
+
+        The cubic through gaps and rates at both ends strays from them by less than a sixth of the
+        way that the larger speed covers; the margin is sixfold.
+        """
+        gap, rate = float(touch[0]), float(touch[2])
+        before, self._before = self._before, (gap, rate)
+        if self.side is Side.PRESSED or before is None or before[0] * gap <= 0:
+            return False
+        return min(abs(gap), abs(before[0])) > done * max(abs(rate), abs(before[1]))
+
+    def over_face(self, touch: FloatArray) -> bool:
+        """Tell whether the point is beside neither end of the face."""
+        return bool(0 <= touch[1] <= self.length)
+
+    def begin(self, t: float, touch: FloatArray, impulse: float, loss: float) -> None:
+        """The point begins to press on the face."""
+        self.side, self.peak, self._begun = Side.PRESSED, 0.0, (impulse, loss)
+        self._tell(t, "contact begins", touch, {})
+
+    def end(self, t: float, touch: FloatArray, side: Side, impulse: float, loss: float) -> None:
+        """The point leaves the face: to the free side, or off one of its ends."""
+        self.side = side
+        details = {
+            "impulse": impulse - self._begun[0],
+            "energy_lost": loss - self._begun[1],
+            "peak_force": self.peak,
+        }
+        kind = "contact ends" if side is Side.APART else "leaves the face"
+        self._tell(t, kind, touch, details)
+
+    def hit(self, t: float, touch: FloatArray, details: dict[str, float]) -> None:
+        """The point strikes the face and bounces."""
+        self._tell(t, "impact", touch, details)
+
+    def _tell(self, t: float, kind: str, touch: FloatArray, more: dict[str, float]) -> None:
+        gap, place, rate = (float(value) for value in touch[:3])
+        details = {"approach_speed": -rate, "place": place, "gap": gap, **more}
+        self._before = None
+        self.events.append(Event(t, kind, self.face.name, details))

@@ -1,0 +1,359 @@
+r"""Equations of motion of guide, link and levers: the paper's eq. 1, written out by hand.
+
+Coordinates ``q = (theta, Theta_2 .. Theta_n, psi_1 ..)``: the guide's angle, which is also that of
+rod 1, the absolute angles of the other rods, the angles of the levers. With ``e = (cos, sin)`` and
+``e^ = (-sin, cos)`` of an angle, the centre of rod i is at
+
+    r_i = gamma(theta) + sum_{j <= i} a_ij e(Theta_j),    a_ij = l_j (j < i), l_i/2 (j = i)
+
+where ``gamma`` is the place of P, which the guide's angle determines (see `track`). Lagrange's
+equations (1) then are ``M q'' + h = Q`` with, summed over the rods,
+
+    A_jk = sum_i m_i a_ij a_ik,   B_j = sum_i m_i a_ij,   m = sum_i m_i,
+    M_jk = A_jk cos(Theta_j - Theta_k) + J_j delta_jk
+           + (k = theta) B_j gamma'.e^_j + (j = theta) B_k gamma'.e^_k + (both) m gamma'^2
+    h_j  = sum_k A_jk sin(Theta_j - Theta_k) Theta_k'^2 + B_j e^_j.gamma'' theta'^2
+           + (j = theta) [m gamma'.gamma'' theta'^2 - sum_k B_k gamma'.e_k Theta_k'^2]
+
+The guide adds its moment of inertia about C to ``M_theta,theta``; a lever stands alone, with its
+moment of inertia about its pivot. ``gamma' = d gamma/d theta``; ``root`` holds the six components
+of gamma, gamma', gamma''.
+
+A contact has the gap ``g(q)`` and the gradient ``G = dg/dq``: a pressing force F acts as ``F G``.
+A lasting contact has ``g'' = G q'' + b = 0`` with F as multiplier.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
+
+FloatArray = NDArray[np.float64]
+Root = tuple[float, float, float, float, float, float]
+
+APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
+HOLD = 1e3  # 1/s: rate at which rounding in the gap of a lasting contact dies out
+
+
+class Constants(NamedTuple):
+    """Numbers of a mechanism of n rods, c contacts and, levers included, N coordinates.
+
+    A contact's row of `faces`: coordinate of its lever, pivot x, y, angle of the face in the lever,
+    side, offset of the face from the pivot across and along it, stiffness, restitution, transition
+    speed.
+    """
+
+    couplings: FloatArray  # A, (n, n), kg m^2
+    firsts: FloatArray  # B, (n,), kg m
+    mass: float  # m, kg
+    inertias: FloatArray  # J, (N,), kg m^2: of rods about their centres, of guide and levers
+    stiffness: FloatArray  # (N, N), N m/rad
+    damping: FloatArray  # (N, N), N m s/rad
+    preload: FloatArray  # (N,), N m: torques of the springs at q = 0
+    moments: FloatArray  # (N, 2), kg m: mass times centre from the pivot, of guide and levers
+    gravity: FloatArray  # (2,), m/s^2
+    faces: FloatArray  # (c, 10)
+    arms: FloatArray  # (c, n): the point of contact k is at gamma + sum_j arms[k, j] e(Theta_j)
+
+
+class State(NamedTuple):
+    """Coordinates, speeds and P."""
+
+    q: FloatArray
+    v: FloatArray
+    root: Root
+
+
+class Drive(NamedTuple):
+    """First free coordinate: 1 if theta'' = `alpha` is prescribed, else 0; motors' torques (N,)."""
+
+    first: int
+    alpha: float
+    torques: FloatArray
+
+
+def packed(c: Constants) -> FloatArray:
+    """Put all constants in one array: handing over a single one costs the least."""
+    sizes = (len(c.firsts), len(c.inertias), len(c.faces))
+    return np.concatenate([np.ravel(part) for part in (sizes, *c)]).astype(np.float64)
+
+
+@compiled
+def unpacked(data: FloatArray) -> Constants:
+    """Constants as views into the array of `packed`."""
+    n, count, contacts = int(data[0]), int(data[1]), int(data[2])
+    squared = count * count
+    sizes = (n * n, n, 1, count, squared, squared, count, 2 * count, 2, 10 * contacts)
+    at = np.full(11, 3)
+    for i in range(10):
+        at[i + 1] = at[i] + sizes[i]
+    return Constants(
+        data[3 : at[1]].reshape(n, n),
+        data[at[1] : at[2]],
+        data[at[2]],
+        data[at[3] : at[4]],
+        data[at[4] : at[5]].reshape(count, count),
+        data[at[5] : at[6]].reshape(count, count),
+        data[at[6] : at[7]],
+        data[at[7] : at[8]].reshape(count, 2),
+        data[at[8] : at[9]],
+        data[at[9] : at[10]].reshape(contacts, 10),
+        data[at[10] :].reshape(contacts, n),
+    )
+
+
+@compiled
+def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
+    """Mass matrix M (N, N)."""
+    n, count = len(c.firsts), len(q)
+    mass = np.zeros((count, count))
+    for j in range(n):
+        for k in range(j):
+            mass[j, k] = mass[k, j] = c.couplings[j, k] * np.cos(q[j] - q[k])
+        mass[j, j] = c.couplings[j, j]
+    for j in range(n):
+        slip = c.firsts[j] * (root[3] * np.cos(q[j]) - root[2] * np.sin(q[j]))
+        mass[0, j] += slip
+        mass[j, 0] += slip
+    for j in range(count):
+        mass[j, j] += c.inertias[j]
+    mass[0, 0] += c.mass * (root[2] * root[2] + root[3] * root[3])
+    return mass
+
+
+@compiled
+def quadratic_terms(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> FloatArray:
+    """Terms h (N,) of the squares of the speeds."""
+    n = len(c.firsts)
+    terms = np.zeros(len(q))
+    for j in range(n):
+        cosine, sine = np.cos(q[j]), np.sin(q[j])
+        square, turned = v[j] * v[j], v[0] * v[0]
+        for k in range(j):
+            coupling = c.couplings[j, k] * np.sin(q[j] - q[k])
+            terms[j] += coupling * v[k] * v[k]
+            terms[k] -= coupling * square
+        terms[j] += c.firsts[j] * (root[5] * cosine - root[4] * sine) * turned
+        terms[0] -= c.firsts[j] * (root[2] * cosine + root[3] * sine) * square
+    terms[0] += c.mass * (root[2] * root[4] + root[3] * root[5]) * v[0] * v[0]
+    return terms
+
+
+@compiled
+def applied_torques(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> FloatArray:
+    """Generalised forces Q (N,) of springs, dampers and weight."""
+    count = len(q)
+    torques = np.zeros(count)
+    for j in range(count):
+        torques[j] = c.preload[j]
+        for k in range(count):
+            torques[j] -= c.stiffness[j, k] * q[k] + c.damping[j, k] * v[k]
+    gx, gy = c.gravity[0], c.gravity[1]
+    if gx != 0.0 or gy != 0.0:
+        torques[0] += c.mass * (gx * root[2] + gy * root[3])
+        for j in range(count):
+            cosine, sine = np.cos(q[j]), np.sin(q[j])
+            x, y = c.moments[j, 0], c.moments[j, 1]
+            if j < len(c.firsts):
+                x += c.firsts[j]
+            torques[j] += cosine * (gy * x - gx * y) - sine * (gx * x + gy * y)
+    return torques
+
+
+@compiled
+def touches(
+    q: FloatArray, v: FloatArray, root: Root, c: Constants
+) -> tuple[FloatArray, FloatArray]:
+    """Contacts as rows of gap, place, their rates, b = g'' - G q''; and the gradients G (c, N).
+
+    With d from the lever's pivot to the point, t along the face and ``n = side t^`` normal to it:
+    ``g = n.d - offset``, ``g' = n.d' - side psi' t.d``, and
+    ``g'' = n.d'' - 2 side psi' t.d' - side psi'' t.d - side psi'^2 t^.d``.
+    """
+    n, count = len(c.firsts), len(c.faces)
+    states, gradients = np.zeros((count, 5)), np.zeros((count, len(q)))
+    for k in range(count):
+        lever = int(c.faces[k, 0])
+        side, psi_rate = c.faces[k, 4], v[lever]
+        angle = q[lever] + c.faces[k, 3]
+        tx, ty = np.cos(angle), np.sin(angle)
+        nx, ny = -side * ty, side * tx
+        dx, dy = root[0] - c.faces[k, 1], root[1] - c.faces[k, 2]
+        ux, uy = root[2] * v[0], root[3] * v[0]
+        bx, by = root[4] * v[0] * v[0], root[5] * v[0] * v[0]
+        for j in range(n):
+            x, y = c.arms[k, j] * np.cos(q[j]), c.arms[k, j] * np.sin(q[j])
+            dx, dy = dx + x, dy + y
+            ux, uy = ux - y * v[j], uy + x * v[j]
+            bx, by = bx - x * v[j] * v[j], by - y * v[j] * v[j]
+            gradients[k, j] = ny * x - nx * y
+        along, across = tx * dx + ty * dy, nx * dx + ny * dy
+        slide = tx * ux + ty * uy
+        gradients[k, 0] += nx * root[2] + ny * root[3]
+        gradients[k, lever] = -side * along
+        states[k, 0] = across - c.faces[k, 5]
+        states[k, 1] = along - c.faces[k, 6]
+        states[k, 2] = nx * ux + ny * uy - side * psi_rate * along
+        states[k, 3] = slide + side * psi_rate * across
+        states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across
+    return states, gradients
+
+
+@compiled
+def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
+    """Force (N) of `laws.RestitutionPenalty` at a gap and its rate."""
+    if gap >= 0.0:
+        return 0.0
+    e2 = face[8] * face[8]
+    rising = np.tanh(-gap_rate / face[9])
+    return float(-gap * face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising))
+
+
+@compiled
+def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
+    """Solve in place by Gauss, without pivoting: both are overwritten, `vector` by the solution.
+
+    Stable for ``[M -G^T; G 0]`` with M positive definite: every pivot is positive.
+    """
+    size = len(vector)
+    for p in range(size):
+        for i in range(p + 1, size):
+            factor = matrix[i, p] / matrix[p, p]
+            for j in range(p + 1, size):
+                matrix[i, j] -= factor * matrix[p, j]
+            vector[i] -= factor * vector[p]
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            vector[i] -= matrix[i, j] * vector[j]
+        vector[i] /= matrix[i, i]
+
+
+@compiled
+def _right_side(
+    state: State, drive: Drive, forces: FloatArray, gradients: FloatArray, c: Constants
+) -> FloatArray:
+    """``Q - h`` (N,) with motors and penalty forces."""
+    right = applied_torques(state.q, state.v, state.root, c)
+    terms = quadratic_terms(state.q, state.v, state.root, c)
+    for j in range(len(right)):
+        right[j] += drive.torques[j] - terms[j]
+        for k in range(len(forces)):
+            right[j] += forces[k] * gradients[k, j]
+    return right
+
+
+@compiled
+def _solve(
+    mass: FloatArray,
+    right: FloatArray,
+    touching: tuple[FloatArray, FloatArray],
+    rows: NDArray[np.int64],
+    found: tuple[FloatArray, FloatArray, int],
+) -> None:
+    """Fill in `found`: accelerations from its first free one on, forces of the lasting `rows`."""
+    states, gradients = touching
+    result, forces, first = found
+    free, count = len(right) - first, len(right)
+    matrix = np.zeros((free + len(rows), free + len(rows)))
+    vector = np.zeros(free + len(rows))
+    for i in range(free):
+        vector[i] = right[first + i]
+        if first == 1:
+            vector[i] -= mass[first + i, 0] * result[0]
+        for j in range(free):
+            matrix[i, j] = mass[first + i, first + j]
+    for i in range(len(rows)):
+        k = rows[i]
+        vector[free + i] = -states[k, 4] - 2 * HOLD * states[k, 2] - HOLD * HOLD * states[k, 0]
+        if first == 1:
+            vector[free + i] -= gradients[k, 0] * result[0]
+        for j in range(free):
+            matrix[free + i, j] = gradients[k, first + j]
+            matrix[j, free + i] = -gradients[k, first + j]
+    eliminate(matrix, vector)
+    for j in range(first, count):
+        result[j] = vector[j - first]
+    for i in range(len(rows)):
+        forces[rows[i]] = vector[free + i]
+
+
+@compiled
+def accelerations(
+    state: State, drive: Drive, acting: NDArray[np.int64], c: Constants
+) -> tuple[FloatArray, float, FloatArray, FloatArray]:
+    """Accelerations (N,), torque of the speed drive, contact forces and the rates of their gaps.
+
+    `acting` tells how each contact acts. Solved is
+
+        M q'' - sum F G^T = Q - h,     G q'' = -b - 2 HOLD g' - HOLD^2 g   for lasting contacts
+
+    without the row of theta where theta'' is known; that row gives the drive's torque.
+    """
+    contacts = len(acting)
+    states, gradients = touches(state.q, state.v, state.root, c)
+    forces, rates = np.zeros(contacts), np.zeros(contacts)
+    for k in range(contacts):
+        rates[k] = states[k, 2]
+        if acting[k] == PENALTY:
+            forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
+    mass = mass_matrix(state.q, state.root, c)
+    right = _right_side(state, drive, forces, gradients, c)
+    result = np.zeros(len(right))
+    if drive.first == 1:
+        result[0] = drive.alpha
+    lasting = np.flatnonzero(acting == LASTING)
+    _solve(mass, right, (states, gradients), lasting, (result, forces, drive.first))
+    motor = 0.0
+    if drive.first == 1:
+        motor = -right[0]
+        for j in range(len(right)):
+            motor += mass[0, j] * result[j]
+        for k in range(contacts):
+            if acting[k] == LASTING:
+                motor -= forces[k] * gradients[k, 0]
+    return result, motor, forces, rates
+
+
+@compiled
+def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed costs a microsecond
+    y: FloatArray,
+    guide: tuple[float, float, float],
+    root: Root,
+    torques: FloatArray,
+    acting: NDArray[np.int64],
+    data: FloatArray,
+) -> FloatArray:
+    """Time derivative of the integrator's state.
+
+    The state holds the free coordinates, their rates, the energies dissipated in dampers and
+    supplied by motors, and of each contact the impulse, then the work done on it. `guide` is the
+    guide's angle, speed and prescribed acceleration; `data` are the constants, packed.
+    """
+    c = unpacked(data)
+    count, contacts = len(c.inertias), len(acting)
+    free = (len(y) - 2 - 2 * contacts) // 2
+    first = count - free
+    q, v, rate = np.empty(count), np.empty(count), np.empty(len(y))
+    q[0], v[0] = guide[0], guide[1]
+    for j in range(free):
+        q[first + j], v[first + j] = y[j], y[free + j]
+    found, motor, forces, gap_rates = accelerations(
+        State(q, v, root), Drive(first, guide[2], torques), acting, c
+    )
+    for j in range(free):
+        rate[j], rate[free + j] = v[first + j], found[first + j]
+    lost, supplied = 0.0, motor * v[0]
+    for j in range(count):
+        supplied += torques[j] * v[j]
+        for k in range(count):
+            lost += v[j] * c.damping[j, k] * v[k]
+    at = 2 * free
+    rate[at], rate[at + 1] = lost, supplied
+    for k in range(contacts):
+        rate[at + 2 + k] = forces[k]
+        rate[at + 2 + contacts + k] = -forces[k] * gap_rates[k]
+    return rate

@@ -1,0 +1,125 @@
+"""Forces of drives, joints and slot at the samples, from Newton's law once the motion is known.
+
+With m a the momentum's rate of the whole link, F n the contact forces on it, g the weight's
+acceleration, e along the guide and N the force of the track along its normal:
+
+    along the guide:   m a.e = N (normal.e) + sum F n.e + m g.e    (the sleeve does not drag)
+    across it:         S = m a - N normal - sum F n - m g          (of the sleeve, on the link)
+    guide's pivot:     R = m_g a_g - m_g g + S
+    a lever's pivot:   R = m_l a_l - m_l g + sum F n
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.recognition import Pivot
+from exudyn_flexlink.engines.lagrangian.rig import Rig
+from exudyn_flexlink.engines.lagrangian.system import Motion
+from exudyn_flexlink.mechanism import GROUND, approach
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Reactions (samples, 2) in N, global axes."""
+
+    rig: Rig
+    motions: list[Motion]
+    poses: FloatArray
+    rates: FloatArray
+
+    @cached_property
+    def contacts(self) -> FloatArray:
+        """Sizes of the contact forces, (samples, contacts)."""
+        return np.array([motion.forces for motion in self.motions])
+
+    @cached_property
+    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Coordinates, speeds, accelerations and P of all samples."""
+        stacked = [
+            np.array([getattr(motion, name) for motion in self.motions])
+            for name in ("q", "v", "a", "root")
+        ]
+        return stacked[0], stacked[1], stacked[2], stacked[3]
+
+    def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
+        """Torque of each drive on its joint's second part, N m."""
+        torques = {}
+        motor = self.rig.layout.motor
+        if motor is not None:
+            sign = -1.0 if motor.second == GROUND else 1.0
+            torques[motor.name] = sign * np.array([motion.motor for motion in self.motions])
+        for motor in self.rig.mechanism.torque_motors:
+            torques[motor.name] = np.array([motor.ramp.at(t) for t in time])
+        return torques
+
+    @cached_property
+    def _on_link(self) -> FloatArray:
+        """Contact forces and weight on the whole link."""
+        constants = self.rig.constants
+        force = np.tile(constants.mass * constants.gravity, (len(self.motions), 1))
+        for k in range(len(self.rig.mechanism.contacts)):
+            force += self._push(k)
+        return force
+
+    def _push(self, k: int) -> FloatArray:
+        """Force of contact k on the link's point."""
+        contact = self.rig.mechanism.contacts[k]
+        normal = approach(contact, self.poses, self.rates).normal
+        return np.asarray(self.contacts[:, k, None] * normal)
+
+    @cached_property
+    def _momentum_rate(self) -> FloatArray:
+        q, v, a, root = self._motion
+        c = self.rig.constants
+        n = len(c.firsts)
+        rate = c.mass * (root[:, 2:4] * a[:, :1] + root[:, 4:6] * v[:, :1] ** 2)
+        along, across = _axes(q[:, :n])
+        swing = a[:, :n, None] * across - v[:, :n, None] ** 2 * along
+        return np.asarray(rate + np.einsum("j,sjx->sx", c.firsts, swing))
+
+    @cached_property
+    def slot(self) -> FloatArray:
+        """Force of the track on P."""
+        places = np.array([motion.place for motion in self.motions])
+        normal = self.rig.mechanism.slots[0].curve.normal(places)
+        along, _ = _axes(self._motion[0][:, 0])
+        left = np.sum((self._momentum_rate - self._on_link) * along, axis=1)
+        return np.asarray((left / np.sum(normal * along, axis=1))[:, None] * normal)
+
+    def joints(self) -> dict[str, FloatArray]:
+        """Force of each pivot on its joint's second point."""
+        layout = self.rig.layout
+        on_guide = self._momentum_rate - self._on_link - self.slot
+        forces = {layout.guide.joint: self._pivot(layout.guide, 0, on_guide)}
+        for i, lever in enumerate(layout.levers):
+            pushes = np.zeros((len(self.motions), 2))
+            for k, contact in enumerate(self.rig.mechanism.contacts):
+                if contact.start.part == lever.part:
+                    pushes += self._push(k)
+            forces[lever.joint] = self._pivot(lever, len(layout.rods) + i, pushes)
+        return forces
+
+    def _pivot(self, pivot: Pivot, coordinate: int, given_on: FloatArray) -> FloatArray:
+        """Force of a pivot whose part gives the force `given_on` on to others."""
+        q, v, a, _ = self._motion
+        c = self.rig.constants
+        mass = self.rig.mechanism.parts[pivot.part].mass
+        along, across = _axes(q[:, coordinate])
+        x, y = c.moments[coordinate]
+        arm, turned = x * along + y * across, x * across - y * along
+        rate = a[:, coordinate, None] * turned - v[:, coordinate, None] ** 2 * arm
+        force = rate - mass * c.gravity + given_on
+        return np.asarray(force if pivot.second else -force)
+
+
+def _axes(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors e and e^ of angles, (..., 2)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)

@@ -1,0 +1,58 @@
+"""Impact by impulse and momentum, the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal.
+
+The configuration stays, the speeds jump by the generalised impulse ``P_k = G_k p``:
+
+    M (v_s - v_a) = G p                         (eq. 2, M the mass matrix of the free coordinates)
+    g'_a = G v_a + ..,  g'_s = -e g'_a          (eq. 3 and 4, g' the rate of the gap)
+    p = -(1 + e) g'_a / (G M^-1 G^T)
+    energy lost = (1 - e^2)/2 g'_a^2 / (G M^-1 G^T)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
+LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Jump of the free coordinates' speeds, impulse (N s), speeds along the normal, energy (J)."""
+
+    jump: FloatArray
+    impulse: float
+    approach_speed: float
+    separation_speed: float
+    energy_lost: float
+
+
+def strike(mass: FloatArray, gradient: FloatArray, gap_rate: float, restitution: float) -> Impact:
+    """Impact at a gap that closes with `gap_rate` (m/s, negative), gradient by free coordinates."""
+    answer: FloatArray = np.asarray(np.linalg.solve(mass, gradient), dtype=np.float64)
+    mobility = float(gradient @ answer)
+    impulse = -(1 + restitution) * gap_rate / mobility
+    lost = 0.5 * (1 - restitution**2) * gap_rate**2 / mobility
+    return Impact(answer * impulse, impulse, -gap_rate, -restitution * gap_rate, lost)
+
+
+def is_over(
+    approach_speed: float,
+    restitution: float,
+    gap_acceleration: float,
+    rest_speed: float = REST_SPEED,
+) -> bool:
+    """Tell whether the next bounce is so small that the contact lasts instead.
+
+    `gap_acceleration` (m/s^2) is that without contact force: where it presses (negative), a bounce
+    takes ``2 e v_a/|g''|``, and an endless sequence of them only a finite time.
+    """
+    if approach_speed < rest_speed:
+        return True
+    flight = 2 * restitution * approach_speed
+    return 0 < flight < LEAST_FLIGHT * -gap_acceleration

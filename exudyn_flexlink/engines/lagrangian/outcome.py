@@ -1,0 +1,154 @@
+"""After the solve: samples to a Result, with its events, checks, warnings and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from platform import python_version
+from time import perf_counter
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import version
+from exudyn_flexlink.engines.lagrangian.events import Loop
+from exudyn_flexlink.engines.lagrangian.forces import Forces
+from exudyn_flexlink.engines.lagrangian.recording import Recorder
+from exudyn_flexlink.engines.lagrangian.rig import Rig
+from exudyn_flexlink.engines.lagrangian.system import System
+from exudyn_flexlink.mechanism import approach
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    Checks,
+    ContactHistory,
+    EnergyHistory,
+    Outcome,
+    Result,
+)
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+ENERGY_WARNING = 1e-6  # of the largest kinetic energy
+
+
+@dataclass
+class Prepared:
+    """Everything a solve needs, and what is left of it afterwards."""
+
+    scene: Scene
+    rig: Rig
+    system: System
+    recorder: Recorder
+    loop: Loop
+    end: float
+
+
+def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]) -> Result:
+    """Put the Result together; `clock` holds when the run began, was ready and was solved, s."""
+    recorder, rig = prepared.recorder, prepared.rig
+    kept = recorder.samples
+    time = np.array(kept.time)
+    motions = kept.motion
+    roots = np.array([motion.root for motion in motions])
+    q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
+    poses, rates = rig.poses(q, v, roots)
+    forces = Forces(rig, motions, poses, rates)
+    checks = _checks(prepared)
+    result = Result(
+        scene=prepared.scene,
+        engine="lagrangian",
+        settings=_settings(prepared),
+        versions=_versions(),
+        timings={},
+        part_names=tuple(part.name for part in rig.mechanism.parts),
+        time=time,
+        poses=poses,
+        rates=rates,
+        drive_torques=forces.drive_torques(time),
+        joint_forces=forces.joints(),
+        slot_forces={rig.mechanism.slots[0].name: forces.slot},
+        contacts=_contacts(rig, forces),
+        energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
+        events=tuple(
+            event
+            for event in prepared.system.events
+            if event.kind != "lap" or event.time < prepared.end
+        ),
+        checks=checks,
+        warnings=_warnings(checks),
+        outcome=_outcome(prepared, complaint),
+    )
+    began, ready, solved = clock
+    timings = {
+        "prepare": ready - began,
+        "solve": solved - ready,
+        "process": perf_counter() - solved,
+    }
+    return replace(result, timings=timings)
+
+
+def _versions() -> dict[str, str]:
+    versions = {"scipy": scipy.__version__, "numpy": np.__version__, "python": python_version()}
+    return versions | ({"numba": version()} if version() else {})
+
+
+def _settings(prepared: Prepared) -> dict[str, float | str]:
+    return {
+        "integrator": "DOP853",
+        "relative_tolerance": prepared.loop.relative,
+        "absolute_tolerance": prepared.loop.absolute,
+    }
+
+
+def _contacts(rig: Rig, forces: Forces) -> dict[str, ContactHistory]:
+    histories = {}
+    for k, contact in enumerate(rig.mechanism.contacts):
+        at = approach(contact, forces.poses, forces.rates)
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k])
+    return histories
+
+
+def _checks(prepared: Prepared) -> Checks:
+    recorder, loop = prepared.recorder, prepared.loop
+    return Checks(
+        energy_residual=recorder.energy_residual,
+        largest_kinetic_energy=recorder.largest_kinetic_energy,
+        constraint_error=recorder.constraint_error,
+        steps=loop.steps,
+        newton_iterations=0,  # an explicit method
+        smallest_step=loop.smallest if isfinite(loop.smallest) else 0.0,
+        largest_step=loop.largest,
+        steps_per_contact=inf,  # the error is controlled there as everywhere
+        largest_penetration=recorder.largest_penetration,
+    )
+
+
+def _warnings(checks: Checks) -> tuple[str, ...]:
+    energy = max(checks.largest_kinetic_energy, 1e-300)
+    if checks.energy_residual <= ENERGY_WARNING * energy:
+        return ()
+    return (
+        f"the energy balance misses {checks.energy_residual:.3g} J, "
+        f"{checks.energy_residual / energy:.2g} of the largest kinetic energy: "
+        "tighten 'relative_tolerance' and compare",
+    )
+
+
+def _outcome(prepared: Prepared, complaint: str) -> Outcome:
+    system, time = prepared.system, prepared.loop.time
+    if system.interrupted:
+        return Outcome(False, time, INTERRUPTED, "what was computed until then is kept")
+    if system.stop_reason:
+        return Outcome(False, time, system.stop_reason, "lengthen the curve, or end the run before")
+    if complaint:
+        return Outcome(False, time, complaint, "look at the mechanism there; start elsewhere")
+    if system.goal is not None and not system.reached:
+        return Outcome(
+            False,
+            time,
+            f"'at_most' was reached before joint '{prepared.scene.run.of}' made its turns",
+            "raise 'at_most', or the torque",
+        )
+    return Outcome(True, time)

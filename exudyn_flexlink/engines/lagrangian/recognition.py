@@ -1,0 +1,182 @@
+"""Which scenes have hand-written equations, and the numbers of those that do.
+
+One guide pinned to the ground, one link in its sleeve that starts in a slot, any number of levers
+pinned to the ground. Whatever else a scene has is refused by name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, hypot
+
+from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, Motor, Pin
+from exudyn_flexlink.scene import RevoluteJoint, Scene, SleeveJoint, SlotJoint, WeldJoint
+
+ON_AXIS = 1e-12  # m
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """A part hinged to the ground: its joint, the place on the ground, the hinge in its axes.
+
+    `second` tells whether the part is the joint's second body.
+    """
+
+    joint: str
+    part: int
+    at: tuple[float, float]
+    pin: tuple[float, float]
+    second: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which parts are guide, link (its rods in order) and levers, and what drives the guide."""
+
+    guide: Pivot
+    rods: tuple[int, ...]
+    levers: tuple[Pivot, ...]
+    motor: Motor | None
+
+    def coordinate(self, part: int) -> int:
+        """Coordinate that is the angle of a part; -1 for the ground."""
+        if part == GROUND:
+            return -1
+        if part == self.guide.part:
+            return 0
+        if part in self.rods:
+            return self.rods.index(part)
+        return len(self.rods) + [lever.part for lever in self.levers].index(part)
+
+
+def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
+    """Find guide, link and levers.
+
+    Raises:
+        NotRepresentableError: the scene has something else, or lacks one of them.
+
+    """
+    pivots = {name: _pivot(mechanism, name) for name in _joints(scene, RevoluteJoint)}
+    for name in _joints(scene, WeldJoint):
+        raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
+    sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
+    slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
+    joint = scene.joints[sleeve]
+    assert isinstance(joint, SleeveJoint)
+    rods = tuple(mechanism.parts_of(joint.link))
+    if mechanism.slots[0].anchor != Anchor(rods[0], 0.0, 0.0):
+        raise NotRepresentableError(
+            ("joints", slot), f"the Lagrangian engine needs '{joint.link}.start' in the slot"
+        )
+    guide = _guide(mechanism, joint.guide, sleeve, pivots)
+    levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
+    layout = Layout(guide, rods, levers, _motor(scene, mechanism, guide))
+    for contact in mechanism.contacts:
+        _check_contact(contact, layout)
+    return layout
+
+
+def _joints(scene: Scene, kind: type) -> list[str]:
+    return [name for name, joint in scene.joints.items() if isinstance(joint, kind)]
+
+
+def _only(scene: Scene, kind: type, word: str, meaning: str) -> str:
+    names = _joints(scene, kind)
+    if not names:
+        raise NotRepresentableError(
+            ("joints",), f"the Lagrangian engine needs a {word} joint: {meaning}"
+        )
+    for name in names[1:]:
+        raise NotRepresentableError(("joints", name), f"a second {word}: the engine knows one")
+    return names[0]
+
+
+def _pivot(mechanism: Mechanism, name: str) -> Pivot:
+    """Read a revolute joint as the hinge of a part on the ground."""
+    joint: Pin = next(pin for pin in mechanism.pins if pin.name == name)
+    ground, moving = joint.first, joint.second
+    if joint.second.part == GROUND:
+        ground, moving = moving, ground
+    if ground.part != GROUND:
+        raise NotRepresentableError(
+            ("joints", name),
+            "joins two moving bodies: the Lagrangian engine has pins to the ground",
+        )
+    return Pivot(
+        name, moving.part, (ground.x, ground.y), (moving.x, moving.y), moving is joint.second
+    )
+
+
+def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot]) -> Pivot:
+    parts = mechanism.parts_of(body)
+    if len(parts) > 1:
+        raise NotRepresentableError(("bodies", body), "a guide must be rigid: rod or rigid")
+    found = [pivot for pivot in pivots.values() if pivot.part == parts[0]]
+    if not found:
+        raise NotRepresentableError(
+            ("bodies", body), "a guide must turn about a point on the ground"
+        )
+    guide = found[0]
+    if abs(guide.pin[1] - mechanism.slides[0].guide.y) > ON_AXIS:
+        raise NotRepresentableError(
+            ("joints", guide.joint), f"must lie on the axis of the sleeve '{sleeve}'"
+        )
+    return guide
+
+
+def _levers(
+    mechanism: Mechanism, taken: tuple[int, ...], pivots: dict[str, Pivot], guide: Pivot
+) -> tuple[Pivot, ...]:
+    levers: list[Pivot] = []
+    used = {guide.part}
+    for name, pivot in pivots.items():
+        if pivot is guide:
+            continue
+        if pivot.part in used or pivot.part in taken:
+            raise NotRepresentableError(("joints", name), "its body is held by another joint")
+        used.add(pivot.part)
+        levers.append(pivot)
+    for index, part in enumerate(mechanism.parts):
+        several = len(mechanism.parts_of(part.body)) > 1
+        if index not in taken and (several or index not in used):
+            raise NotRepresentableError(
+                ("bodies", part.body), "neither guide nor link nor a rigid body on a pin"
+            )
+    return tuple(levers)
+
+
+def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
+    """Motor that prescribes the guide's speed."""
+    found = None
+    for motor in mechanism.speed_motors:
+        if scene.drives[motor.name].joint != guide.joint or found is not None:
+            raise NotRepresentableError(
+                ("drives", motor.name), "only the speed of the guide can be prescribed, once"
+            )
+        found = motor
+    return found
+
+
+def _check_contact(contact: FaceContact, layout: Layout) -> None:
+    if contact.point.part not in layout.rods or contact.point.y != 0.0:
+        raise NotRepresentableError(
+            ("contacts", contact.name, "point"), "must be a point of the link"
+        )
+    if contact.start.part not in [lever.part for lever in layout.levers]:
+        raise NotRepresentableError(
+            ("contacts", contact.name, "line"), "must be on a body pinned to the ground"
+        )
+
+
+def face_angle(contact: FaceContact) -> float:
+    """Angle of the face in its lever's axes, rad."""
+    return atan2(contact.end.y - contact.start.y, contact.end.x - contact.start.x)
+
+
+def face_offsets(contact: FaceContact, pivot: Pivot) -> tuple[float, float]:
+    """Where the face starts from its lever's hinge: across it (to the free side) and along, m."""
+    dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
+    length = hypot(dx, dy)
+    x, y = contact.start.x - pivot.pin[0], contact.start.y - pivot.pin[1]
+    return contact.side * (dx * y - dy * x) / length, (dx * x + dy * y) / length

@@ -1,0 +1,146 @@
+"""From the loop's steps to even samples, energies and checks.
+
+Energies dissipated and supplied, impulses and works of contacts are part of the integrated state:
+their errors are controlled like those of the motion. Samples come from the dense output.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import monotonic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.contacts import Side
+from exudyn_flexlink.engines.lagrangian.events import Dense
+from exudyn_flexlink.engines.lagrangian.system import Motion, System
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
+
+FloatArray = NDArray[np.float64]
+
+BLOCK = 1024
+SECONDS_BETWEEN_REPORTS = 0.1
+
+
+@dataclass
+class Samples:
+    """Kept instants, one list entry each."""
+
+    time: list[float] = field(default_factory=list)
+    motion: list[Motion] = field(default_factory=list)
+    totals: list[FloatArray] = field(default_factory=list)  # see Recorder._row
+    sides: list[list[Side]] = field(default_factory=list)
+
+    def drop_last(self) -> None:
+        """Forget the last instant."""
+        for values in (self.time, self.motion, self.totals, self.sides):
+            values.pop()
+
+
+class Recorder:
+    """Takes every step; keeps samples at `grid` (s, increasing) and at the instants of events."""
+
+    def __init__(
+        self, system: System, grid: FloatArray, progress: Callable[[float], None] | None
+    ) -> None:
+        self.system = system
+        self.grid = grid
+        self.progress = progress
+        self.samples = Samples()
+        self.meter = EnergyMeter(system.rig.mechanism)
+        self.energy_residual = 0.0
+        self.largest_kinetic_energy = 0.0
+        self.constraint_error = 0.0
+        self.largest_penetration = 0.0
+        self._next = 0
+        self._told = monotonic()
+        self._events = 0
+        self._block: list[tuple[FloatArray, FloatArray, tuple[float, ...], FloatArray]] = []
+        self._start_energy: float | None = None
+
+    def before(self, end: float, dense: Dense) -> None:
+        """Keep the samples within a step."""
+        while self._next < len(self.grid) and self.grid[self._next] < end:
+            at = float(self.grid[self._next])
+            self._keep(at, dense(at))
+
+    def after(self, t: float, y: FloatArray, crossed: bool) -> None:
+        """Keep the sample at a step's end if one is due, and check the state."""
+        due = self._next < len(self.grid) and self.grid[self._next] <= t
+        if due or (crossed and len(self.system.events) > self._events):
+            self._keep(t, y)
+        self._events = len(self.system.events)
+        q, v, root = self.system.coordinates(t, y)
+        self._block.append((q, v, (*root, self.system.track.place), self._row(y)))
+        if len(self._block) == BLOCK:
+            self.flush()
+        if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
+            self._told = monotonic()
+            self.progress(min(t / float(self.grid[-1]), 1.0))
+
+    def keep_last(self, t: float, y: FloatArray) -> None:
+        """Keep the state in which a run ends before its time."""
+        if not self.samples.time or self.samples.time[-1] < t:
+            self._keep(t, y)
+
+    def _keep(self, t: float, y: FloatArray) -> None:
+        kept = self.samples
+        if kept.time and kept.time[-1] >= t:
+            kept.drop_last()  # several events at one instant: the state after the last
+        kept.time.append(t)
+        kept.motion.append(self.system.motion(t, y))
+        kept.totals.append(self._row(y))
+        kept.sides.append([contact.side for contact in self.system.contacts])
+        while self._next < len(self.grid) and self.grid[self._next] <= t:
+            self._next += 1
+
+    def _row(self, y: FloatArray) -> FloatArray:
+        """Energies dissipated and supplied, then of each contact: work, acts, may touch."""
+        dissipated, supplied, _, works = self.system.totals(y)
+        acts = [contact.side is Side.PRESSED for contact in self.system.contacts]
+        free = [contact.side is not Side.BEHIND for contact in self.system.contacts]
+        return np.array([dissipated, supplied, *works, *acts, *free], dtype=float)
+
+    def flush(self) -> None:
+        """Check the states of the block."""
+        if not self._block:
+            return
+        q, v, roots, rows = (np.array(values) for values in zip(*self._block, strict=True))
+        self._block.clear()
+        poses, rates = self.system.rig.poses(q, v, roots[:, :6])
+        energies = self.energies(poses, rates, rows)
+        total = energies[:, 0] + energies[:, 1]
+        if self._start_energy is None:
+            self._start_energy = float(total[0])
+        residual = total - self._start_energy + energies[:, 2] - energies[:, 3]
+        errors = joint_residuals(self.system.rig.mechanism, poses, roots[:, 6:])
+        depth = self._penetrations(poses, rates, rows)
+        self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
+        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+        self.largest_penetration = max(self.largest_penetration, float(depth.max(initial=0.0)))
+
+    def energies(self, poses: FloatArray, rates: FloatArray, rows: FloatArray) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy, (instants, 4)."""
+        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
+        count = len(self.system.contacts)
+        lost = rows[:, 0] + rows[:, 2 : 2 + count].sum(axis=1)
+        for k, contact in enumerate(self.system.contacts):
+            law = contact.face.law
+            if isinstance(law, RestitutionPenalty):
+                gap = approach(contact.face, poses, rates).gap
+                elastic = rows[:, 2 + count + k] * law.stored_energy(-gap)
+                stored, lost = stored + elastic, lost - elastic
+        return np.stack([kinetic, stored, lost, rows[:, 1]], axis=1)
+
+    def _penetrations(self, poses: FloatArray, rates: FloatArray, rows: FloatArray) -> FloatArray:
+        depths = np.zeros((len(poses), len(self.system.contacts)))
+        for k, contact in enumerate(self.system.contacts):
+            at = approach(contact.face, poses, rates)
+            over = (at.place >= 0) & (at.place <= contact.length)
+            open_ = rows[:, 2 + 2 * len(self.system.contacts) + k] > 0
+            depths[:, k] = np.where(over & open_, np.maximum(-at.gap, 0.0), 0.0)
+        return depths

@@ -1,0 +1,201 @@
+"""A recognised mechanism in numbers: constants of its equations, and coordinates to poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.equations import Constants, packed
+from exudyn_flexlink.engines.lagrangian.recognition import (
+    Layout,
+    Pivot,
+    face_angle,
+    face_offsets,
+    recognise,
+)
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import GROUND, Assembly, FaceContact, Mechanism
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The mechanism, its parts' roles, the constants of its equations."""
+
+    assembly: Assembly
+    layout: Layout
+    constants: Constants
+    lengths: FloatArray  # (n,) of the rods, m
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism behind the numbers."""
+        return self.assembly.mechanism
+
+    @property
+    def first(self) -> int:
+        """First free coordinate: the guide's angle is not, under a speed drive."""
+        return 0 if self.layout.motor is None else 1
+
+    @cached_property
+    def start(self) -> tuple[FloatArray, FloatArray]:
+        """Coordinates and speeds at time 0."""
+        state = self.assembly.state
+        parts = [self.layout.guide.part, *self.layout.rods[1:]]
+        parts += [lever.part for lever in self.layout.levers]
+        return state.q[parts, 2].copy(), state.v[parts, 2].copy()
+
+    @cached_property
+    def data(self) -> FloatArray:
+        """The constants in one array."""
+        return packed(self.constants)
+
+    def poses(
+        self, q: FloatArray, v: FloatArray, roots: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (samples, parts, 3) of all parts.
+
+        `q`, `v` are (samples, coordinates), `roots` (samples, 6) as in `equations`.
+        """
+        shape = (len(q), len(self.mechanism.parts), 3)
+        poses, rates = np.zeros(shape), np.zeros(shape)
+        pivots = [(0, self.layout.guide)]
+        pivots += [(len(self.layout.rods) + k, lever) for k, lever in enumerate(self.layout.levers)]
+        for i, pivot in pivots:
+            arm, speed = _turned(pivot.pin, q[:, i], v[:, i])
+            poses[:, pivot.part, :2], poses[:, pivot.part, 2] = pivot.at - arm, q[:, i]
+            rates[:, pivot.part, :2], rates[:, pivot.part, 2] = -speed, v[:, i]
+        at, going = roots[:, :2].copy(), roots[:, 2:4] * v[:, :1]
+        for i, part in enumerate(self.layout.rods):
+            poses[:, part, :2], poses[:, part, 2] = at, q[:, i]
+            rates[:, part, :2], rates[:, part, 2] = going, v[:, i]
+            arm, speed = _turned((self.lengths[i], 0.0), q[:, i], v[:, i])
+            at, going = at + arm, going + speed
+        return poses, rates
+
+
+def _turned(
+    point: tuple[float, float], angle: FloatArray, rate: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where a point of a turning part is from its origin, and how fast, (samples, 2) each."""
+    c, s = np.cos(angle), np.sin(angle)
+    arm = np.stack([c * point[0] - s * point[1], s * point[0] + c * point[1]], axis=-1)
+    return arm, rate[:, None] * np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
+
+
+def build_rig(scene: Scene, assembly: Assembly) -> Rig:
+    """Recognise the scene and compute the constants of its equations.
+
+    Raises:
+        NotRepresentableError: it is not guide, link and levers.
+
+    """
+    mechanism = assembly.mechanism
+    layout = recognise(scene, mechanism)
+    masses = np.array([mechanism.parts[part].mass for part in layout.rods])
+    lengths = _rod_lengths(mechanism, layout)
+    arms = np.tri(len(masses), k=-1) * lengths
+    arms += np.diag([mechanism.parts[part].centre[0] for part in layout.rods])
+    stiffness, damping, preload = _springs(mechanism, layout)
+    constants = Constants(
+        couplings=np.ascontiguousarray((arms.T * masses) @ arms),
+        firsts=masses @ arms,
+        mass=float(masses.sum()),
+        inertias=_inertias(mechanism, layout),
+        stiffness=stiffness,
+        damping=damping,
+        preload=preload,
+        moments=_moments(mechanism, layout),
+        gravity=np.array(mechanism.gravity, dtype=float),
+        faces=np.array([_face(c, layout) for c in mechanism.contacts]).reshape(-1, 10),
+        arms=np.array([_contact_arms(c, layout, lengths) for c in mechanism.contacts]).reshape(
+            -1, len(masses)
+        ),
+    )
+    return Rig(assembly, layout, constants, lengths)
+
+
+def _rod_lengths(mechanism: Mechanism, layout: Layout) -> FloatArray:
+    """Distances from each rod's start to the next one's; that of the last reaches its end."""
+    ends = {pin.first.part: pin.first.x for pin in mechanism.pins if pin.first.part in layout.rods}
+    return np.array([ends.get(part, mechanism.parts[part].reach) for part in layout.rods])
+
+
+def _about_pin(mechanism: Mechanism, pivot: Pivot) -> tuple[float, float, float]:
+    """Mass times centre (x, y) from the hinge, in the part's axes, and inertia about the hinge."""
+    part = mechanism.parts[pivot.part]
+    x, y = part.centre[0] - pivot.pin[0], part.centre[1] - pivot.pin[1]
+    return part.mass * x, part.mass * y, part.inertia + part.mass * (x * x + y * y)
+
+
+def _inertias(mechanism: Mechanism, layout: Layout) -> FloatArray:
+    rods = [mechanism.parts[part].inertia for part in layout.rods]
+    rods[0] += _about_pin(mechanism, layout.guide)[2]
+    return np.array(rods + [_about_pin(mechanism, lever)[2] for lever in layout.levers])
+
+
+def _moments(mechanism: Mechanism, layout: Layout) -> FloatArray:
+    count = len(layout.rods)
+    moments = np.zeros((count + len(layout.levers), 2))
+    moments[0] = _about_pin(mechanism, layout.guide)[:2]
+    for k, lever in enumerate(layout.levers):
+        moments[count + k] = _about_pin(mechanism, lever)[:2]
+    return moments
+
+
+def turning_row(layout: Layout, first: int, second: int, count: int) -> FloatArray:
+    """Derivative of the second part's angle relative to the first's by the coordinates."""
+    row = np.zeros(count)
+    for part, sign in ((second, 1.0), (first, -1.0)):
+        if part != GROUND:
+            row[layout.coordinate(part)] += sign
+    return row
+
+
+def _springs(mechanism: Mechanism, layout: Layout) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Stiffness and damping matrix of hinges and springs, and their torques at q = 0."""
+    count = len(layout.rods) + len(layout.levers)
+    stiffness, damping, preload = (
+        np.zeros((count, count)),
+        np.zeros((count, count)),
+        np.zeros(count),
+    )
+    for spring in mechanism.springs:
+        row = turning_row(layout, spring.first, spring.second, count)
+        stiffness += spring.stiffness * np.outer(row, row)
+        damping += spring.damping * np.outer(row, row)
+        preload += spring.stiffness * (spring.rest_angle or 0.0) * row
+    return stiffness, damping, preload
+
+
+def _face(contact: FaceContact, layout: Layout) -> list[float]:
+    coordinate = layout.coordinate(contact.start.part)
+    pivot = layout.levers[coordinate - len(layout.rods)]
+    law = contact.law
+    stiffness, transition = 0.0, 1.0
+    if isinstance(law, RestitutionPenalty):
+        stiffness, transition = law.stiffness, law.transition_speed
+    offsets = face_offsets(contact, pivot)
+    angle, restitution = face_angle(contact), law.restitution
+    return [
+        coordinate,
+        *pivot.at,
+        angle,
+        contact.side,
+        *offsets,
+        stiffness,
+        restitution,
+        transition,
+    ]
+
+
+def _contact_arms(contact: FaceContact, layout: Layout, lengths: FloatArray) -> FloatArray:
+    rod = layout.rods.index(contact.point.part)
+    arms = np.where(np.arange(len(lengths)) < rod, lengths, 0.0)
+    arms[rod] = contact.point.x
+    return arms

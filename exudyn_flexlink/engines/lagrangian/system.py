@@ -1,0 +1,320 @@
+"""The mechanism as a hybrid system: equations of motion between events, and what events change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
+from exudyn_flexlink.engines.lagrangian.equations import (
+    Drive,
+    Root,
+    State,
+    accelerations,
+    mass_matrix,
+    state_rate,
+    touches,
+)
+from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
+from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
+from exudyn_flexlink.engines.lagrangian.track import Track
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
+from exudyn_flexlink.result import Event
+
+FloatArray = NDArray[np.float64]
+
+LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
+ROUNDING_OF_TURNS = 1e-9  # rad
+ROUNDS = 50  # of impacts that follow from one
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Coordinates, speeds, accelerations (N,), P, torque of the speed drive, contact forces."""
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    root: Root
+    place: float
+    motor: float
+    forces: FloatArray
+
+
+class System:
+    """Equations, guards and events of one rig. The state is that of `equations.state_rate`."""
+
+    def __init__(self, rig: Rig, goal: TurnGoal | None) -> None:
+        self.rig = rig
+        self.goal = goal
+        self.events: list[Event] = []
+        self.stop_reason = ""
+        self.reached = False
+        self.interrupted = False
+        mechanism, state = rig.mechanism, rig.assembly.state
+        self.track = Track(mechanism.slots[0].curve, float(state.places[0]), rig.layout.guide.at)
+        self.contacts = [Contact(face, self.events) for face in mechanism.contacts]
+        for contact in self.contacts:
+            if approach(contact.face, state.q, state.v).gap < 0:
+                contact.side = Side.BEHIND
+        self._acting = np.zeros(len(self.contacts), dtype=np.int64)
+        count = len(rig.constants.inertias)
+        self._motors = [
+            (motor.ramp, turning_row(rig.layout, motor.first, motor.second, count))
+            for motor in mechanism.torque_motors
+        ]
+        self._still = np.zeros(count)
+        self.trouble = ""
+        self._first, self._data = rig.first, rig.data
+        self._free = count - rig.first
+        self._theta, self._way = float(rig.start[0][0]), 1.0
+        motor = rig.layout.motor
+        if motor is not None and motor.second == GROUND:
+            self._way = -1.0
+        self._ramp = None if motor is None else motor.ramp
+        self._turning = 0.0
+
+    @property
+    def start(self) -> FloatArray:
+        """State at time 0."""
+        q, v = self.rig.start
+        rest = np.zeros(2 + 2 * len(self.contacts))
+        return np.concatenate([q[self._first :], v[self._first :], rest])
+
+    @property
+    def over(self) -> bool:
+        """Whether the run ends: the track, the turns to make, or the user's patience."""
+        return bool(self.stop_reason) or self.reached or self.interrupted
+
+    def interrupt(self) -> None:
+        """End the run after the step that is under way."""
+        self.interrupted = True
+
+    # --- equations ----------------------------------------------------------------------------
+
+    def _guide(self, t: float, y: FloatArray) -> tuple[float, float, float]:
+        """Angle, speed and prescribed acceleration of the guide."""
+        if self._ramp is None:
+            return float(y[0]), float(y[self._free]), 0.0
+        ramp, way = self._ramp, self._way
+        return self._theta + way * ramp.integral(t), way * ramp.at(t), way * ramp.rate(t)
+
+    def _torques(self, t: float) -> FloatArray:
+        torques = self._still
+        for ramp, row in self._motors:
+            torques = torques + ramp.at(t) * row
+        return torques
+
+    def rate(self, t: float, y: FloatArray) -> FloatArray:
+        """dy/dt."""
+        guide = self._guide(t, y)
+        torques = self._torques(t) if self._motors else self._still
+        try:
+            root = self.track.root(guide[0])
+            return state_rate(y, guide, root, torques, self._acting, self._data)
+        except (ValueError, ArithmeticError) as error:
+            # A trial step too far; where no step is short enough, this is what is wrong.
+            self.trouble = str(error)
+            return np.full_like(y, np.nan)
+
+    def coordinates(self, t: float, y: FloatArray) -> tuple[FloatArray, FloatArray, Root]:
+        """All coordinates and speeds, and P."""
+        theta, omega, _ = self._guide(t, y)
+        first, free = self._first, self._free
+        q, v = np.empty(first + free), np.empty(first + free)
+        q[0], v[0] = theta, omega
+        q[first:], v[first:] = y[:free], y[free : 2 * free]
+        return q, v, self.track.root(theta)
+
+    def motion(self, t: float, y: FloatArray) -> Motion:
+        """Everything about one instant."""
+        q, v, root = self.coordinates(t, y)
+        drive = Drive(self._first, self._guide(t, y)[2], self._torques(t))
+        a, motor, forces, _ = accelerations(
+            State(q, v, root), drive, self._acting, self.rig.constants
+        )
+        return Motion(q, v, a, root, self.track.place, motor, forces)
+
+    def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
+        """Energies dissipated in dampers and supplied, impulse of and work on each contact."""
+        at, count = 2 * self._free, len(self.contacts)
+        return float(y[at]), float(y[at + 1]), y[at + 2 : at + 2 + count], y[at + 2 + count :]
+
+    # --- guards -------------------------------------------------------------------------------
+
+    def guards(self, t: float, y: FloatArray) -> list[float]:
+        """Track's two ends, turns to make, three of each contact."""
+        q, v, root = self.coordinates(t, y)
+        values = [*self.track.left, self._turns_left(q)]
+        if self.contacts:
+            states, _ = touches(q, v, root, self.rig.constants)
+            lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
+            forces = self.motion(t, y).forces if lasting else self._acting
+            for contact, touch, force in zip(self.contacts, states, forces, strict=True):
+                values += contact.guards(touch, float(force))
+                if contact.side is Side.PRESSED:
+                    contact.peak = max(contact.peak, self._press(contact, touch, float(force)))
+        return values
+
+    def _press(self, contact: Contact, touch: FloatArray, force: float) -> float:
+        law = contact.face.law
+        if isinstance(law, RestitutionPenalty):
+            return float(law.force(-touch[0], -touch[2]))
+        return force
+
+    def quiet(self, done: float, t: float, y: FloatArray) -> bool:
+        """Tell whether nothing can have happened in the step that ended at t."""
+        q, v, root = self.coordinates(t, y)
+        self.track.settle()
+        turned_back = self._turning * v[0] < 0
+        self._turning = float(v[0])
+        quiet = not turned_back and min(self.track.left) >= 0 and self._turns_left(q) >= 0
+        if self.contacts:
+            states, _ = touches(q, v, root, self.rig.constants)
+            looks = [c.quiet(s, done) for c, s in zip(self.contacts, states, strict=True)]
+            quiet = all(looks) and quiet
+        return quiet
+
+    def longest_step(self, t: float, y: FloatArray) -> float:
+        """Limit of the next step: the guide turns a little."""
+        speed = abs(self._guide(t, y)[1])
+        if self._ramp is not None:
+            speed = abs(self._ramp.value)
+        return LARGEST_TURN / speed if speed > 0 else inf
+
+    def _turns_left(self, q: FloatArray) -> float:
+        """Angle that is still to turn; 1 without a goal."""
+        if self.goal is None:
+            return 1.0
+        parts = [0.0] * (3 * len(self.rig.mechanism.parts))
+        for part in (self.goal.first, self.goal.second):
+            if part != GROUND:
+                parts[3 * part + 2] = float(q[self.rig.layout.coordinate(part)])
+        return self.goal.left(parts)
+
+    # --- events -------------------------------------------------------------------------------
+
+    def cross(self, t: float, y: FloatArray, which: int) -> FloatArray:
+        """Work off the event of one guard."""
+        if which < 2:
+            self._end_of_piece(t, 1 if which == 0 else -1)
+        elif which == 2:
+            self.reached = True
+        else:
+            y = self._contact_event(t, y, *divmod(which - 3, 3))
+        self._acting[:] = [contact.acting for contact in self.contacts]
+        return y
+
+    def _end_of_piece(self, t: float, way: int) -> None:
+        slot = self.rig.mechanism.slots[0].name
+        changed = self.track.next_piece(way)
+        if changed is None:
+            self.stop_reason = f"the point of slot '{slot}' reached the curve's end"
+        elif changed:
+            self.events.append(Event(t, "lap", slot, {"lap": self.track.lap + 1}))
+
+    def _contact_event(self, t: float, y: FloatArray, k: int, guard: int) -> FloatArray:
+        contact = self.contacts[k]
+        q, v, root = self.coordinates(t, y)
+        touch = touches(q, v, root, self.rig.constants)[0][k]
+        if contact.side is Side.PRESSED:
+            self._end_contact(t, y, k, touch, Side.APART if guard == 0 else Side.BEHIND)
+        elif contact.side is Side.BEHIND:
+            contact.side = Side.APART
+        elif not contact.over_face(touch):
+            contact.side = Side.BEHIND
+        elif contact.rigid:
+            return self._impact(t, y, k)
+        else:
+            contact.begin(t, touch, *self._contact_totals(y, k, touch))
+        return y
+
+    def _contact_totals(self, y: FloatArray, k: int, touch: FloatArray) -> tuple[float, float]:
+        """Impulse and energy lost so far."""
+        _, _, impulses, works = self.totals(y)
+        law, stored = self.contacts[k].face.law, 0.0
+        if isinstance(law, RestitutionPenalty) and self.contacts[k].side is Side.PRESSED:
+            stored = float(law.stored_energy(-touch[0]))
+        return float(impulses[k]), float(works[k]) - stored
+
+    def _end_contact(self, t: float, y: FloatArray, k: int, touch: FloatArray, side: Side) -> None:
+        self.contacts[k].end(t, touch, side, *self._contact_totals(y, k, touch))
+
+    # --- impacts ------------------------------------------------------------------------------
+
+    def _impact(self, t: float, y: FloatArray, k: int) -> FloatArray:
+        """The point of a rigid contact meets its face: it bounces, or begins to press."""
+        contact, e = self.contacts[k], self.contacts[k].face.law.restitution
+        q, v, root = self.coordinates(t, y)
+        touch = touches(q, v, root, self.rig.constants)[0][k].copy()
+        totals = self._contact_totals(y, k, touch)
+        over = is_over(-float(touch[2]), e, self._gap_acceleration(t, y, k))
+        e = 0.0 if over else e
+        y, hit, work = self._jump(t, y, k, e)
+        if not over:
+            contact.hit(t, touch, _details(hit, work))
+            totals = self._contact_totals(y, k, touch)
+            touch[2] = hit.separation_speed
+        y = self._settle(t, y, k)
+        if e == 0 and self._gap_acceleration(t, y, k) < 0:
+            contact.begin(t, touch, *totals)
+        return y
+
+    def _gap_acceleration(self, t: float, y: FloatArray, k: int) -> float:
+        """G'' of a contact as long as it does not act."""
+        now = self.motion(t, y)
+        states, gradients = touches(now.q, now.v, now.root, self.rig.constants)
+        return float(gradients[k] @ now.a + states[k, 4])
+
+    def _jump(self, t: float, y: FloatArray, k: int, e: float) -> tuple[FloatArray, Impact, float]:
+        """State after the impulse of contact k, and the work that the speed drive did in it."""
+        q, v, root = self.coordinates(t, y)
+        states, gradients = touches(q, v, root, self.rig.constants)
+        mass, first, free = mass_matrix(q, root, self.rig.constants), self._first, self._free
+        hit = strike(mass[first:, first:], gradients[k, first:], float(states[k, 2]), e)
+        y = y.copy()
+        y[free : 2 * free] += hit.jump
+        work = 0.0
+        if first:
+            # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
+            own = float(mass[0, 1:] @ hit.jump - gradients[k, 0] * hit.impulse)
+            work = own * float(v[0])
+        _, _, impulses, works = self.totals(y)
+        y[2 * free + 1] += work
+        impulses[k] += hit.impulse
+        works[k] += hit.energy_lost
+        return y, hit, work
+
+    def _settle(self, t: float, y: FloatArray, struck: int) -> FloatArray:
+        """Let an impact pass through lasting contacts: they press on, without bounce, or end."""
+        for _ in range(ROUNDS):
+            q, v, root = self.coordinates(t, y)
+            states, _ = touches(q, v, root, self.rig.constants)
+            rates = {
+                k: float(states[k, 2])
+                for k, contact in enumerate(self.contacts)
+                if k == struck or (contact.rigid and contact.side is Side.PRESSED)
+            }
+            k = min(rates, key=lambda i: rates[i])
+            if rates[k] > -1e-12:
+                break
+            y, _, _ = self._jump(t, y, k, 0.0)
+        for k, rate in rates.items():
+            if k != struck and rate > 1e-6:
+                self._end_contact(t, y, k, states[k], Side.APART)
+                self._acting[k] = 0
+        return y
+
+
+def _details(hit: Impact, work: float) -> dict[str, float]:
+    return {
+        "approach_speed": hit.approach_speed,
+        "separation_speed": hit.separation_speed,
+        "impulse": hit.impulse,
+        "energy_lost": hit.energy_lost,
+        "motor_work": work,
+    }

@@ -1,0 +1,126 @@
+r"""Where the guide's angle puts P on its track: gamma(theta) and its derivatives.
+
+P lies on the guide's axis, ``gamma - C = r e(theta)``, and on the current piece ``gamma(u)``, so
+that ``e x (gamma - C) = 0`` (x the 2D cross product). Differentiated once and twice by theta:
+
+    u'  = r / (e x gamma_u)
+    u'' = (2 (e.gamma_u) u' - (e x gamma_uu) u'^2) / (e x gamma_u)
+    gamma' = gamma_u u',   gamma'' = gamma_uu u'^2 + gamma_u u''
+"""
+
+from __future__ import annotations
+
+from math import cos, hypot, sin
+
+import numpy as np
+
+from exudyn_flexlink.curves import Curve, Evaluator, evaluator
+from exudyn_flexlink.engines.lagrangian.equations import Root
+
+NEWTON_STEPS = 40
+ROUNDING = 4e-16
+LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
+
+
+class DeadCentreError(ValueError):
+    """The guide's axis touches the track or misses it: the angle does not tell where P is."""
+
+
+class Track:
+    """The track of P, piece by piece; `u` is where P was last, on the current piece's parameter.
+
+    Every search starts where P was after the last accepted step: trial steps leave no trace.
+    """
+
+    def __init__(self, curve: Curve, place: float, centre: tuple[float, float]) -> None:
+        self.curve = curve
+        self.centre = centre
+        self.piece, self.u = curve.locate(place)
+        self._home = self.u
+        self.lap = 0
+        self._pieces: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
+        self._at = self._pieces[self.piece]
+
+    def root(self, theta: float) -> Root:
+        """Components of gamma, gamma', gamma'' at the guide's angle.
+
+        Newton's method to rounding: the answer depends on where it starts only if the axis crosses
+        the piece more than once.
+
+        Raises:
+            DeadCentreError: the axis misses the track or touches it.
+
+        """
+        c, s = cos(theta), sin(theta)
+        cx, cy = self.centre
+        u = self._home
+        for _ in range(NEWTON_STEPS):
+            x, y, dx, dy, ddx, ddy = self._at(u)
+            slope = c * dy - s * dx
+            if abs(slope) < LEAST_SLOPE * hypot(dx, dy):
+                raise DeadCentreError("the guide's axis touches the track")
+            step = (c * (y - cy) - s * (x - cx)) / slope
+            u -= step
+            if abs(step) <= ROUNDING * (1 + abs(u)):
+                break
+            if abs(step) <= 1e-9 * (1 + abs(u)):
+                x, y, dx, dy, ddx, ddy = self._at(u)  # quadratic: this one is exact
+                slope = c * dy - s * dx
+                break
+        else:
+            raise DeadCentreError("the guide's axis misses the track")
+        self.u = u
+        r = c * (x - cx) + s * (y - cy)
+        first = r / slope
+        second = (2 * (c * dx + s * dy) * first - (c * ddy - s * ddx) * first * first) / slope
+        square = first * first
+        return (
+            x,
+            y,
+            dx * first,
+            dy * first,
+            ddx * square + dx * second,
+            ddy * square + dy * second,
+        )
+
+    def settle(self) -> None:
+        """Start from the last place from now on."""
+        self._home = self.u
+
+    @property
+    def left(self) -> tuple[float, float]:
+        """How far the last place is from the end and from the start of its piece."""
+        piece = self.curve.pieces[self.piece]
+        return piece.end - self.u, self.u - piece.start
+
+    @property
+    def place(self) -> float:
+        """Parameter of the whole curve at the last place."""
+        piece = self.curve.pieces[self.piece]
+        return float(self.curve.breaks[self.piece] + self.u - piece.start)
+
+    def next_piece(self, way: int) -> int | None:
+        """Go on to the next piece (way 1) or the one before (-1); None at an open curve's end.
+
+        Return how the number of the lap changed.
+        """
+        count = len(self.curve.pieces)
+        after = self.piece + way
+        if not 0 <= after < count and not self.curve.closed:
+            return None
+        before = self._lap_of(self.piece)
+        self.piece = after % count
+        piece = self.curve.pieces[self.piece]
+        self.u = piece.start if way > 0 else piece.end
+        self._home = self.u
+        self._at = self._pieces[self.piece]
+        changed = way if self._lap_of(self.piece) != before or not 0 <= after < count else 0
+        self.lap += changed
+        return changed
+
+    def _lap_of(self, piece: int) -> int:
+        breaks = getattr(self.curve, "lap_breaks", None)
+        if breaks is None:
+            return 0
+        middle = (self.curve.breaks[piece] + self.curve.breaks[piece + 1]) / 2
+        return int(np.searchsorted(breaks, middle)) - 1

@@ -1,0 +1,160 @@
+"""Two runs of one scene over each other, and their differences below."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from exudyn_flexlink.compare import Comparison
+from exudyn_flexlink.plots.frame import (
+    BLACK,
+    BLUE,
+    CAPTION_COLUMNS,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    along,
+    engine_colour,
+    framed_figure,
+    legend_outside,
+    length_unit,
+    links_of,
+    stopped,
+    styled,
+    subscripted,
+)
+
+FloatArray = NDArray[np.float64]
+
+_COLOURS = (BLACK, PURPLE, GREEN, SKY)
+DECADES = 1e-6  # of the largest difference: zero crossings would stretch the axis without end
+
+
+@styled
+def comparison(compared: Comparison) -> Figure | None:
+    """Watched point and struck bodies of both runs; below, their differences on log axes.
+
+    Strikes are marked, and the horizon from which on instants can't be compared. None if there is
+    nothing but one instant.
+    """
+    if len(compared.time) < 2:
+        return None
+    runs = compared.first, compared.second
+    subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
+    notes = [f"{s.name}: {stopped(s.result)}" for s in runs if not s.result.outcome.completed]
+    title = runs[0].result.scene.title
+    count = 3 + (len(compared.levers) > 0) + len(compared.levers)
+    figure = framed_figure(title, subject, notes, _caption(compared), 0.3 + 1.6 * count)
+    rows = figure.subplots(count, 1, sharex=True)
+    x, label = _axis(compared)
+    _motions(rows, compared, x)
+    _differences(rows[2 + len(compared.levers) :], compared, x)
+    for axes in rows:
+        _marks(axes, compared, x, named=axes is rows[0])
+    for axes in (rows[0], rows[-1]):
+        legend_outside(axes)
+    rows[-1].set_xlabel(label)
+    rows[-1].set_xlim(float(x.min()), float(x.max()))
+    if x[-1] < x[0]:
+        rows[-1].invert_xaxis()  # a crank that turns clockwise: the run still goes to the right
+    return figure
+
+
+def _caption(compared: Comparison) -> list[tuple[str, str]]:
+    """Lines with their colours: the links, then the settings of both runs."""
+    runs = compared.first, compared.second
+    links = ["; ".join(links_of(seen.result.scene)) for seen in runs]
+    alike = links[0] == links[1]
+    told = [(links[0], GREY)] if alike else []
+    for seen, own, style in zip(runs, links, _styles(compared), strict=True):
+        words = [seen.accuracy] if alike else [own, seen.accuracy]
+        told.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
+    return [
+        (line, colour) for text, colour in told for line in textwrap.wrap(text, CAPTION_COLUMNS)
+    ]
+
+
+def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The first run is a broad pale band, on which the second is a thin line."""
+    one, other = engine_colour(compared.first.result), engine_colour(compared.second.result)
+    if one == other:
+        one, other = BLUE, RED
+    return (
+        {"color": one, "linewidth": 3.4, "alpha": 0.45},
+        {"color": other, "linewidth": 1.0},
+    )
+
+
+def _axis(compared: Comparison) -> tuple[FloatArray, str]:
+    """Axis (N,) at the instants compared, and its label."""
+    first = compared.first.result
+    x, label = along(first)
+    return np.interp(compared.time, first.time, x), label
+
+
+def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
+    """Draw both coordinates and the angles of struck bodies, of both runs."""
+    factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
+    for seen, style in zip((compared.first, compared.second), _styles(compared), strict=True):
+        shown = [*(factor * seen.position.T), *seen.angles.values()]
+        for axes, values in zip(rows, shown, strict=False):
+            axes.plot(x, values, label=seen.name, **style)
+    for axes, coordinate in zip(rows, "xy", strict=False):
+        axes.set_ylabel(f"{subscripted(compared.point, coordinate)}\n({unit})")
+    for axes, body in zip(rows[2:], compared.levers, strict=False):
+        axes.set_ylabel(f"angle of {body}\n(rad)")
+
+
+def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
+    """Draw the distance of the points and, below, the differences of the angles."""
+    _logarithmic(rows[0], x, [compared.deviation.distance])
+    rows[0].set_ylabel(f"difference of\n{compared.point} (m)")
+    if compared.levers:
+        angles = compared.angle_differences
+        _logarithmic(rows[1], x, list(angles.values()), list(angles) if len(angles) > 1 else ())
+        rows[1].set_ylabel("difference of\nangles (rad)")
+
+
+def _logarithmic(
+    axes: Axes, x: FloatArray, series: Sequence[FloatArray], names: Sequence[str] = ()
+) -> None:
+    axes.set_yscale("log")
+    largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in series)
+    if largest == 0:
+        axes.text(0.5, 0.5, "no difference", ha="center", transform=axes.transAxes)
+        return
+    for i, values in enumerate(series):
+        shown = np.where(values != 0, np.abs(values), np.nan)
+        name, colour = names[i] if names else None, _COLOURS[i % len(_COLOURS)]
+        axes.plot(x, shown, color=colour, linewidth=0.8, label=name)
+    axes.set_ylim(largest * DECADES, 3 * largest)
+
+
+def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> None:
+    """Mark the first touch of every strike, and the horizon; `named` once, for the legend."""
+    begins = [
+        strike.begin
+        for seen in (compared.first, compared.second)
+        for found in seen.strikes.values()
+        for strike in found
+        if strike.begin <= compared.time[-1]
+    ]
+    places = np.interp(begins, compared.time, x)
+    for i, strike in enumerate(places):
+        label = "strike" if named and i == 0 else None
+        axes.axvline(float(strike), color=ORANGE, linewidth=1.0, label=label, zorder=1)
+    if compared.horizon is None:
+        return
+    place = float(np.interp(compared.horizon, compared.time, x))
+    label = "horizon" if named else None
+    axes.axvline(place, color=BLACK, linestyle="--", linewidth=1.0, label=label)
+    axes.axvspan(place, float(x[-1]), color=GREY, alpha=0.1, linewidth=0)

@@ -1,0 +1,169 @@
+"""What the program says of two runs of one scene: deviations, strikes, errors, cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+
+from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
+from exudyn_flexlink.report.text import number, table
+
+MOST_STRIKES = 12  # more than that scroll the rest of the table away
+
+
+def comparison_text(comparison: Comparison) -> str:
+    """Return the table of a comparison."""
+    both = comparison.first, comparison.second
+    contacts = dict.fromkeys(pair.contact for pair in comparison.strikes)
+    blocks = [
+        [f"Comparison of {both[0].name} and {both[1].name}: {both[0].result.scene.title}"],
+        _deviations(comparison),
+        [horizon_text(comparison)],
+        _beyond(comparison),
+        _levers(comparison),
+        *(_strikes(comparison, contact) for contact in contacts),
+        _runs(comparison),
+    ]
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def horizon_text(comparison: Comparison) -> str:
+    """Say up to when the runs can be compared instant by instant."""
+    end = f"{comparison.time[-1]:.5g} s"
+    if comparison.limit is None:
+        return f"Compared pointwise up to t = {end}, the end; no horizon was looked for"
+    again = f"a run of {comparison.second.name} at other tolerances"
+    if comparison.horizon is None:
+        return (
+            f"Compared pointwise up to t = {end}, the end: "
+            f"{again} stays within {comparison.limit:.2g} m"
+        )
+    return (
+        f"Compared pointwise up to t = {comparison.horizon:.5g} s; beyond it statistics: "
+        f"{again} parts by more than {comparison.limit:.2g} m there"
+    )
+
+
+def excess_text(comparison: Comparison, tolerance: float) -> str:
+    """Say by how much the deviation exceeds a tolerance (m)."""
+    judged = comparison.judged
+    if not len(judged.time):
+        return "nothing can be compared pointwise: the horizon is at the start"
+    at = judged.time[int(judged.distance.argmax())]
+    return (
+        f"{comparison.point} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
+        f"more than the {tolerance:.3g} m allowed"
+    )
+
+
+def _deviations(comparison: Comparison) -> list[str]:
+    strike, horizon = comparison.first_strike, comparison.horizon
+    rows = [["", "largest", "at", "rms"]]
+    if strike is not None:
+        rows.append(_deviation(f"up to the first strike, {strike:.5f} s", comparison.before_strike))
+    if horizon is not None:
+        rows.append(_deviation(f"up to the horizon, {horizon:.5f} s", comparison.judged))
+    rows.append(_deviation("whole run", comparison.deviation))
+    return [f"Deviation of {comparison.point}", *table(rows)]
+
+
+def _deviation(when: str, part: Deviation | None) -> list[str]:
+    if part is None or not len(part.time):
+        return [when, "no samples", "", ""]
+    at = part.time[int(part.distance.argmax())]
+    return [when, f"{part.largest:.3g} m", f"{at:.5f} s", f"{part.rms:.3g} m"]
+
+
+def _beyond(comparison: Comparison) -> list[str]:
+    if comparison.beyond is None:
+        return []
+    one, other = comparison.beyond
+    rows = [["", comparison.first.name, comparison.second.name]]
+    for i, axis in enumerate("xy"):
+        for what in ("mean", "rms", "least", "greatest"):
+            values = (f"{getattr(part, what)[i]:+.6f} m" for part in (one, other))
+            rows.append([f"{axis}, {what}", *values])
+    for body in comparison.levers:
+        for k, what in enumerate(("least", "greatest")):
+            rows.append([f"{body}, {what}", *(_angle(part, body, k) for part in (one, other))])
+    about = f"Beyond the horizon: {comparison.point}, all but the mean relative to the mean"
+    return [about, *table(rows)]
+
+
+def _angle(part: Statistics, body: str, k: int) -> str:
+    return f"{part.levers[body][k]:+.5f} rad"
+
+
+def _levers(comparison: Comparison) -> list[str]:
+    rows = []
+    for body, apart in comparison.angle_differences.items():
+        for what in ("least", "greatest"):
+            (one, t1), (other, t2) = (
+                getattr(seen.levers[body], what) for seen in (comparison.first, comparison.second)
+            )
+            values = [f"{one:+.5f} rad at {t1:.4f} s", f"{other:+.5f} rad at {t2:.4f} s"]
+            rows.append([f"{body}, {what}", *values, f"{one - other:+.2g} rad"])
+        largest = f"{abs(apart).max():.2g} rad"
+        rows.append([f"{body}, largest difference at one instant", "", "", largest])
+    names = ["", comparison.first.name, comparison.second.name, "difference"]
+    return ["Angle of struck bodies", *table([names, *rows])] if rows else []
+
+
+def _strikes(comparison: Comparison, contact: str) -> list[str]:
+    pairs = [pair for pair in comparison.strikes if pair.contact == contact]
+    rows = [["lap", "", comparison.first.name, comparison.second.name, "difference"]]
+    for pair in pairs[:MOST_STRIKES]:
+        rows += _strike(pair)
+    more = len(pairs) - MOST_STRIKES
+    return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
+
+
+_OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {
+    "time": (lambda strike: strike.begin, ".7f", "s"),
+    "impulse": (lambda strike: strike.impulse, ".5g", "N s"),
+    "energy lost": (lambda strike: strike.energy_lost, ".5g", "J"),
+    "peak force": (lambda strike: strike.peak_force, ".5g", "N"),
+}
+
+
+def _strike(pair: StrikePair) -> list[list[str]]:
+    """Return the rows of one strike."""
+    rows = []
+    for what, (of, digits, unit) in _OF_A_STRIKE.items():
+        values = [None if strike is None else of(strike) for strike in (pair.first, pair.second)]
+        shown = ["no strike" if x is None else _told(x, digits, unit) for x in values]
+        one, other = values
+        apart = "" if one is None or other is None else _told(one - other, "+.2g", unit, "")
+        rows.append([str(pair.lap) if what == "time" else "", what, *shown, apart])
+    return rows
+
+
+def _told(value: float, digits: str, unit: str, unknown: str = "not known") -> str:
+    return f"{value:{digits}} {unit}" if isfinite(value) else unknown
+
+
+def _runs(comparison: Comparison) -> list[str]:
+    both = comparison.first, comparison.second
+    return [
+        "Runs",
+        *table(
+            [
+                ["", *(seen.name for seen in both)],
+                ["accuracy", *(seen.accuracy for seen in both)],
+                ["energy balance, off by", *(_energy(seen) for seen in both)],
+                ["steps", *(number(seen.result.checks.steps) for seen in both)],
+                ["solver time", *(_time(seen) for seen in both)],
+            ]
+        ),
+    ]
+
+
+def _energy(seen: Seen) -> str:
+    share = 100 * relative_energy_residual(seen.result)
+    return f"{seen.result.checks.energy_residual:.2g} J ({share:.2g} %)"
+
+
+def _time(seen: Seen) -> str:
+    seconds = seen.result.timings.get("solve")
+    return "not known" if seconds is None else f"{seconds:.2f} s"

@@ -1,0 +1,138 @@
+"""A comparison to files: what was found, and the deviation over time."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
+from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.tables import write_csv
+from exudyn_flexlink.storage.writing import plain, strike_data
+
+FloatArray = NDArray[np.float64]
+
+
+def save_comparison(comparison: Comparison, folder: Path, tolerance: float | None = None) -> None:
+    """Write ``comparison.json`` and ``comparison.csv`` into an existing folder.
+
+    `tolerance` (m) is what the deviation up to the horizon was held against, if anything.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    data = plain(comparison_data(comparison) | _verdict(comparison, tolerance))
+    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
+    try:
+        (Path(folder) / COMPARISON).write_text(text + "\n", encoding="utf-8")
+        write_csv(Path(folder) / "comparison.csv", comparison_columns(comparison))
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+
+
+def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
+    """Instants, deviation, the watched point and the levers of both runs, by name and unit."""
+    columns = {"t_s": comparison.time, "deviation_m": comparison.deviation.distance}
+    for seen in (comparison.first, comparison.second):
+        name = seen.name.replace(" ", "_")
+        columns |= {f"{name}_{axis}_m": seen.position[:, i] for i, axis in enumerate("xy")}
+        columns |= {f"{name}_{body}_angle_rad": angle for body, angle in seen.angles.items()}
+    return columns
+
+
+def comparison_data(comparison: Comparison) -> dict[str, Any]:
+    """Return what was found as plain data: SI numbers, units in the names."""
+    return {
+        "program": PROGRAM,
+        "format": FORMAT,
+        "title": comparison.first.result.scene.title,
+        "point": comparison.point,
+        "end_s": comparison.time[-1],
+        "horizon_s": comparison.horizon,
+        "horizon_limit_m": comparison.limit,
+        "first_strike_s": comparison.first_strike,
+        "deviation": {
+            "up_to_the_first_strike": _deviation(comparison.before_strike),
+            "up_to_the_horizon": _deviation(comparison.judged),
+            "whole_run": _deviation(comparison.deviation),
+        },
+        "levers": {
+            body: {
+                "largest_difference_rad": float(np.abs(apart).max()),
+                comparison.first.name: _peaks(comparison.first, body),
+                comparison.second.name: _peaks(comparison.second, body),
+            }
+            for body, apart in comparison.angle_differences.items()
+        },
+        "beyond_the_horizon": _beyond(comparison),
+        "strikes": [_strikes(comparison, pair) for pair in comparison.strikes],
+        "runs": {seen.name: _run(seen) for seen in (comparison.first, comparison.second)},
+    }
+
+
+def _verdict(comparison: Comparison, tolerance: float | None) -> dict[str, Any]:
+    if tolerance is None:
+        return {"tolerance_m": None}
+    return {"tolerance_m": tolerance, "exceeded": comparison.exceeds(tolerance)}
+
+
+def _deviation(part: Deviation | None) -> dict[str, float] | None:
+    if part is None or not len(part.time):
+        return None
+    at = float(part.time[int(part.distance.argmax())])
+    return {"largest_m": part.largest, "largest_at_s": at, "rms_m": part.rms}
+
+
+def _peaks(seen: Seen, body: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for what in ("least", "greatest"):
+        angle, time = getattr(seen.levers[body], what)
+        found |= {f"{what}_angle_rad": angle, f"{what}_angle_at_s": time}
+    return found
+
+
+def _beyond(comparison: Comparison) -> dict[str, Any] | None:
+    if comparison.beyond is None:
+        return None
+    names = comparison.first.name, comparison.second.name
+    return {n: _statistics(part) for n, part in zip(names, comparison.beyond, strict=True)}
+
+
+def _statistics(part: Statistics) -> dict[str, Any]:
+    keys = ("mean", "rms", "least", "greatest")
+    levers = {f"{body}_angle_rad": list(extremes) for body, extremes in part.levers.items()}
+    return {f"{key}_m": getattr(part, key).tolist() for key in keys} | levers
+
+
+def _strikes(comparison: Comparison, pair: StrikePair) -> dict[str, Any]:
+    return {
+        "contact": pair.contact,
+        "lap": pair.lap,
+        comparison.first.name: _strike(pair.first),
+        comparison.second.name: _strike(pair.second),
+    }
+
+
+def _strike(strike: Strike | None) -> dict[str, Any] | None:
+    return None if strike is None else strike_data(strike)
+
+
+def _run(seen: Seen) -> dict[str, Any]:
+    result = seen.result
+    return {
+        "engine": result.engine,
+        "settings": dict(result.settings),
+        "impacts": list(seen.impacts),
+        "completed": result.outcome.completed,
+        "end_s": result.outcome.time,
+        "energy_residual_J": result.checks.energy_residual,
+        "relative_energy_residual": relative_energy_residual(result),
+        "steps": result.checks.steps,
+        "wall_time_s": dict(result.timings),
+    }

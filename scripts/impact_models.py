@@ -1,0 +1,153 @@
+"""Penalty contact against the impulsive impact of the paper, both in the Lagrangian.
+
+Usage:
+    python scripts/impact_models.py stiffness [--out docs]   penalty to impulse as it stiffens
+    python scripts/impact_models.py rods [--out docs]        the strike over the number of rods
+
+The first prints how the lever's answer to the first strike tends to that of the impulse as the
+contact's stiffness k grows (its transition speed falls as 1/sqrt(k)), and with which power of k.
+The second prints and draws the answer for 2 to 40 rods under both models. Takes minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+
+from exudyn_flexlink.effects import with_impact
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import lever_response, strikes
+
+MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
+STIFFNESS, SPEED = 2e4, 5e-3
+FACTORS = (1, 4, 16, 64, 256, 1024)
+RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
+LAST = 3  # stiffnesses from which the power is read
+SOON = 2e-4  # s after the first touch: the first impact is over, the link has hardly moved
+COLOURS = {"penalty": "#0072B2", "impulse": "#D55E00"}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the first strike does to the lever."""
+
+    least: float  # angle, rad
+    greatest: float  # angle, rad
+    rate: float  # rad/s soon after the first touch
+    impulse: float  # N s
+    lost: float  # J
+    seconds: float
+
+
+def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
+    """Simulate the first strike with a contact stiffened by `factor`."""
+    settings = [
+        # From 30 degrees of crank before the strike, straight and at rest in the guide: what the
+        # link did before that hardly matters, and a fine one is slow.
+        "initial.angles.guide=150 deg",
+        "run.duration=0.1",
+        "run.sample=0.1 ms",
+        "bodies.link.hinges.stiffness=beam",
+        f"bodies.link.rods={rods}",
+        f"contacts.strike.law.stiffness={STIFFNESS * factor}",
+        f"contacts.strike.law.transition_speed={SPEED / factor**0.5}",
+    ]
+    result = simulate(with_impact(load_scene(MODEL, settings), impact), "lagrangian")
+    response, first = lever_response(result, "strike"), strikes(result, "strike")[0]
+    rate = np.interp(first.begin + SOON, response.time, response.rate)
+    return Answer(
+        response.least[0],
+        response.greatest[0],
+        float(rate),
+        first.impulse,
+        first.energy_lost,
+        result.timings["solve"],
+    )
+
+
+def stiffness(out: Path) -> None:
+    """Print and draw how penalty tends to impulse; state the power of k."""
+    rods = 5
+    with ProcessPoolExecutor(2) as pool:
+        target = pool.submit(answer, rods, "impulse")
+        runs = [pool.submit(answer, rods, "penalty", factor) for factor in FACTORS]
+        limit, found = target.result(), [run.result() for run in runs]
+    table = _table(f"penalty to impulse, n = {rods}, beam", "k N/m")
+    for factor, one in [*zip(FACTORS, found, strict=True), (np.inf, limit)]:
+        table.add_row(f"{STIFFNESS * factor:.3g}", *_cells(one))
+    Console().print(table)
+    k = STIFFNESS * np.array(FACTORS)
+    figure = Figure(figsize=(7, 4.5), layout="constrained")
+    axes = figure.subplots()
+    for name, label in (("least", "least angle (rad)"), ("rate", "rate after 0.2 ms (rad/s)")):
+        off = np.array([abs(getattr(one, name) - getattr(limit, name)) for one in found])
+        power = np.polyfit(np.log(k[-LAST:]), np.log(off[-LAST:]), 1)[0]
+        print(f"lever's {label}: difference from the impulse falls as k^{power:.2f}")
+        axes.loglog(k, off, "o-", label=f"lever's {label}, k^{power:.2f}")
+    axes.set(xlabel="contact stiffness k (N/m)", ylabel="|penalty - impulse|")
+    axes.set_title(f"Penalty contact tends to the impulse (n = {rods}, beam, Lagrangian)")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(out / "penalty_to_impulse.png", dpi=150)
+
+
+def rods(out: Path) -> None:
+    """Print and draw the strike over the number of rods, under both models."""
+    with ProcessPoolExecutor(2) as pool:
+        runs = {(n, impact): pool.submit(answer, n, impact) for n in RODS for impact in COLOURS}
+        found = {}
+        for key, run in runs.items():
+            found[key] = run.result()
+            print(f"n = {key[0]}, {key[1]}: {found[key].seconds:.0f} s", file=sys.stderr)
+    table = _table("the first strike over the number of rods, beam", "n", "impact")
+    for (n, impact), one in found.items():
+        table.add_row(str(n), impact, *_cells(one))
+    Console().print(table)
+    figure = Figure(figsize=(8, 7), layout="constrained")
+    top, bottom = figure.subplots(2, sharex=True)
+    for impact, colour in COLOURS.items():
+        ones = [found[n, impact] for n in RODS]
+        top.plot(RODS, [abs(one.least) for one in ones], "o-", color=colour, label=impact)
+        bottom.plot(RODS, [one.lost * 1e3 for one in ones], "o-", color=colour, label=impact)
+    top.set(ylabel="lever's largest angle (rad)", title="The first strike over the number of rods")
+    bottom.set(xlabel="number of rods n", ylabel="energy lost in the strike (mJ)", xscale="log")
+    bottom.set_xticks(RODS, [str(n) for n in RODS])
+    bottom.minorticks_off()
+    for axes in (top, bottom):
+        axes.grid(alpha=0.3)
+        axes.legend(title="impact")
+    figure.savefig(out / "rods_and_strike.png", dpi=150)
+
+
+def _table(title: str, *first: str) -> Table:
+    columns = ("lever least rad", "greatest rad", "rate at 0.2 ms rad/s", "impulse N s", "lost J")
+    return Table(*first, *columns, title=title)
+
+
+def _cells(one: Answer) -> list[str]:
+    angles = [f"{one.least:+.5f}", f"{one.greatest:+.5f}", f"{one.rate:+.3f}"]
+    return [*angles, f"{one.impulse:.4e}", f"{one.lost:.3e}"]
+
+
+def main() -> None:
+    """Run one of the two studies."""
+    studies = {"stiffness": stiffness, "rods": rods}
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("study", choices=studies)
+    parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the figure")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    studies[options.study](options.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,251 @@
+"""Both engines at a terminal: which one runs, what is refused, and the command `compare`.
+
+Most runs here are made by closed form (`results`); those of the last section are real.
+"""
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from results import rigid_link, stopped
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.result import Outcome, Result
+from exudyn_flexlink.scene import Scene
+
+MODELS = Path(__file__).parents[1] / "models"
+NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
+
+Capture = pytest.CaptureFixture[str]
+Fake = Callable[..., Result]
+
+
+def row(text: str, first: str) -> list[str]:
+    """Words of the first line of a text that begins with the word `first`."""
+    return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
+
+
+@pytest.fixture
+def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], None]:
+    """Put a function in the engine's place, and the test into an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return lambda fake: monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
+
+
+# --- engines and impacts --------------------------------------------------------------------
+
+
+def test_the_engine_asked_for_is_used(run_of: Callable[[Fake], None]) -> None:
+    seen: list[str] = []
+
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        seen.append(engine)
+        return rigid_link(scene=scene)
+
+    run_of(fake)
+    quiet = ["--no-plots", "--quiet", "--out", "here"]
+    main(["simulate", NO_CLEARANCE, *quiet])
+    main(["simulate", NO_CLEARANCE, *quiet, "--engine", "lagrangian"])
+    assert seen == ["exudyn", "lagrangian"]
+
+
+def test_rtol_and_atol_are_settings(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+    seen: list[tuple[str, Scene]] = []
+    run_of(engines(seen=seen))
+    quiet = ["--no-plots", "--quiet", "--out", "here"]
+    short = ["--rtol", "1e-7", "--set", "run.turns=2", "--atol", "1e-8"]
+    assert main(["simulate", NO_CLEARANCE, "--engine", "lagrangian", *short, *quiet]) == 0
+    (_, scene), *_ = seen
+    assert scene.accuracy.relative_tolerance == 1e-7
+    assert scene.accuracy.absolute_tolerance == 1e-8
+    assert scene.run.turns == 2
+    assert main(["simulate", NO_CLEARANCE, "--rtol", "-1"]) == 2
+    assert "--set accuracy.relative_tolerance=-1: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["simulate", "compare"])
+def test_an_unknown_engine_or_impact_is_bad_input(command: str, capsys: Capture) -> None:
+    for option in (["--engine", "abacus"], ["--impact", "soft"]):
+        with pytest.raises(SystemExit) as ended:
+            main([command, NO_CLEARANCE, *option])
+        assert ended.value.code == 2
+    assert "penalty" in capsys.readouterr().err
+
+
+def test_exudyn_refuses_impulses_where_they_are_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["simulate", NO_CLEARANCE, "--impact", "impulse"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"{NO_CLEARANCE}:")
+    assert "contacts.strike" in said
+    assert "hint: refused by the engine 'exudyn'; '--impact impulse' asks for it" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- compare, with runs made by closed form ---------------------------------------------------
+
+
+def engines(
+    *, off: float = 0.0, horizon: float = 9.0, seen: list[tuple[str, Scene]] | None = None
+) -> Fake:
+    """Differ by `off` (m); the Lagrangian's second run parts by 1 cm at `horizon` (s)."""
+    calls = [] if seen is None else seen
+
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        again = engine in (name for name, _ in calls)
+        calls.append((engine, scene))
+        made = rigid_link(scene=scene, samples=801)
+        poses = made.poses.copy()
+        if engine == "exudyn":
+            poses[..., 0] += off
+        elif again:
+            poses[made.time >= horizon, :, 0] += 0.01
+        settings = {"relative_tolerance": 1e-10, "absolute_tolerance": 1e-12}
+        return replace(made, engine=engine, poses=poses, settings=settings)
+
+    return fake
+
+
+def test_compare_runs_both_and_writes_what_it_found(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    seen: list[tuple[str, Scene]] = []
+    run_of(engines(off=2e-6, seen=seen))
+    assert main(["compare", NO_CLEARANCE, "--tolerance", "3e-6"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("Comparison of exudyn and lagrangian: Extensible flexible link")
+    assert row(shown.out, "whole")[2:4] == ["2e-06", "m"]
+    assert shown.err == "warning: exudyn: made up\nwarning: lagrangian: made up\n"
+    folder = Path("runs/no_clearance-compare")
+    assert f"Written to {folder}{os.sep}: " in shown.out
+    for name in ("comparison.json", "comparison.csv", "comparison.png",
+                 "exudyn/summary.json", "lagrangian/lever.png"):  # fmt: skip
+        assert (folder / name).is_file()
+        assert str(Path(name)) in shown.out
+    assert sorted(engine for engine, _ in seen) == ["exudyn", "lagrangian", "lagrangian"]
+    loose = seen[-1][1].accuracy
+    assert loose.relative_tolerance == pytest.approx(1e-9)
+    assert loose.absolute_tolerance == pytest.approx(1e-11)
+
+
+def test_compare_ends_with_1_beyond_its_tolerance(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    run_of(engines(off=2e-6))
+    arguments = ["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here"]
+    assert main([*arguments, "--tolerance", "1.9e-6"]) == 1
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "link.end deviates by 2e-06 m" in shown.err
+    assert "more than the 1.9e-06 m allowed" in shown.err
+    assert json.loads(Path("here/comparison.json").read_text(encoding="utf-8"))["exceeded"] is True
+
+
+def test_compare_judges_up_to_the_horizon(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+    run_of(engines(off=2e-6, horizon=1.0))
+    assert main(["compare", NO_CLEARANCE, "--no-plots"]) == 0
+    assert "pointwise up to t = 1 s; beyond it statistics" in capsys.readouterr().out
+
+
+def test_compare_without_tolerance_only_tells(run_of: Callable[[Fake], None]) -> None:
+    run_of(engines(off=1.0))
+    assert main(["compare", NO_CLEARANCE, "--no-plots", "--quiet"]) == 0
+
+
+@pytest.mark.parametrize("tolerance", ["0", "-1e-6", "nan", "inf", "tight"])
+def test_a_tolerance_must_be_a_positive_length(tolerance: str, capsys: Capture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["compare", NO_CLEARANCE, f"--tolerance={tolerance}"])
+    assert ended.value.code == 2
+    assert "invalid length in m value" in capsys.readouterr().err
+
+
+def test_compare_keeps_and_explains_a_failed_run(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    fake = engines()
+    run_of(
+        lambda scene, engine, progress=None: (
+            stopped(fake(scene, engine)) if engine == "exudyn" else fake(scene, engine)
+        )
+    )
+    assert main(["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here"]) == 1
+    assert "exudyn: the run stopped at 0.5 s: no convergence" in capsys.readouterr().err
+    assert Path("here/comparison.json").is_file()
+
+
+def test_an_interrupted_comparison_leaves_nothing(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, "interrupted"))
+
+    run_of(fake)
+    assert main(["compare", NO_CLEARANCE]) == 130
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert list(Path().iterdir()) == []
+
+
+def test_what_the_lagrangian_cant_represent_is_shown_before_exudyn_runs(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        assert engine == "lagrangian"
+        raise NotRepresentableError(("joints", "pin"), "no such slot")
+
+    run_of(fake)
+    assert main(["compare", NO_CLEARANCE]) == 2
+    said = capsys.readouterr().err
+    assert "joints.pin: no such slot" in said
+    assert "refused by the engine 'lagrangian'" in said
+    assert list(Path().iterdir()) == []
+
+
+def test_compare_gives_impulses_to_the_lagrangian_alone(run_of: Callable[[Fake], None]) -> None:
+    seen: list[tuple[str, Scene]] = []
+    run_of(engines(seen=seen))
+    assert main(["compare", NO_CLEARANCE, "--no-plots", "--quiet", "--impact", "impulse"]) == 0
+    laws = [(engine, scene.contacts["strike"].law.type) for engine, scene in seen]
+    assert laws == [("lagrangian", "impulse"), ("exudyn", "penalty"), ("lagrangian", "impulse")]
+
+
+def test_compare_refuses_a_model_without_a_penalty_before_it_runs(
+    run_of: Callable[[Fake], None], tmp_path: Path, capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        raise AssertionError("must not run")
+
+    text = Path(NO_CLEARANCE).read_text(encoding="utf-8")
+    model = tmp_path / "rigid_contact.yaml"
+    model.write_text(text.replace("{stiffness: 2.0e4,", "{type: impulse,"), encoding="utf-8")
+    run_of(fake)
+    assert main(["compare", str(model)]) == 2
+    said = capsys.readouterr().err
+    assert "contacts.strike.law: no stiffness is known" in said
+    assert list(tmp_path.iterdir()) == [model]
+
+
+# --- real runs ------------------------------------------------------------------------------
+
+
+def test_a_real_comparison(tmp_path: Path, capsys: Capture) -> None:
+    """Half a turn of the smooth scene: the engines agree to the error Exudyn was allowed."""
+    target = tmp_path / "found"
+    short = ["run.turns=0.5", "bodies.link.rods=3", "accuracy.tolerance=1e-6"]
+    settings = [word for setting in short for word in ("--set", setting)]
+    command = ["compare", str(MODELS / "smooth.yaml"), *settings, "--out", str(target)]
+    assert main([*command, "--tolerance", "1e-6"]) == 0
+    assert "Compared pointwise up to" in capsys.readouterr().out
+    assert (target / "comparison.png").is_file()
+    found = json.loads((target / "comparison.json").read_text(encoding="utf-8"))
+    assert found["exceeded"] is False
+    assert found["horizon_s"] is None
+    assert 0 < found["deviation"]["whole_run"]["largest_m"] < 1e-7
+    assert main([*command, "--tolerance", "1e-13", "--no-plots", "--quiet"]) == 1
+    assert "link.end deviates by" in capsys.readouterr().err

@@ -1,0 +1,376 @@
+"""Two results of one scene, made by closed form: what is known to differ must be found."""
+
+import json
+from dataclasses import replace
+from math import cos, pi
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import results
+from matplotlib.colors import same_color
+from matplotlib.text import Text
+
+from exudyn_flexlink.compare import common_times, compare, horizon, parting_limit
+from exudyn_flexlink.observables import between_samples, lever_response, path
+from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
+from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
+from exudyn_flexlink.storage import save_comparison, staged_folder
+
+BLOCK = results.SLIDER.replace("{duration: 1}", "{duration: 1, sample: 10 ms}")
+
+
+def block(motion, rate, samples=101, end=1.0, engine="exudyn"):
+    """A block that moves along x: exact positions and rates at even samples."""
+    time = np.linspace(0, end, samples)
+    q = np.zeros((samples, 1, 3))
+    q[:, 0, 0] = motion(time)
+    made = results.result_of(results.scene_from(BLOCK), time, q)
+    v = np.zeros_like(q)
+    v[:, 0, 0] = rate(time)
+    return replace(made, rates=v, engine=engine)
+
+
+def still(**options):
+    return block(np.zeros_like, np.zeros_like, **options)
+
+
+def drifting(speed, **options):
+    return block(lambda t: speed * t, lambda t: np.full_like(t, speed), **options)
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link()
+
+
+def shifted(result, by, after=0.0, engine="lagrangian"):
+    """The same run with every part moved by (x, y) m and turned by an angle, from a time on."""
+    poses = result.poses.copy()
+    poses[result.time >= after] += by
+    return replace(result, poses=poses, engine=engine)
+
+
+# --- deviation over time
+
+
+def test_a_run_does_not_deviate_from_itself(rigid):
+    same = compare(rigid, rigid)
+    assert same.deviation.largest == 0
+    assert same.deviation.largest_angle == 0
+    assert not same.exceeds(1e-15)
+
+
+def test_deviation_is_the_distance_over_time():
+    found = compare(still(), drifting(1e-3)).deviation
+    np.testing.assert_allclose(found.distance, 1e-3 * found.time, atol=1e-15)
+    assert found.largest == pytest.approx(1e-3)
+    mean_square = np.mean(found.time**2)
+    assert found.rms == pytest.approx(1e-3 * mean_square**0.5)
+
+
+def test_both_coordinates_count(rigid):
+    found = compare(rigid, shifted(rigid, (3e-6, 4e-6, 0)))
+    np.testing.assert_allclose(found.deviation.distance, 5e-6, rtol=1e-8)
+
+
+def test_samples_between_the_even_ones_do_not_count():
+    even = still()
+    odd = drifting(1e-3)
+    time = np.sort(np.append(odd.time, [0.5051, 0.5052]))
+    q = np.interp(time, odd.time, odd.poses[:, 0, 0])
+    poses = np.zeros((len(time), 1, 3))
+    poses[:, 0, 0] = q
+    more = replace(odd, time=time, poses=poses, rates=np.zeros_like(poses))
+    assert len(compare(even, more).time) == 101
+    assert compare(even, more).deviation.largest == pytest.approx(1e-3)
+
+
+def test_grids_that_differ_are_met_by_the_cubic():
+    def swing(samples):
+        return block(lambda t: np.sin(6 * t), lambda t: 6 * np.cos(6 * t), samples)
+
+    found = compare(swing(101), swing(64)).deviation.largest
+    # Hermite: h^4/384 of the fourth derivative; a straight line would miss h^2/8 of the second.
+    assert 0 < found < 1.1 * (1 / 63) ** 4 / 384 * 6**4
+
+
+def test_common_times_end_with_the_shorter_run():
+    times = common_times(still(), still(samples=36, end=0.355))
+    assert times[-1] == 0.355
+    np.testing.assert_allclose(times[:-1], 0.01 * np.arange(36), atol=1e-12)
+
+
+def test_a_run_of_one_sample_can_be_compared(rigid):
+    one = results.first_samples(rigid, 1)
+    assert list(compare(rigid, one).time) == [0.0]
+    assert comparison(compare(rigid, one)) is None
+    assert "whole run" in comparison_text(compare(rigid, one))
+
+
+def test_runs_of_other_scenes_are_refused(rigid):
+    with pytest.raises(ValueError, match=r"watched points are link.end and rod.end"):
+        compare(rigid, results.pendulum())
+
+
+# --- levers
+
+
+def test_lever_angles_and_peaks(rigid):
+    turned = shifted(rigid, (0, 0, 1e-4), after=0.1)  # the response counts from time 0
+    found = compare(rigid, turned)
+    assert found.levers == ("lever",)
+    assert found.deviation.largest_angle == pytest.approx(1e-4, rel=1e-6)
+    one, other = (seen.levers["lever"].least[0] for seen in (found.first, found.second))
+    assert one - other == pytest.approx(-1e-4, rel=1e-3)
+    assert "lever, least" in comparison_text(found)
+
+
+def test_a_scene_without_lever_has_none():
+    found = compare(still(), drifting(1e-3))
+    assert (found.levers, found.strikes, found.first_strike) == ((), [], None)
+    assert found.before_strike is None
+    assert "struck" not in comparison_text(found)
+
+
+# --- horizon
+
+
+def test_horizon_is_the_first_instant_apart():
+    # 1e-3 t^2 passes 2.49e-4 just before 0.5 s
+    part = block(lambda t: 1e-3 * t**2, lambda t: 2e-3 * t)
+    assert horizon(still(), part, 2.49e-4) == pytest.approx(0.5)
+    assert horizon(still(), part, 1.1e-3) is None
+
+
+def test_what_comes_after_the_horizon_is_not_judged():
+    # The judge's own two runs part after 0.5 s, and only then does the other engine differ.
+    judge, again = still(engine="lagrangian"), drifting(1e-3, engine="lagrangian")
+    wild = block(lambda t: np.where(t > 0.6, 0.1, 1e-7), np.zeros_like)
+    found = compare(wild, judge, again, limit=5e-4)
+    assert found.horizon == pytest.approx(0.51, abs=0.011)
+    assert found.deviation.largest == pytest.approx(0.1)
+    assert found.judged.largest == pytest.approx(1e-7)
+    assert not found.exceeds(2e-7)
+    assert found.exceeds(0.9e-7)
+    assert "beyond it statistics" in horizon_text(found)
+
+
+def test_without_a_looser_run_everything_is_judged():
+    found = compare(still(), drifting(1e-3))
+    assert found.horizon is None
+    assert found.beyond is None
+    assert found.exceeds(0.9e-3)
+    assert "no horizon was looked for" in horizon_text(found)
+
+
+def test_a_horizon_at_the_start_is_no_pass():
+    judge = still(engine="lagrangian")
+    again = replace(judge, poses=judge.poses + np.array([1.0, 0, 0]))
+    found = compare(still(), judge, again, limit=1e-3)
+    assert found.horizon == 0
+    assert found.exceeds(1.0)
+    assert "nothing can be compared" in excess_text(found, 1.0)
+    assert "no samples" in comparison_text(found)
+
+
+def test_a_nan_is_no_pass():
+    lost = block(lambda t: np.where(t > 0.5, np.nan, 0.0), np.zeros_like)
+    assert compare(still(), lost).exceeds(1.0)
+    assert horizon(still(), lost, 1e-3) == pytest.approx(0.51, abs=0.011)
+
+
+def test_a_looser_run_that_fails_ends_the_horizon():
+    judge = still(engine="lagrangian")
+    again = results.stopped(still(samples=31, end=0.3))
+    assert compare(still(), judge, again).horizon == pytest.approx(0.3)
+
+
+def test_left_out_the_limit_is_a_part_of_the_room_the_point_takes():
+    judge = block(lambda t: 0.5 * t, lambda t: 0 * t + 0.5)
+    assert parting_limit(judge) == pytest.approx(5e-4)
+    assert compare(judge, judge, judge).limit == pytest.approx(5e-4)
+
+
+def test_statistics_beyond_the_horizon():
+    judge = block(lambda t: 0.1 * np.cos(20 * pi * t), np.zeros_like)
+    again = replace(judge, poses=judge.poses + [1e-3, 0, 0] * (judge.time > 0.495)[:, None, None])
+    found = compare(judge, judge, again, limit=1e-4)
+    one, other = found.beyond
+    wave = 0.1 * np.cos(20 * pi * judge.time[judge.time > 0.495])
+    assert one.mean[0] == pytest.approx(0.1 + wave.mean())  # the nose is 0.1 m before the centre
+    assert one.rms[0] == pytest.approx(wave.std())
+    assert one.greatest[0] - one.least[0] == pytest.approx(np.ptp(wave))
+    assert (one.rms == other.rms).all()
+    assert one.levers == {}
+
+
+# --- strikes
+
+
+def later(result, by, keep=lambda event: True):
+    events = [replace(event, time=event.time + by) for event in result.events if keep(event)]
+    return replace(result, events=tuple(events), engine="lagrangian")
+
+
+def test_strikes_of_both_runs_are_paired(rigid):
+    found = compare(rigid, later(rigid, 1e-6))
+    assert [pair.lap for pair in found.strikes] == [1, 3]
+    for pair in found.strikes:
+        assert pair.second.begin - pair.first.begin == pytest.approx(1e-6)
+        assert pair.first.impulse == pytest.approx(2 * results.IMPULSE)
+    assert found.first_strike == pytest.approx(pi / results.SPEED)
+    assert found.before_strike.time[-1] < pi / results.SPEED
+    said = comparison_text(found)
+    assert "-1e-06 s" in said
+    assert "0.0004 N s" in said
+
+
+@pytest.mark.parametrize("swap", [False, True])
+def test_a_strike_that_a_run_misses_shifts_no_other(rigid, swap):
+    missing = later(rigid, 1e-6, lambda event: event.time > 1.0)
+    pair = (missing, rigid) if swap else (rigid, missing)
+    first, second = compare(*pair).strikes
+    assert (first.second is None) is not swap
+    assert (first.first is None) is swap
+    assert (first.lap, second.lap) == (1, 3)
+    assert None not in (second.first, second.second)
+    assert "no strike" in comparison_text(compare(*pair))
+
+
+def test_strikes_of_different_laps_are_never_one(rigid):
+    early = later(rigid, 0.0, lambda event: event.time < 1.0)
+    late = later(rigid, 0.0, lambda event: event.time > 1.0)
+    pairs = compare(early, late).strikes
+    assert [(p.lap, p.first is None, p.second is None) for p in pairs] == [
+        (1, False, True),
+        (3, True, False),
+    ]
+
+
+def test_without_a_crank_the_nearer_strike_is_the_same(rigid):
+    found = compare(rigid, rigid)
+    hit = replace(found.first.strikes["strike"][0], crank_angle=None)
+
+    def at(*times):
+        return {"strike": tuple(replace(hit, begin=time) for time in times)}
+
+    one = replace(found.first, strikes=at(0.1, 0.2, 0.3))
+    other = replace(found.second, strikes=at(0.21, 0.31))
+    pairs = replace(found, first=one, second=other).strikes
+    assert [p.first.begin for p in pairs] == [0.1, 0.2, 0.3]
+    assert [p.second and p.second.begin for p in pairs] == [None, 0.21, 0.31]
+
+
+def test_strikes_after_the_shorter_runs_end_stand_alone(rigid):
+    early = later(rigid, 0.0, lambda event: event.time < 1.0)
+    assert [pair.second is None for pair in compare(rigid, early).strikes] == [False, True]
+
+
+# --- between samples
+
+
+def test_a_cubic_is_met_exactly():
+    time = np.array([0.0, 0.3, 1.0])
+    values = np.stack([time**3, 1 - time], axis=1)
+    rates = np.stack([3 * time**2, -np.ones(3)], axis=1)
+    at = np.array([0.0, 0.1, 0.3, 0.77, 1.0])
+    expected = np.stack([at**3, 1 - at], axis=1)
+    np.testing.assert_allclose(between_samples(time, values, rates, at), expected, atol=1e-15)
+
+
+def test_an_inflexion_is_no_jump():
+    time = np.linspace(0, 2 * pi, 64)
+    at = np.linspace(0, 2 * pi, 997)
+    seen = between_samples(time, np.sin(time), np.cos(time), at)
+    assert np.max(np.abs(seen - np.sin(at))) < 1.1 * (2 * pi / 63) ** 4 / 384
+
+
+# --- files, text and figure
+
+
+@pytest.fixture(scope="module")
+def both(rigid):
+    other = later(shifted(rigid, (1e-6, 0, 1e-5), after=0.1), 1e-6)
+    other = replace(other, settings={"relative_tolerance": 1e-10, "absolute_tolerance": 1e-12})
+    loose = shifted(other, (1e-3, 0, 0), after=1.5)
+    return compare(rigid, other, loose)
+
+
+def test_files_say_what_was_found(both, tmp_path):
+    save_comparison(both, tmp_path, tolerance=2e-6)
+    found = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
+    assert found["program"] == "exudyn-flexlink"
+    assert found["horizon_s"] == pytest.approx(1.5, abs=2e-3)
+    # S is moved by 1e-6 m and turned about the last rod's start, 7 mm away, by 1e-5
+    turn = 7e-3 * 1e-5
+    assert found["deviation"]["up_to_the_horizon"]["largest_m"] == pytest.approx(1e-6, abs=turn)
+    assert found["exceeded"] is False
+    assert found["strikes"][0]["lagrangian"]["impulse_N_s"] == pytest.approx(4e-4)
+    assert found["runs"]["exudyn"]["wall_time_s"]["solve"] == 1.5
+    assert found["beyond_the_horizon"]["exudyn"]["rms_m"][0] > 0.01
+    table = np.genfromtxt(tmp_path / "comparison.csv", delimiter=",", names=True)
+    assert len(table) == len(both.time)
+    np.testing.assert_allclose(table["deviation_m"], both.deviation.distance, atol=1e-12)
+    np.testing.assert_allclose(table["lagrangian_x_m"], both.second.position[:, 0], atol=1e-12)
+
+
+def test_a_comparisons_folder_is_replaced_by_another(both, tmp_path):
+    for tolerance in (None, 1e-3):
+        with staged_folder(tmp_path / "found") as folder:
+            save_comparison(both, folder, tolerance)
+    text = (tmp_path / "found" / "comparison.json").read_text(encoding="utf-8")
+    assert json.loads(text)["tolerance_m"] == 1e-3
+
+
+def test_text_names_runs_settings_and_cost(both):
+    said = comparison_text(both)
+    assert said.startswith("Comparison of exudyn and lagrangian: Extensible flexible link")
+    assert "rtol 1e-10, atol 1e-12, penalty impacts" in said
+    assert "1.50 s" in said
+    assert f"up to the horizon, {both.horizon:.5f} s" in said
+
+
+def test_two_runs_of_one_engine_have_two_names(rigid):
+    found = compare(rigid, rigid)
+    assert (found.first.name, found.second.name) == ("exudyn 1", "exudyn 2")
+
+
+def texts(figure):
+    return [text for text in figure.findobj(Text) if text.get_text()]
+
+
+def test_figure(both):
+    with mpl.rc_context({"font.size": 3}):
+        figure = comparison(both)
+    said = "\n".join(text.get_text() for text in texts(figure))
+    assert "hinges 'paper', n = 10" in said
+    assert "lagrangian: rtol 1e-10, atol 1e-12" in said
+    assert {"horizon", "strike"} <= {text.get_text() for text in texts(figure)}
+    for engine, colour in ENGINE_COLOURS.items():
+        lines = [line for axes in figure.axes for line in axes.lines if line.get_label() == engine]
+        assert len(lines) == 3
+        assert all(same_color(line.get_color(), colour) for line in lines)
+    assert min(text.get_fontsize() for text in texts(figure)) >= 9
+    *upper, points, angles = figure.axes
+    assert (points.get_yscale(), angles.get_yscale()) == ("log", "log")
+    assert all(axes.get_yscale() == "linear" for axes in upper)
+    for axes in figure.axes:
+        assert ")" in axes.get_ylabel()
+
+
+def test_figure_without_lever_and_without_difference():
+    figure = comparison(compare(still(), still()))
+    assert len(figure.axes) == 3
+    assert "no difference" in {text.get_text() for text in texts(figure)}
+
+
+def test_a_failed_run_is_named_in_the_figure(rigid):
+    figure = comparison(compare(rigid, results.stopped(rigid)))
+    assert any(text.get_text().startswith("exudyn 2: stopped at t") for text in texts(figure))
+
+
+def test_lever_peaks_are_those_of_the_runs_own_samples(rigid):
+    sparse = compare(rigid, rigid).first.levers["lever"].least
+    assert sparse == lever_response(rigid, "strike").least
+    assert path(rigid, "link.end").position[0, 0] == pytest.approx(0.02 + 0.02 * cos(0) + 0.07)

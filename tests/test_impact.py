@@ -1,0 +1,214 @@
+"""Impact by impulse and momentum (paper, eq. 2 to 4): a bouncing mass, and the lever's strike.
+
+The point mass is driven by the same event loop, the same jump and the same rule for the end of the
+bouncing as the mechanism.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.effects import with_impact
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines.lagrangian.equations import mass_matrix, touches
+from exudyn_flexlink.engines.lagrangian.events import Loop
+from exudyn_flexlink.engines.lagrangian.impact import is_over, strike
+from exudyn_flexlink.engines.lagrangian.run import prepare, solve
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import lever_response, strikes
+from exudyn_flexlink.source import SceneError
+
+MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
+IMPULSE = "contacts.strike.law={type: impulse, restitution: 0.5}"
+SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
+
+
+class Ball:
+    """A point mass above a floor, state (height, speed); it lies still when its bounces end."""
+
+    over = False
+
+    def __init__(self, gravity=9.81, restitution=0.9):
+        self.gravity, self.restitution = gravity, restitution
+        self.resting, self.hits, self.rest_time = False, [], None
+
+    def rate(self, t, y):
+        return np.array([y[1], 0.0 if self.resting else -self.gravity])
+
+    def guards(self, t, y):
+        return [1.0 if self.resting else y[0]]
+
+    def quiet(self, done, t, y):
+        return False
+
+    def longest_step(self, t, y):
+        return np.inf
+
+    def cross(self, t, y, which):
+        over = is_over(-y[1], self.restitution, -self.gravity)
+        e = 0.0 if over else self.restitution
+        self.hits.append(t)
+        if over:
+            self.resting, self.rest_time = True, t
+        return y + np.array([0.0, strike(np.eye(1), np.ones(1), y[1], e).jump[0]])
+
+    def before(self, end, dense):
+        """Record nothing."""
+
+    def after(self, t, y, crossed):
+        """Record nothing."""
+
+
+def test_bouncing_ball_hits_and_comes_to_rest_when_it_must():
+    ball = Ball()
+    loop = Loop(ball, ball, 1e-10, 1e-12)
+    y = loop.run(np.array([1.0, 0.0]), [10.0])
+    first = np.sqrt(2 / 9.81)
+    assert ball.hits[0] == pytest.approx(0.451524, abs=5e-7)
+    assert ball.hits[0] == pytest.approx(first, abs=1e-11)
+    bounces = first * (1 + 2 * np.cumsum(0.9 ** np.arange(1, 60)))
+    assert ball.hits[1:60] == pytest.approx(bounces, abs=1e-9)
+    assert ball.rest_time == pytest.approx(8.578949, abs=4e-6)  # bounces below 1e-6 m/s are cut
+    assert loop.steps < 2000
+    assert y == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_ball_without_loss_keeps_bouncing():
+    ball = Ball(restitution=1.0)
+    Loop(ball, ball, 1e-10, 1e-12).run(np.array([1.0, 0.0]), [10.0])
+    first = np.sqrt(2 / 9.81)
+    assert ball.hits == pytest.approx(first * np.arange(1, 2 * len(ball.hits), 2), abs=1e-8)
+
+
+def test_jump_of_a_coupled_system():
+    random = np.random.default_rng(3)
+    mass = random.uniform(size=(4, 4))
+    mass, gradient = mass @ mass.T + np.eye(4), random.uniform(-1, 1, 4)
+    v = random.uniform(-1, 1, 4)
+    v *= -np.sign(gradient @ v)
+    hit = strike(mass, gradient, gradient @ v, 0.3)
+    after = v + hit.jump
+    assert gradient @ after == pytest.approx(-0.3 * gradient @ v, rel=1e-12)
+    assert mass @ hit.jump == pytest.approx(gradient * hit.impulse, rel=1e-12)
+    lost = 0.5 * v @ mass @ v - 0.5 * after @ mass @ after
+    assert hit.energy_lost == pytest.approx(lost, rel=1e-12)
+
+
+def impulse_scene(restitution, *settings):
+    law = f"contacts.strike.law={{type: impulse, restitution: {restitution}}}"
+    return load_scene(MODEL, [law, *SHORT, *settings])
+
+
+@cache
+def struck(restitution):
+    return simulate(impulse_scene(restitution), "lagrangian")
+
+
+def of_kind(result, kind):
+    return [event for event in result.events if event.kind == kind]
+
+
+def test_each_impact_balances_momentum_and_energy():
+    """Before and after: M dv = G p, kinetic energy with the drive's work, and -e v_a = v_s."""
+    run = prepare(impulse_scene(0.5))
+    system, states = run.system, []
+    cross = system.cross
+
+    def watched(t, y, which):
+        count = len(system.events)
+        after = cross(t, y, which)
+        if len(system.events) > count and system.events[count].kind == "impact":
+            states.append((system.events[count], t, y.copy(), after.copy()))
+        return after
+
+    system.cross = watched
+    assert solve(run) == ""
+    assert len(states) > 10
+    for event, t, before, after in states:
+        q, v, root = system.coordinates(t, before)
+        w = system.coordinates(t, after)[1]
+        mass = mass_matrix(q, root, run.rig.constants)
+        rows, gradients = touches(q, v, root, run.rig.constants)
+        details, g = event.details, gradients[0]
+        momentum = (mass @ (w - v) - g * details["impulse"])[1:]
+        rounding = 4e-16 * np.abs(mass) @ np.abs(v)  # of the speeds themselves
+        allowed = 1e-12 * np.abs(g * details["impulse"]).max() + rounding.max()
+        assert momentum == pytest.approx(0, abs=allowed)
+        kinetic = 0.5 * w @ mass @ w - 0.5 * v @ mass @ v
+        change = details["motor_work"] - details["energy_lost"]
+        assert kinetic == pytest.approx(change, abs=1e-12 * (0.5 * v @ mass @ v))
+        separation = touches(q, w, root, run.rig.constants)[0][0, 2]
+        assert separation == pytest.approx(-0.5 * rows[0, 2], rel=1e-9, abs=1e-14)
+        assert details["approach_speed"] == pytest.approx(-rows[0, 2], rel=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_nothing_penetrates_and_energy_is_accounted_for(restitution):
+    checks = struck(restitution).checks
+    assert struck(restitution).outcome.completed
+    assert checks.largest_penetration < 1e-9
+    assert checks.energy_residual < 1e-9 * checks.largest_kinetic_energy
+
+
+def test_without_loss_no_impact_costs_energy():
+    hits = of_kind(struck(1.0), "impact")
+    assert len(hits) > 5
+    assert sum(hit.details["energy_lost"] for hit in hits) == 0
+    assert all(hit.details["separation_speed"] == hit.details["approach_speed"] for hit in hits)
+
+
+def test_without_restitution_the_point_sticks():
+    result = struck(0.0)
+    for hit in of_kind(result, "impact"):
+        assert hit.details["separation_speed"] == 0
+        assert hit.time in [event.time for event in of_kind(result, "contact begins")]
+    history = result.contacts["strike"]
+    begin, end = (of_kind(result, f"contact {word}")[0].time for word in ("begins", "ends"))
+    inside = (result.time >= begin) & (result.time < end)
+    assert np.abs(history.gap[inside]).max() < 1e-11
+    assert history.force[inside].min() > 0
+
+
+def test_bouncing_ends_in_lasting_contact_that_leaves_the_face():
+    result = struck(0.5)
+    kinds = [event.kind for event in result.events]
+    assert kinds[0] == "impact"
+    assert {"contact begins", "contact ends", "leaves the face"} <= set(kinds)
+    assert 10 < kinds.count("impact") < 100
+    first = result.events[0]
+    assert first.details["separation_speed"] == pytest.approx(
+        0.5 * first.details["approach_speed"], rel=1e-12
+    )
+    assert strikes(result, "strike")[0].impulse > 0
+
+
+def test_impulse_is_near_the_penalty():
+    """The lever's peak of the penalty law, 2e4 N/m, is -0.35792 rad (physics.md, section 6)."""
+    least = lever_response(struck(0.5), "strike").least[0]
+    assert least == pytest.approx(-0.3622, abs=5e-4)
+
+
+def test_the_exudyn_engine_refuses_impulses():
+    with pytest.raises(NotRepresentableError) as caught:
+        simulate(impulse_scene(0.5), "exudyn")
+    assert caught.value.path == ("contacts", "strike", "law")
+
+
+def test_stiffness_is_no_part_of_an_impulse():
+    law = "contacts.strike.law={type: impulse, restitution: 0.5, stiffness: 100}"
+    with pytest.raises(SceneError, match="stiffness"):
+        load_scene(MODEL, [law])
+
+
+def test_the_law_is_changed_for_a_whole_scene():
+    scene = load_scene(MODEL)
+    rigid = with_impact(scene, "impulse")
+    assert rigid.contacts["strike"].law.type == "impulse"
+    assert rigid.contacts["strike"].law.restitution == 0.5
+    assert with_impact(scene, "penalty") == scene
+    with pytest.raises(SceneError, match="no stiffness"):
+        with_impact(rigid, "penalty")
+    with pytest.raises(ValueError, match="no impact 'glue'"):
+        with_impact(scene, "glue")

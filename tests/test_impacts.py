@@ -1,0 +1,105 @@
+"""Events of kind "impact", contacts without duration: what strikes and figures make of them."""
+
+from dataclasses import replace
+from math import isnan, pi
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.compare import compare
+from exudyn_flexlink.observables import strikes
+from exudyn_flexlink.plots import lever as lever_figure
+from exudyn_flexlink.report import comparison_text, run_text
+from exudyn_flexlink.result import Event
+from exudyn_flexlink.storage import load, save
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link()
+
+
+def impact(time, impulse=1e-3, lost=1e-5):
+    details = {
+        "approach_speed": 0.9,
+        "separation_speed": 0.45,
+        "impulse": impulse,
+        "energy_lost": lost,
+        "place": 0.028,
+    }
+    return Event(time, "impact", "strike", details)
+
+
+def begins(time):
+    return Event(time, "contact begins", "strike", {"approach_speed": 1e-4, "place": 0.027})
+
+
+def ends(time):
+    return Event(time, "contact ends", "strike", {"impulse": 4e-3, "energy_lost": 0.0})
+
+
+def test_an_impact_is_a_contact_without_duration(rigid):
+    (only,) = strikes(replace(rigid, events=(impact(0.5),)), "strike")
+    assert (only.begin, only.end, only.contacts, only.ended) == (0.5, 0.5, 1, True)
+    assert (only.impulse, only.energy_lost) == (1e-3, 1e-5)
+    assert (only.approach_speed, only.place) == (0.9, 0.028)
+    assert isnan(only.peak_force)
+
+
+def test_a_burst_of_impacts_and_the_pushing_after_are_one_strike(rigid):
+    burst = (impact(0.5), impact(0.501), impact(0.5012), begins(0.5013), ends(0.51))
+    (only,) = strikes(replace(rigid, events=burst), "strike")
+    assert (only.begin, only.end, only.contacts) == (0.5, 0.51, 4)
+    assert only.impulse == pytest.approx(7e-3)
+    assert only.energy_lost == pytest.approx(3e-5)
+    assert isnan(only.peak_force)
+    assert only.approach_speed == 0.9
+
+
+def test_impacts_a_quarter_turn_apart_are_two_strikes(rigid):
+    quarter = pi / 2 / results.SPEED
+    for wait, count in ((0.99 * quarter, 1), (1.01 * quarter, 2)):
+        pair = (impact(0.5), impact(0.5 + wait))
+        assert len(strikes(replace(rigid, events=pair), "strike")) == count
+
+
+def test_an_impact_does_not_end_a_contact_that_lasts(rigid):
+    events = (begins(0.5), impact(0.505), ends(0.51))
+    (only,) = strikes(replace(rigid, events=events), "strike")
+    assert (only.begin, only.end, only.contacts) == (0.5, 0.51, 2)
+    assert only.impulse == pytest.approx(5e-3)
+
+
+def test_an_impact_in_a_contact_that_lasts_to_the_end_does_not_end_it(rigid):
+    (only,) = strikes(replace(rigid, events=(begins(2.5), impact(2.505))), "strike")
+    assert not only.ended
+    assert only.end == rigid.time[-1]
+    assert isnan(only.impulse)
+
+
+def test_impacts_of_two_laps_are_two_strikes(rigid):
+    single = replace(rigid, events=(impact(0.5), impact(2.5)))
+    assert [strike.lap for strike in strikes(single, "strike")] == [1, 4]
+
+
+def test_an_unbounded_force_is_not_known(rigid):
+    hit = replace(rigid, events=(impact(0.5),), engine="lagrangian")
+    assert "not known" in comparison_text(compare(rigid, hit))
+
+
+def test_the_lever_figure_ticks_impacts(rigid):
+    burst = (impact(0.5), impact(0.501))
+    (axes, *_) = lever_figure(replace(rigid, events=burst)).axes
+    (ticks,) = (line for line in axes.lines if line.get_label() == "impacts")
+    np.testing.assert_allclose(ticks.get_xdata(), [0.5, 0.501])
+    (axes, *_) = lever_figure(rigid).axes
+    assert not [line for line in axes.lines if line.get_label() == "impacts"]
+
+
+def test_impacts_survive_saving_and_are_told(rigid, tmp_path):
+    hit = replace(rigid, events=(impact(0.5),))
+    save(hit, tmp_path)
+    assert load(tmp_path).events == hit.events
+    assert "0.50000 s" in run_text(hit)
+    assert "0.9000 m/s" in run_text(hit)

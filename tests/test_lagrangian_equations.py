@@ -1,0 +1,167 @@
+"""The hand-written equations against differentiation of positions alone (paper, eq. 1).
+
+Kinetic energy, mass matrix and quadratic terms follow here from the positions of the bodies' ends,
+written anew, and from complex steps and central differences of the track's own points; nothing of
+the engine's equations is used for them.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from exudyn_flexlink.engines.lagrangian import equations
+from exudyn_flexlink.engines.lagrangian.run import prepare
+from exudyn_flexlink.loading import load_scene
+
+MODELS = Path(__file__).parent.parent / "models"
+CASES = {
+    "ellipse": ("no_clearance.yaml", "bodies.link.rods=4"),
+    "circle": ("no_clearance.yaml", "joints.pin.curve=ring", "bodies.link.layout=half_ends"),
+    "spline": ("spline_track.yaml", "bodies.link.rods=3", "bodies.link.slender=false"),
+    "rigid link": ("rigid.yaml",),
+}
+EXTRA = "curves.ring={type: circle, centre: [0, 0], radius: 0.03}"
+STEP = 1e-3  # rad, of central differences of order 6
+
+
+def prepared(case, *settings):
+    name, *own = CASES[case]
+    extra = [EXTRA] if "joints.pin.curve=ring" in own else []
+    return prepare(load_scene(MODELS / name, [*extra, *own, *settings]))
+
+
+def track_point(run, theta):
+    """P at a guide angle, by a root of its own on the smooth piece the run is on."""
+    piece = run.system.track.curve.pieces[run.system.track.piece]
+    centre = np.array(run.rig.layout.guide.at)
+
+    def aside(u):
+        x, y = piece.point(u) - centre
+        return np.cos(theta) * y - np.sin(theta) * x
+
+    near = run.system.track.u
+    u = brentq(aside, near - 0.02, near + 0.02, xtol=1e-16, rtol=1e-15)
+    return piece.point(u)
+
+
+def derivatives(run, theta):
+    """P and its first two derivatives by theta, by central differences of order 6."""
+    run.system.track.root(theta)
+    at = [track_point(run, theta + k * STEP) for k in range(-3, 4)]
+    one = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60
+    two = np.array([2, -27, 270, -490, 270, -27, 2]) / 180
+    return at[3], np.tensordot(one, at, 1) / STEP, np.tensordot(two, at, 1) / STEP**2
+
+
+def lumps(run, q, root):
+    """Centres of mass of all bodies (complex), their masses and inertias, from positions alone.
+
+    Near `root` P moves as its Taylor polynomial in theta.
+    """
+    mechanism, layout = run.rig.mechanism, run.rig.layout
+    turned = q[0] - run.theta
+    p, p1, p2 = root
+    at = p + p1 * turned + p2 * turned**2 / 2
+    found = []
+    for i, part in enumerate(layout.rods):
+        rod = mechanism.parts[part]
+        along = np.array([np.cos(q[i]), np.sin(q[i])])
+        found.append((at + rod.centre[0] * along, q[i], rod))
+        at = at + 2 * rod.centre[0] * along
+    for i, pivot in [(0, layout.guide), *enumerate(layout.levers, start=len(layout.rods))]:
+        body = mechanism.parts[pivot.part]
+        x, y = body.centre[0] - pivot.pin[0], body.centre[1] - pivot.pin[1]
+        c, s = np.cos(q[i]), np.sin(q[i])
+        found.append((np.array(pivot.at) + np.array([c * x - s * y, s * x + c * y]), q[i], body))
+    return found
+
+
+def jacobians(run, q, root):
+    """Rows of velocities of centres and angles by the speeds, weighted, by complex steps."""
+    columns = []
+    for j in range(len(q)):
+        step = np.zeros(len(q), dtype=complex)
+        step[j] = 1e-30j
+        column = []
+        for centre, angle, body in lumps(run, q + step, root):
+            column += [*(np.sqrt(body.mass) * centre.imag), np.sqrt(body.inertia) * angle.imag]
+        columns.append(np.array(column) / 1e-30)
+    return np.array(columns).T
+
+
+def random_state(run, seed):
+    random = np.random.default_rng(seed)
+    q = run.rig.start[0] + random.uniform(-0.3, 0.3, len(run.rig.start[0]))
+    run.theta = q[0] = random.uniform(0.2, 0.25)
+    v = random.uniform(-20, 20, len(q))
+    return q, v, derivatives(run, q[0])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_place_of_p_and_its_derivatives(case):
+    run = prepared(case)
+    for theta in np.linspace(0.1, 0.4, 7):
+        p, p1, p2 = derivatives(run, theta)
+        root = run.system.track.root(theta)
+        assert root[:2] == pytest.approx(p, abs=1e-15)
+        assert root[2:4] == pytest.approx(p1, rel=1e-8, abs=1e-11)
+        assert root[4:] == pytest.approx(p2, rel=1e-8, abs=2e-9)
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("seed", range(3))
+def test_mass_matrix_and_kinetic_energy(case, seed):
+    run = prepared(case)
+    q, v, root = random_state(run, seed)
+    rows = jacobians(run, q, root)
+    engine = equations.mass_matrix(q, run.system.track.root(q[0]), run.rig.constants)
+    assert engine == pytest.approx(rows.T @ rows, rel=1e-8, abs=1e-8 * engine.max())
+    assert engine == pytest.approx(engine.T, abs=0)
+    assert 0.5 * v @ engine @ v == pytest.approx(0.5 * np.sum((rows @ v) ** 2), rel=1e-8)
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("seed", range(3))
+def test_quadratic_terms(case, seed):
+    """h = J^T d(J)/dt v, the bias accelerations projected on the speeds."""
+    run = prepared(case)
+    q, v, root = random_state(run, seed)
+    rows = jacobians(run, q, root)
+    h = 3e-3 / np.abs(v).max()
+    rates = [jacobians(run, q + k * h * v, root) @ v for k in (-3, -2, -1, 1, 2, 3)]
+    bias = np.array([-1, 9, -45, 45, -9, 1]) / 60 @ np.array(rates) / h
+    terms = rows.T @ bias
+    found = equations.quadratic_terms(q, v, run.system.track.root(q[0]), run.rig.constants)
+    assert found == pytest.approx(terms, rel=1e-8, abs=1e-8 * np.abs(terms).max())
+
+
+def test_contact_gap_its_gradient_and_its_acceleration():
+    run = prepared("ellipse")
+    q, v, _ = random_state(run, 5)
+    c, track = run.rig.constants, run.system.track
+
+    def gap(angles):
+        return equations.touches(angles, v, track.root(angles[0]), c)[0][0, 0]
+
+    states, gradients = equations.touches(q, v, track.root(q[0]), c)
+    one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
+    numeric = [one @ [gap(q + k * 1e-4 * row) for k in six] / 1e-4 for row in np.eye(len(q))]
+    assert gradients[0] == pytest.approx(numeric, rel=1e-8, abs=1e-11)
+    assert states[0, 2] == pytest.approx(gradients[0] @ v, rel=1e-12)
+    h = 1e-5
+    rates = [
+        equations.touches(q + k * h * v, v, track.root((q + k * h * v)[0]), c)[0][0, 2] for k in six
+    ]
+    assert states[0, 4] == pytest.approx(one @ rates / h, rel=1e-7)
+
+
+def test_elimination_solves():
+    random = np.random.default_rng(1)
+    matrix = random.uniform(size=(6, 6))
+    matrix = matrix @ matrix.T + np.eye(6)
+    vector = random.uniform(size=6)
+    expected = np.linalg.solve(matrix, vector)
+    equations.eliminate(matrix, vector)
+    assert vector == pytest.approx(expected, rel=1e-12)

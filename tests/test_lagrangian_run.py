@@ -1,0 +1,216 @@
+"""Runs of the hand-written equations: references, closed forms, the Exudyn engine, refusals.
+
+The references (tests/data) are met within twice the uncertainty that their headers state, as far as
+a test has time for: through the first strike, and one into the second lap.
+"""
+
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.observables import deviation, lever_response
+from exudyn_flexlink.source import parse_document
+from exudyn_flexlink.storage import read_series
+
+HERE = Path(__file__).parent
+MODELS = HERE.parent / "models"
+BEAM, FIVE = "bodies.link.hinges.stiffness=beam", "bodies.link.rods=5"
+SCENES = {
+    "smooth_n10_beam": ("smooth.yaml", "run.turns=0.2"),
+    "strike_n5_beam": ("no_clearance.yaml", "run.turns=1.1", BEAM, FIVE),
+    "strike_n10_beam": ("no_clearance.yaml", "run.turns=0.53", BEAM),
+    "strike_n10_paper": ("no_clearance.yaml", "run.turns=0.54"),
+}
+
+
+@cache
+def run(name, *settings):
+    model, *own = SCENES.get(name, (name,))
+    scene = load_scene(MODELS / model, ["run.sample=1 ms", *own, *settings])
+    result = simulate(scene, "lagrangian")
+    assert result.outcome.completed, result.outcome
+    assert result.warnings == ()
+    return result
+
+
+def uncertainty(file):
+    """Those of S (m) and of the lever (rad) in a reference's header."""
+    found = re.search(r"S ([\d.e+-]+) m, lever ([\d.e+-]+) rad", file.read_text().splitlines()[0])
+    return max(2 * float(found[1]), 1e-9), max(2 * float(found[2]), 1e-8)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_reference_is_met_within_twice_its_uncertainty(name):
+    file = HERE / "data" / f"{name}.csv"
+    series, (distance, angle) = read_series(file), uncertainty(file)
+    found = deviation(run(name), series.time, series.position, series.lever_angle)
+    assert len(found.time) > 100
+    assert found.largest < distance
+    assert found.largest_angle < angle
+
+
+@pytest.mark.parametrize(
+    ("name", "least"),
+    [("strike_n5_beam", -0.35792), ("strike_n10_beam", -0.34439), ("strike_n10_paper", -0.163)],
+)
+def test_peak_of_the_lever(name, least):
+    assert lever_response(run(name), "strike").least[0] == pytest.approx(least, abs=1e-5)
+
+
+def test_checks_of_a_whole_run():
+    checks = run("strike_n5_beam").checks
+    assert checks.energy_residual < 1e-10 * checks.largest_kinetic_energy
+    assert checks.constraint_error < 1e-14
+    assert checks.steps > 1000
+    kinds = [event.kind for event in run("strike_n5_beam").events]
+    assert kinds.count("lap") == 1
+    assert kinds.count("contact begins") == 3
+
+
+def test_tolerances_are_the_users():
+    loose = run("smooth_n10_beam", "accuracy.relative_tolerance=1e-5",
+                "accuracy.absolute_tolerance=1e-7")  # fmt: skip
+    assert loose.settings["relative_tolerance"] == 1e-5
+    assert loose.checks.steps < run("smooth_n10_beam").checks.steps
+    away = np.abs(loose.poses - run("smooth_n10_beam").poses).max()
+    assert 1e-12 < away < 1e-3
+
+
+def test_forces_and_energies_are_those_of_the_exudyn_engine():
+    settings = ("run.turns=0.3", "run.sample=1 ms", "gravity=[1, -9.81]", "bodies.link.rods=3")
+    scene = load_scene(MODELS / "smooth.yaml", [*settings, "accuracy.tolerance=1e-6"])
+    ours, other = simulate(scene, "lagrangian"), simulate(scene)
+    _, i, k = np.intersect1d(ours.time.round(9), other.time.round(9), return_indices=True)
+    assert len(i) > 150
+    assert ours.part_names == other.part_names
+    assert ours.poses[i] == pytest.approx(other.poses[k], abs=3e-5)
+    for name in ("drive_torques", "joint_forces", "slot_forces"):
+        for key, values in getattr(ours, name).items():
+            error = np.abs(values[i] - getattr(other, name)[key][k])
+            assert np.median(error) < 3e-4 * np.abs(values).max(), (name, key)
+    for name in ("kinetic", "stored", "dissipated", "supplied"):
+        ours_of, other_of = getattr(ours.energy, name)[i], getattr(other.energy, name)[k]
+        assert ours_of == pytest.approx(other_of, abs=1e-5), name
+
+
+FLYWHEEL = """title: a guide of 90 mm with a block on a circle about its pin, driven by a torque
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+curves: {ring: {type: circle, centre: [0.1, 0.2], radius: 0.05}}
+bodies:
+  guide: {type: rod, length: 0.09, material: steel, section: {width: 20 mm, thickness: 12 mm}}
+  link: {type: rod, length: 0.07, material: steel, section: {width: 10 mm, thickness: 10 mm}}
+joints:
+  crank: {type: revolute, points: [ground, guide.start], at: [0.1, 0.2]}
+  sleeve: {type: sleeve, guide: guide, link: link}
+  pin: {type: slot, point: link.start, curve: ring}
+drives: {motor: {type: torque, joint: crank, value: 0.002}}
+initial: {speeds: {guide: 1.5}}
+run: {duration: 2}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def from_text(text, *settings):
+    return scene_of(parse_document(text, "test.yaml"), settings)
+
+
+def test_free_guide_under_a_torque_turns_like_a_flywheel():
+    """On a circle about its own pin nothing slides: theta = w t + M t^2/(2 J)."""
+    result = simulate(from_text(FLYWHEEL), "lagrangian")
+    guide, link = 7850 * 0.02 * 0.012 * 0.09, 7850 * 0.01 * 0.01 * 0.07
+    inertia = guide * 0.09**2 / 3 + link * (0.07**2 / 12 + 0.085**2)
+    theta = 1.5 * result.time + 0.002 * result.time**2 / (2 * inertia)
+    assert result.poses[:, 0, 2] == pytest.approx(theta, abs=1e-9)
+    assert result.energy.supplied[-1] == pytest.approx(0.002 * theta[-1], rel=1e-9)
+    laps = [event.time for event in result.events if event.kind == "lap"]
+    assert len(laps) == int(theta[-1] / (2 * np.pi))
+    assert np.interp(laps, result.time, theta) / (2 * np.pi) == pytest.approx(
+        np.arange(1, len(laps) + 1), abs=1e-9
+    )
+
+
+def test_free_guide_with_a_flexible_link_is_that_of_the_exudyn_engine():
+    scene = load_scene(
+        MODELS / "smooth.yaml",
+        [
+            "drives.motor={type: torque, joint: crank, value: 0.01}",
+            "bodies.link.rods=3",
+            "run={duration: 0.3, sample: 1 ms}",
+            "accuracy.tolerance=2e-6",
+        ],
+    )
+    ours, other = simulate(scene, "lagrangian"), simulate(scene)
+    _, i, k = np.intersect1d(ours.time.round(9), other.time.round(9), return_indices=True)
+    assert ours.poses[i, 0, 2] == pytest.approx(other.poses[k, 0, 2], abs=1e-4)
+    assert ours.checks.energy_residual < 1e-9 * ours.checks.largest_kinetic_energy
+
+
+def test_turns_of_a_free_guide_end_the_run():
+    run_ = "run={turns: 1, of: crank, at_most: 5}"
+    result = simulate(from_text(FLYWHEEL, run_), "lagrangian")
+    assert result.outcome.completed
+    assert result.poses[-1, 0, 2] == pytest.approx(2 * np.pi, abs=1e-10)
+    short = simulate(from_text(FLYWHEEL, run_.replace("5", "0.5")), "lagrangian")
+    assert "at_most" in short.outcome.reason
+
+
+def test_progress_is_told():
+    told = []
+    simulate(from_text(FLYWHEEL), "lagrangian", told.append)
+    assert all(0 <= part <= 1 for part in told)
+
+
+@pytest.mark.parametrize(
+    ("settings", "path"),
+    [
+        (("joints.pivot={type: weld, points: [ground, lever.start], at: [-0.138, 0]}",
+          "springs={}"), ("joints", "pivot")),
+        (("joints.pin.point=link.end",), ("joints", "pin")),
+        (("contacts.strike.point=guide.end",), ("contacts", "strike", "point")),
+        (("drives.motor.joint=pivot", "run={duration: 1}"), ("drives", "motor")),
+    ],
+)  # fmt: skip
+def test_what_has_no_equations_is_refused_by_name(settings, path):
+    with pytest.raises(NotRepresentableError) as caught:
+        simulate(load_scene(MODELS / "no_clearance.yaml", settings), "lagrangian")
+    assert caught.value.path == path
+
+
+FOUR_BAR = """title: four-bar linkage
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+bodies:
+  crank: {type: rod, length: 0.1, material: steel, section: {width: 10 mm, thickness: 5 mm}}
+  bar: {type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 5 mm}}
+  rocker: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 5 mm}}
+joints:
+  a: {type: revolute, points: [ground, crank.start], at: [0, 0]}
+  coupler: {type: revolute, points: [crank.end, bar.start]}
+  c: {type: revolute, points: [bar.end, rocker.end]}
+  d: {type: revolute, points: [ground, rocker.start], at: [0.3, 0]}
+initial: {angles: {crank: 1.0}, guesses: {bar: 0.3, rocker: 1.5}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def test_a_general_mechanism_is_refused_by_name():
+    with pytest.raises(NotRepresentableError) as caught:
+        simulate(from_text(FOUR_BAR), "lagrangian")
+    assert caught.value.path == ("joints", "coupler")
+
+
+def test_end_of_an_open_curve_ends_the_run():
+    scene = load_scene(
+        MODELS / "rigid.yaml",
+        ["joints.pin.curve=arc",
+         "curves.arc={type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: 0, to: 1}"],
+    )  # fmt: skip
+    result = simulate(scene, "lagrangian")
+    assert not result.outcome.completed
+    assert "reached the curve's end" in result.outcome.reason
+    assert result.time[-1] == pytest.approx(result.outcome.time)
