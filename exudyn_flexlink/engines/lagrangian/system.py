@@ -230,19 +230,20 @@ class System:
         elif contact.rigid:
             return self._impact(t, y, k)
         else:
-            contact.begin(t, touch, *self._contact_totals(y, k, touch))
+            contact.begin(t, touch, *self._contact_totals(y, k))
         return y
 
-    def _contact_totals(self, y: FloatArray, k: int, touch: FloatArray) -> tuple[float, float]:
-        """Impulse and energy lost so far."""
+    def _contact_totals(self, y: FloatArray, k: int) -> tuple[float, float]:
+        """Impulse and energy that the contact has taken so far.
+
+        As it begins and as it ends the contact stores nothing: what it stored when the point slid
+        off the end of the face is lost.
+        """
         _, _, impulses, works = self.totals(y)
-        law, stored = self.contacts[k].face.law, 0.0
-        if isinstance(law, RestitutionPenalty) and self.contacts[k].side is Side.PRESSED:
-            stored = float(law.stored_energy(-touch[0]))
-        return float(impulses[k]), float(works[k]) - stored
+        return float(impulses[k]), float(works[k])
 
     def _end_contact(self, t: float, y: FloatArray, k: int, touch: FloatArray, side: Side) -> None:
-        self.contacts[k].end(t, touch, side, *self._contact_totals(y, k, touch))
+        self.contacts[k].end(t, touch, side, *self._contact_totals(y, k))
 
     # --- impacts ------------------------------------------------------------------------------
 

@@ -1,0 +1,61 @@
+"""The two engines against each other: no shared equation of motion, the same answer.
+
+Short runs; scripts/verify.py measures the same over two turns.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from exudyn_flexlink.compare import Comparison, compare
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import strikes
+from exudyn_flexlink.result import Result
+
+MODELS = Path(__file__).parent.parent / "models"
+SMOOTH = ("smooth.yaml", "run.turns=0.3", "run.sample=1 ms")
+STRIKE = (
+    "no_clearance.yaml",
+    "run.turns=0.6",
+    "run.sample=1 ms",
+    "bodies.link.hinges.stiffness=beam",
+    "bodies.link.rods=5",
+)
+
+
+@cache
+def run(engine: str, model: str, *settings: str) -> Result:
+    return simulate(load_scene(MODELS / model, settings), engine)
+
+
+def against_lagrangian(case: tuple[str, ...], *settings: str) -> Comparison:
+    return compare(run("exudyn", *case, *settings), run("lagrangian", *case))
+
+
+def test_smooth_motions_agree_to_1e_8_and_with_the_step_squared() -> None:
+    steps = ("accuracy.step=1e-4", "accuracy.step=5e-5")
+    coarse, fine = (against_lagrangian(SMOOTH, step).deviation.largest for step in steps)
+    assert fine < 1e-8
+    assert coarse / fine == pytest.approx(4, abs=0.4)
+
+
+def test_strikes_agree_at_tight_settings() -> None:
+    tight = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=100")
+    found = against_lagrangian(STRIKE, *tight)
+    assert found.deviation.largest < 2e-6
+    assert found.deviation.largest_angle < 1e-4
+
+
+def test_a_strike_takes_the_same_impulse_and_energy() -> None:
+    tight = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=100")
+    ours, judge = (
+        strikes(run(*engine), "strike")[0]
+        for engine in (("exudyn", *STRIKE, *tight), ("lagrangian", *STRIKE))
+    )
+    assert ours.impulse == pytest.approx(judge.impulse, rel=1e-3)
+    assert ours.energy_lost == pytest.approx(judge.energy_lost, rel=5e-3)
+    assert ours.peak_force == pytest.approx(judge.peak_force, rel=1e-3)
