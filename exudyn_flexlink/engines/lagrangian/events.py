@@ -103,7 +103,9 @@ class Loop:
             system.rate, began, y, stop, longest, rtol=self.relative, atol=self.absolute
         )
         while solver.status == "running":
-            complaint = solver.step()
+            # A trial step far too long may overflow: it is not a number, hence rejected.
+            with np.errstate(over="ignore", invalid="ignore"):
+                complaint = solver.step()
             if solver.status == "failed":
                 raise StuckError(str(complaint))
             dense = _Lazy(solver)

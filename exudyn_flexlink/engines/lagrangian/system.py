@@ -252,13 +252,13 @@ class System:
         contact, e = self.contacts[k], self.contacts[k].face.law.restitution
         q, v, root = self.coordinates(t, y)
         touch = touches(q, v, root, self.rig.constants)[0][k].copy()
-        totals = self._contact_totals(y, k, touch)
+        totals = self._contact_totals(y, k)
         over = is_over(-float(touch[2]), e, self._gap_acceleration(t, y, k))
         e = 0.0 if over else e
         y, hit, work = self._jump(t, y, k, e)
         if not over:
             contact.hit(t, touch, _details(hit, work))
-            totals = self._contact_totals(y, k, touch)
+            totals = self._contact_totals(y, k)
             touch[2] = hit.separation_speed
         y = self._settle(t, y, k)
         if e == 0 and self._gap_acceleration(t, y, k) < 0:
