@@ -16,12 +16,14 @@ from exudyn_flexlink.mechanism import (
     assemble,
     build_curves,
     build_mechanism,
+    end_of_run,
     face_length,
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
 
 CLOSED = 1e-9  # m or rad: less is not worth a word
+MOST_SAMPLES = 10_000_000
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 
 
@@ -67,7 +69,10 @@ def scene_of(
     """Check a document that is already read; see `load_scene`."""
     checked = check_document(apply_settings(document, settings), allow_outside)
     scene = checked.to_scene(others=build_curves(checked.curves)[1])
-    assemble_scene(scene)
+    assembly = assemble_scene(scene)
+    too_many = _samples_mistakes(scene, assembly)
+    if too_many:
+        raise SceneError(scene.document, too_many)
     return scene
 
 
@@ -90,6 +95,15 @@ def assemble_scene(scene: Scene) -> Assembly:
     if mistakes:
         raise SceneError(scene.document, mistakes)
     return assembly
+
+
+def _samples_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """A sampling interval so short that the samples would not fit into memory."""
+    end = end_of_run(scene, assembly.mechanism)
+    if scene.run.sample is None or end <= MOST_SAMPLES * scene.run.sample:
+        return []
+    message = f"would keep {end / scene.run.sample:.2g} samples; at most {MOST_SAMPLES:.0e}"
+    return [Mistake(("run", "sample"), message, "a longer interval, or a shorter run")]
 
 
 def _start(scene: Scene, mechanism: Mechanism) -> Start:

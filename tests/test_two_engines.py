@@ -59,3 +59,35 @@ def test_a_strike_takes_the_same_impulse_and_energy() -> None:
     assert ours.impulse == pytest.approx(judge.impulse, rel=1e-3)
     assert ours.energy_lost == pytest.approx(judge.energy_lost, rel=5e-3)
     assert ours.peak_force == pytest.approx(judge.peak_force, rel=1e-3)
+
+
+@pytest.mark.parametrize("start", ["0", "-20 deg"])
+def test_a_crank_that_runs_backwards_takes_the_laps_in_the_same_order(start: str) -> None:
+    case = ("rigid.yaml", "drives.motor.value=-10", "run.turns=2.2", "run.sample=1 ms",
+            f"initial.angles.guide={start}", "contacts={}")  # fmt: skip
+    found = against_lagrangian(case)
+    assert found.deviation.largest < 4e-5
+    laps = [
+        [event.details["lap"] for event in run(engine, *case).events if event.kind == "lap"]
+        for engine in ("exudyn", "lagrangian")
+    ]
+    assert laps[0] == laps[1]
+    # From the seam the first lap is the ellipse: S is 110 mm from O on the far side, not 100.
+    if start == "0":
+        assert laps[0] == [2, 3]
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_the_end_of_an_open_curve_ends_the_run_and_keeps_it(engine: str) -> None:
+    line = "curves={t: {type: line, from: [0.04, -0.03], to: [0.04, 0.03]}}"
+    result = run(engine, "smooth.yaml", line, "joints.pin.curve=t", "run.turns=0.5")
+    assert not result.outcome.completed
+    assert "'pin' reached the curve's end" in result.outcome.reason
+    assert result.time[-1] == pytest.approx(result.outcome.time, abs=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_turns_cut_short_are_not_a_completed_run(engine: str) -> None:
+    outcome = run(engine, "rigid.yaml", "run.at_most=0.01").outcome
+    assert not outcome.completed
+    assert "'at_most' was reached" in outcome.reason

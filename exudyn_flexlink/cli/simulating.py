@@ -29,8 +29,13 @@ def simulate_command(options: argparse.Namespace) -> int:
     from exudyn_flexlink.storage import StorageError, staged_folder
 
     target: Path = options.out or Path("runs") / options.model.stem
+    if options.engine == "exudyn" and any(map(_for_lagrangian, options.settings)):
+        message = "relative and absolute tolerance are for '--engine lagrangian'"
+        return complain(f"{message}; for Exudyn set accuracy.tolerance", BAD_INPUT)
     try:
         scene = read_scene(options, options.impact)
+        if options.impact is not None and not scene.contacts:
+            complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with staged_folder(target) as folder:
             result = run(scene, options.engine, options)
@@ -38,6 +43,11 @@ def simulate_command(options: argparse.Namespace) -> int:
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
     return _tell(result, target, options.quiet)
+
+
+def _for_lagrangian(setting: str) -> bool:
+    """Tell whether a setting of the command line means nothing to Exudyn."""
+    return setting.startswith(("accuracy.relative_tolerance", "accuracy.absolute_tolerance"))
 
 
 def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
@@ -71,7 +81,7 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         with progress_bar(options.quiet, what) as progress:
             return engines.simulate(scene, engine, progress)
     except engines.NotRepresentableError as error:
-        asked = options.impact is not None and error.path[:1] == ("contacts",)
+        asked = options.impact is not None and error.path[2:] == ("law",)
         why = f"; '--impact {options.impact}' asks for it" if asked else ""
         mistake = Mistake(error.path, error.message, f"refused by the engine '{engine}'{why}")
         raise SceneError(scene.document, [mistake]) from error

@@ -1,7 +1,7 @@
 """Plane curves for slot joints: arcs, lines, splines, joined pieces, other curves each lap."""
 
 from exudyn_flexlink.curves.base import Curve, CurveError
-from exudyn_flexlink.curves.joined import Joined, Laps
+from exudyn_flexlink.curves.joined import Joined, Laps, lap_number, pieces_of_laps
 from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegment
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
@@ -22,5 +22,7 @@ __all__ = [
     "evaluator",
     "foot",
     "intersect_ray",
+    "lap_number",
+    "pieces_of_laps",
     "ray_crossings",
 ]

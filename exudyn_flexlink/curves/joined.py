@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,6 +111,22 @@ class Laps(Composite):
         inside = values - cycles * self.period
         within = np.searchsorted(self.lap_breaks, inside, side="right") - 1
         return np.asarray(cycles * len(self.curves) + within, dtype=np.intp)
+
+
+def pieces_of_laps(curve: Curve) -> list[tuple[int, int]]:
+    """First and last piece of each lap of a curve; of the whole curve if it has no laps."""
+    if not isinstance(curve, Laps):
+        return [(0, len(curve.pieces) - 1)]
+    edges = np.searchsorted(curve.breaks, curve.lap_breaks - 1e-9 * curve.period)
+    return [(int(a), int(b) - 1) for a, b in pairwise(edges)]
+
+
+def lap_number(winding: int) -> int:
+    """Number of a lap, from 1, whichever way round: after `winding` net passes of the seam.
+
+    A point that starts on the seam and runs backwards is in its first lap at winding -1.
+    """
+    return winding + 1 if winding >= 0 else -winding
 
 
 def _check_closed(curve: Curve, index: int) -> None:

@@ -26,7 +26,7 @@ def ray_crossings(curve: Curve, origin: ArrayLike, direction: ArrayLike) -> Floa
     """
     start, along = _line(origin, direction)
     found = [
-        begin + (np.clip(piece.crossings(start, along), piece.start, piece.end) - piece.start)
+        begin + _on_piece(piece, piece.crossings(start, along))
         for piece, begin in zip(curve.pieces, curve.breaks[:-1], strict=True)
     ]
     u = np.sort(np.concatenate(found))
@@ -54,6 +54,13 @@ def intersect_ray(curve: Curve, origin: ArrayLike, direction: ArrayLike, near_u:
     start, along = _line(origin, direction)
     u = _newton(curve, start, along, near_u)
     return _closest(curve, start, along, near_u) if u is None else u
+
+
+def _on_piece(piece: Curve, u: FloatArray) -> FloatArray:
+    """Parameters counted from the piece's start: those just outside a closed piece come round."""
+    if piece.closed:
+        return np.asarray(np.mod(u - piece.start, piece.period))
+    return np.asarray(np.clip(u, piece.start, piece.end) - piece.start)
 
 
 def _line(origin: ArrayLike, direction: ArrayLike) -> tuple[FloatArray, FloatArray]:

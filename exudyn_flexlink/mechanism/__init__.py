@@ -35,6 +35,7 @@ from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.schedule import (
     TurnGoal,
     contact_step,
+    cut_short,
     end_of_run,
     half_period,
     sample_times,
@@ -75,6 +76,7 @@ __all__ = [
     "constraint_rows",
     "contact_mass",
     "contact_step",
+    "cut_short",
     "end_of_run",
     "face_length",
     "half_period",

@@ -52,12 +52,22 @@ def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
     run = scene.run
     if run.duration is not None:
         return run.duration
-    turned = 2 * pi * (run.turns or 0.0)
+    return min(_turns_made(scene, mechanism), run.at_most or inf)
+
+
+def cut_short(scene: Scene, mechanism: Mechanism) -> bool:
+    """Tell whether `at_most` ends a run before its speed drive has made the turns."""
+    run = scene.run
+    return run.at_most is not None and run.at_most < _turns_made(scene, mechanism) * (1 - 1e-12)
+
+
+def _turns_made(scene: Scene, mechanism: Mechanism) -> float:
+    """Time at which a speed drive has made the turns, s; inf if none ever has."""
+    turned = 2 * pi * (scene.run.turns or 0.0)
     for motor in mechanism.speed_motors:
-        if scene.drives[motor.name].joint == run.of and motor.ramp.value:
-            made = motor.ramp.time_of(turned if motor.ramp.value > 0 else -turned)
-            return min(made, run.at_most or inf)
-    return run.at_most or inf
+        if scene.drives[motor.name].joint == scene.run.of and motor.ramp.value:
+            return motor.ramp.time_of(turned if motor.ramp.value > 0 else -turned)
+    return inf
 
 
 def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:

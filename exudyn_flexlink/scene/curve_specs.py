@@ -92,9 +92,6 @@ class SplineSpec(Part):
         return self
 
 
-SimpleCurve = EllipseSpec | CircleSpec | LineSpec | SplineSpec
-
-
 class JoinedSpec(Part):
     """Pieces one after the other, each starting where the last one ended."""
 

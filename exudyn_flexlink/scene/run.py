@@ -71,10 +71,10 @@ class Accuracy(Part):
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         0.9, description="numerical damping of the integrator: 1 none, 0 most"
     )
-    relative_tolerance: Annotated[float, Number(above=0.0)] | None = Field(
+    relative_tolerance: Annotated[float, Number(at_least=3e-14)] | None = Field(
         None, description="local error per size of the state; Lagrangian engine only"
     )
-    absolute_tolerance: Annotated[float, Number(above=0.0)] | None = Field(
+    absolute_tolerance: Annotated[float, Number(at_least=1e-20)] | None = Field(
         None, description="local error in rad and rad/s; Lagrangian engine only"
     )
 

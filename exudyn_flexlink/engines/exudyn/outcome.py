@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import version
-from exudyn_flexlink.mechanism import anchor_position, approach
+from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 
 ENOUGH_STEPS = 30  # per contact: restitution is then right to 1 %
 ENERGY_WARNING = 1e-2  # of the largest kinetic energy
+NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
 CONSTRAINT_WARNING = 1e-8  # m or rad
 
 
@@ -190,7 +191,7 @@ def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
             "restitution is off by more than 1 %, below about 5 the impact is wrong; "
             "take smaller steps, or give a tolerance instead of a step"
         )
-    energy = max(checks.largest_kinetic_energy, 1e-300)
+    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
     if checks.energy_residual > ENERGY_WARNING * energy:
         warnings.append(
             f"the energy balance misses {checks.energy_residual:.3g} J, "
@@ -215,16 +216,23 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         )
     if complaint:
         return Outcome(False, loop.time, _plain(complaint), _advice(complaint))
-    if loop.goal is not None and loop.goal.left(prepared.recorder.last_positions()) > 1e-9:
+    if _turns_missing(prepared):
         return Outcome(
             False,
             loop.time,
             f"'at_most' was reached before joint '{prepared.scene.run.of}' made its turns",
-            "raise 'at_most', or the torque",
+            "raise 'at_most', or the drive's value",
         )
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
         return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
     return Outcome(True, loop.time)
+
+
+def _turns_missing(prepared: Prepared) -> bool:
+    goal = prepared.loop.goal
+    if goal is None:
+        return cut_short(prepared.scene, prepared.assembly.mechanism)
+    return goal.left(prepared.recorder.last_positions()) > 1e-9
 
 
 def _plain(complaint: str) -> str:

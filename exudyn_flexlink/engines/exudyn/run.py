@@ -144,7 +144,7 @@ def _settings(prepared: Prepared, first: float) -> Any:
     largest = prepared.loop.chooser.largest
     time.numberOfSteps = max(1, ceil(prepared.loop.end / largest))
     time.initialStepSize = first
-    time.minimumStepSize = 1e-10
+    time.minimumStepSize = min(1e-10, first / 10)
     # Left alone, the solver doubles a step that is shorter than its own every few steps.
     time.adaptiveStepRecoverySteps = 10**9
     time.generalizedAlpha.spectralRadius = prepared.scene.accuracy.spectral_radius

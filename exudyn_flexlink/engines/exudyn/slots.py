@@ -10,14 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import cos, hypot, inf, sin, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.curves import Arc, Curve, Evaluator, LineSegment, evaluator, foot
+from exudyn_flexlink.curves import (
+    Arc,
+    Curve,
+    Evaluator,
+    LineSegment,
+    evaluator,
+    foot,
+    lap_number,
+    pieces_of_laps,
+)
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.engines.exudyn.landing import THERE, first_root, land
@@ -76,7 +84,7 @@ class SlotItems:
         self.at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
         place = float(system.assembly.state.places[index])
         self.piece, self.u = self.curve.locate(place)
-        self._laps = _pieces_of_laps(self.curve)
+        self._laps = pieces_of_laps(self.curve)
         self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         # Turns made round a closed curve, backwards ones negative; the first lap is 0, and -1 for
         # a point that starts on the seam and runs backwards.
@@ -179,7 +187,10 @@ class SlotItems:
 
     def place(self) -> float:
         """Parameter of the whole curve, where the point is."""
-        return float(self.curve.breaks[self.piece] + self.u - self.curve.pieces[self.piece].start)
+        piece, u = self.curve.pieces[self.piece], self.u
+        if not self.curve.closed:  # the step that ends an open curve goes a hair beyond it
+            u = min(max(u, piece.start), piece.end)
+        return float(self.curve.breaks[self.piece] + u - piece.start)
 
     def after_step(self, now: Instant, step: float) -> float:
         """Follow the point, change the piece where it ends; return the next step (s)."""
@@ -231,15 +242,11 @@ class SlotItems:
             self._cross_seam(-1, time)
 
     def _cross_seam(self, way: int, time: float) -> None:
-        before = self._lap_number()
+        before = lap_number(self.winding)
         self.winding += way
-        if self._lap_number() != before:
-            details = {"lap": float(self._lap_number())}
+        if lap_number(self.winding) != before:
+            details = {"lap": float(lap_number(self.winding))}
             self.events.append(Event(time, "lap", self.slot.name, details))
-
-    def _lap_number(self) -> int:
-        """Number of the lap, from 1, whichever way the point runs round."""
-        return self.winding + 1 if self.winding >= 0 else -self.winding
 
     def _until_end(self, speed: float, along: float, rising: float) -> float:
         """Time (s) until the point reaches the end of the current piece; inf while it rests."""
@@ -259,7 +266,7 @@ class SlotItems:
                 self.at_end = True
                 return
             self._cross_seam(way, time)
-            self._lap = (self._lap_number() - 1) % len(self._laps)
+            self._lap = (lap_number(self.winding) - 1) % len(self._laps)
             first, last = self._laps[self._lap]
             after = first if way > 0 else last
         item = self._item_of_piece[after]
@@ -295,12 +302,3 @@ class SlotItems:
             row = self.system.multipliers(self._general)[0]
             force -= multipliers[:, row, None] * self.curve.normal(places)
         return force
-
-
-def _pieces_of_laps(curve: Curve) -> list[tuple[int, int]]:
-    """First and last piece of each lap of a curve; of the whole curve if it has no laps."""
-    breaks = getattr(curve, "lap_breaks", None)
-    if breaks is None:
-        return [(0, len(curve.pieces) - 1)]
-    edges = np.searchsorted(curve.breaks, np.asarray(breaks) - SEAM * curve.period)
-    return [(int(a), int(b) - 1) for a, b in pairwise(edges)]

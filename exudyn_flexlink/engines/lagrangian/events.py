@@ -89,6 +89,7 @@ class Loop:
             StuckError: the loop can't go on.
 
         """
+        self.state = y
         self.observer.after(self.time, y, False)
         for stop in stops:
             while stop - self.time > EVENT_TIME and not self.system.over:
@@ -114,8 +115,9 @@ class Loop:
             self._count(float(end - solver.t_old))
             self.observer.before(end, dense)
             self.time = end
+            self.state = np.array(solver.y) if found is None else dense(end)
             if found is not None:
-                return self._cross(dense(end), found[1], began)
+                return self._cross(self.state, found[1], began)
             self.observer.after(end, solver.y, False)
             if system.over:
                 return np.array(solver.y)

@@ -17,7 +17,7 @@ from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.mechanism import approach
+from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
@@ -30,6 +30,11 @@ from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
+ADVICE = (
+    "look at the mechanism there: the guide's axis may touch the track (a dead centre), or a "
+    "contact be too stiff"
+)
+NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
 ENERGY_WARNING = 1e-6  # of the largest kinetic energy
 
 
@@ -126,7 +131,7 @@ def _checks(prepared: Prepared) -> Checks:
 
 
 def _warnings(checks: Checks) -> tuple[str, ...]:
-    energy = max(checks.largest_kinetic_energy, 1e-300)
+    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
     if checks.energy_residual <= ENERGY_WARNING * energy:
         return ()
     return (
@@ -139,16 +144,17 @@ def _warnings(checks: Checks) -> tuple[str, ...]:
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     system, time = prepared.system, prepared.loop.time
     if system.interrupted:
-        return Outcome(False, time, INTERRUPTED, "what was computed until then is kept")
+        return Outcome(False, time, INTERRUPTED)
     if system.stop_reason:
         return Outcome(False, time, system.stop_reason, "lengthen the curve, or end the run before")
     if complaint:
-        return Outcome(False, time, complaint, "look at the mechanism there; start elsewhere")
-    if system.goal is not None and not system.reached:
+        return Outcome(False, time, complaint, ADVICE)
+    missing = cut_short(prepared.scene, prepared.rig.mechanism)
+    if missing if system.goal is None else not system.reached:
         return Outcome(
             False,
             time,
             f"'at_most' was reached before joint '{prepared.scene.run.of}' made its turns",
-            "raise 'at_most', or the torque",
+            "raise 'at_most', or the drive's value",
         )
     return Outcome(True, time)

@@ -32,11 +32,10 @@ class Samples:
     time: list[float] = field(default_factory=list)
     motion: list[Motion] = field(default_factory=list)
     totals: list[FloatArray] = field(default_factory=list)  # see Recorder._row
-    sides: list[list[Side]] = field(default_factory=list)
 
     def drop_last(self) -> None:
         """Forget the last instant."""
-        for values in (self.time, self.motion, self.totals, self.sides):
+        for values in (self.time, self.motion, self.totals):
             values.pop()
 
 
@@ -93,7 +92,6 @@ class Recorder:
         kept.time.append(t)
         kept.motion.append(self.system.motion(t, y))
         kept.totals.append(self._row(y))
-        kept.sides.append([contact.side for contact in self.system.contacts])
         while self._next < len(self.grid) and self.grid[self._next] <= t:
             self._next += 1
 

@@ -64,12 +64,12 @@ def solve(prepared: Prepared) -> str:
     stops = [t for t in _bends(prepared.rig.mechanism) if 0 < t < prepared.end]
     with interrupts(system.interrupt):
         try:
-            y = loop.run(system.start, [*stops, prepared.end])
-            recorder.keep_last(loop.time, y)
+            loop.state = loop.run(system.start, [*stops, prepared.end])
         except DeadCentreError as error:
             complaint = str(error)
         except StuckError as error:
-            complaint = f"{error} {system.trouble}".strip()
+            complaint = system.trouble or f"no step is short enough ({error})"
+    recorder.keep_last(loop.time, loop.state)
     recorder.flush()
     return complaint
 

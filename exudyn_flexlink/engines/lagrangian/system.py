@@ -211,11 +211,11 @@ class System:
 
     def _end_of_piece(self, t: float, way: int) -> None:
         slot = self.rig.mechanism.slots[0].name
-        changed = self.track.next_piece(way)
-        if changed is None:
+        lap = self.track.next_piece(way)
+        if lap is None:
             self.stop_reason = f"the point of slot '{slot}' reached the curve's end"
-        elif changed:
-            self.events.append(Event(t, "lap", slot, {"lap": self.track.lap + 1}))
+        elif lap:
+            self.events.append(Event(t, "lap", slot, {"lap": float(lap)}))
 
     def _contact_event(self, t: float, y: FloatArray, k: int, guard: int) -> FloatArray:
         contact = self.contacts[k]

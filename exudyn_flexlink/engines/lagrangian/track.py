@@ -12,9 +12,7 @@ from __future__ import annotations
 
 from math import cos, hypot, sin
 
-import numpy as np
-
-from exudyn_flexlink.curves import Curve, Evaluator, evaluator
+from exudyn_flexlink.curves import Curve, Evaluator, evaluator, lap_number, pieces_of_laps
 from exudyn_flexlink.engines.lagrangian.equations import Root
 
 NEWTON_STEPS = 40
@@ -37,7 +35,9 @@ class Track:
         self.centre = centre
         self.piece, self.u = curve.locate(place)
         self._home = self.u
-        self.lap = 0
+        self._laps = pieces_of_laps(self.curve)
+        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
+        self._winding = self._lap
         self._pieces: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         self._at = self._pieces[self.piece]
 
@@ -102,25 +102,23 @@ class Track:
     def next_piece(self, way: int) -> int | None:
         """Go on to the next piece (way 1) or the one before (-1); None at an open curve's end.
 
-        Return how the number of the lap changed.
+        Return the number of the lap if another one begins, else 0.
         """
-        count = len(self.curve.pieces)
-        after = self.piece + way
-        if not 0 <= after < count and not self.curve.closed:
-            return None
-        before = self._lap_of(self.piece)
-        self.piece = after % count
+        first, last = self._laps[self._lap]
+        after, begun = self.piece + way, 0
+        if not first <= after <= last:
+            if not self.curve.closed:
+                return None
+            before = lap_number(self._winding)
+            self._winding += way
+            number = lap_number(self._winding)
+            begun = number if number != before else 0
+            self._lap = (number - 1) % len(self._laps)
+            first, last = self._laps[self._lap]
+            after = first if way > 0 else last
+        self.piece = after
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
         self._home = self.u
         self._at = self._pieces[self.piece]
-        changed = way if self._lap_of(self.piece) != before or not 0 <= after < count else 0
-        self.lap += changed
-        return changed
-
-    def _lap_of(self, piece: int) -> int:
-        breaks = getattr(self.curve, "lap_breaks", None)
-        if breaks is None:
-            return 0
-        middle = (self.curve.breaks[piece] + self.curve.breaks[piece + 1]) / 2
-        return int(np.searchsorted(breaks, middle)) - 1
+        return begun
