@@ -98,6 +98,32 @@ class RestitutionPenalty:
 
 
 @dataclass(frozen=True)
+class Friction:
+    """Coulomb friction, regularised: ``T = -mu F tanh(s/s_0)`` against the slip ``s`` (m/s).
+
+    Below about the slip speed ``s_0`` (m/s, > 0) the contact creeps instead of sticking.
+
+    Raises:
+        ValueError: the ``coefficient`` mu is negative or ``slip_speed`` not positive.
+
+    """
+
+    coefficient: float
+    slip_speed: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.coefficient) and self.coefficient >= 0):
+            raise ValueError(f"coefficient must not be negative, got {self.coefficient!r}")
+        if not (math.isfinite(self.slip_speed) and self.slip_speed > 0):
+            raise ValueError(f"slip_speed must be positive and finite, got {self.slip_speed!r}")
+
+    def force(self, pressing: ArrayLike, slip: ArrayLike) -> FloatArray:
+        """Force in N along the face, against the slip, of the broadcast shape of both arguments."""
+        ratio = np.asarray(slip, dtype=float) / self.slip_speed
+        return np.asarray(-self.coefficient * np.asarray(pressing) * np.tanh(ratio))
+
+
+@dataclass(frozen=True)
 class Impulse:
     """Rigid contact: an impact returns ``e v`` at once (the paper's eq. 4), pushing leaves no gap.
 

@@ -18,6 +18,7 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
     end_of_run,
     face_length,
+    pairs,
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
@@ -90,8 +91,12 @@ def assemble_scene(scene: Scene) -> Assembly:
     except CannotAssembleError as error:
         raise SceneError(scene.document, [_open_mistake(scene, error)]) from error
     except CannotMoveError as error:
-        raise SceneError(scene.document, [_speed_mistake(mechanism, error)]) from error
-    mistakes = [*_penetrations(assembly), *_redundancies(scene, assembly)]
+        raise SceneError(scene.document, [_speed_mistake(scene, mechanism, error)]) from error
+    mistakes = [
+        *_penetrations(assembly),
+        *_pressed_walls(assembly),
+        *_redundancies(scene, assembly),
+    ]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     return assembly
@@ -116,6 +121,7 @@ def _start(scene: Scene, mechanism: Mechanism) -> Start:
         by_part(dict(initial.angles)),
         by_part(dict(initial.guesses)),
         by_part(dict(initial.speeds)),
+        {mechanism.parts_of(body)[0]: v for body, v in initial.velocities.items()},
     )
 
 
@@ -139,15 +145,16 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     )
 
 
-def _speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
+def _speed_mistake(scene: Scene, mechanism: Mechanism, error: CannotMoveError) -> Mistake:
     if error.part is None:
         return Mistake(
             ("drives", str(error.drive)),
             "the mechanism can't follow this drive at the start: joints or other drives block it",
             "a dead centre, or two drives of one freedom; start at another angle",
         )
+    body = mechanism.parts[error.part].body
     return Mistake(
-        ("initial", "speeds", mechanism.parts[error.part].body),
+        ("initial", "speeds" if body in scene.initial.speeds else "velocities", body),
         "this speed contradicts the joints, the drives or the speeds above",
         "leave out the speeds that follow from others",
     )
@@ -169,6 +176,28 @@ def _penetrations(assembly: Assembly) -> list[Mistake]:
                     "move the body away, or choose the other 'side' of the line",
                 )
             )
+    return found
+
+
+def _pressed_walls(assembly: Assembly) -> list[Mistake]:
+    """Links with clearance that start beyond a wall or a corner of their guide."""
+    found = []
+    state = assembly.state
+    for channel in assembly.mechanism.channels:
+        if channel.clearance == 0:
+            continue
+        for contact in pairs(channel):
+            at = approach(contact, state.q, state.v)
+            if 0 <= at.place <= face_length(contact) and at.gap < -TOUCHING:
+                where = contact.name.removeprefix(f"{channel.name}: ")
+                found.append(
+                    Mistake(
+                        ("joints", channel.name),
+                        f"starts with a penetration of {-float(at.gap):.3g} m: {where}",
+                        "move or turn the link under 'initial: angles', or widen the clearance",
+                    )
+                )
+                break
     return found
 
 

@@ -341,6 +341,7 @@ NonNegativeTorsionalStiffness = Annotated[
 ]
 NonNegativeTorsionalDamping = Annotated[float, Quantity(Dimension.TORSIONAL_DAMPING, at_least=0.0)]
 AngularSpeed = Annotated[float, Quantity(Dimension.ANGULAR_SPEED)]
+Speed = Annotated[float, Quantity(Dimension.SPEED)]
 PositiveSpeed = Annotated[float, Quantity(Dimension.SPEED, above=0.0)]
 Acceleration = Annotated[float, Quantity(Dimension.ACCELERATION)]
 PositiveInertia = Annotated[float, Quantity(Dimension.INERTIA, above=0.0)]

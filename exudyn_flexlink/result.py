@@ -54,6 +54,39 @@ class ContactHistory:
 
 
 @dataclass(frozen=True)
+class Touches:
+    """Every time a pair of a sleeve touched, in order of `begin`; arrays of one length.
+
+    `pair` is an index into the history's `pairs`; `begin` and `end` (s), `impulse` (N s) of the
+    normal force, `energy_lost` (J, friction included), `peak_force` (N), `approach_speed` (m/s) at
+    the beginning. What still touches as the run ends, ends there.
+    """
+
+    pair: NDArray[np.int64]
+    begin: FloatArray
+    end: FloatArray
+    impulse: FloatArray
+    energy_lost: FloatArray
+    peak_force: FloatArray
+    approach_speed: FloatArray
+
+
+@dataclass(frozen=True)
+class SleeveHistory:
+    """How a link met the walls of its guide.
+
+    `pairs` names what can touch, `sides` the side of the link on which it does (+1 upper, -1 lower,
+    0 both), `force` (samples, pairs) holds the normal forces in N. A sleeve
+    without clearance that supports its rods holds them all the time: it has forces and no touches.
+    """
+
+    pairs: tuple[str, ...]
+    sides: tuple[float, ...]
+    force: FloatArray
+    touches: Touches
+
+
+@dataclass(frozen=True)
 class EnergyHistory:
     """Energies in J at the samples.
 
@@ -113,6 +146,7 @@ class Result:
     joint_forces: Mapping[str, FloatArray]
     slot_forces: Mapping[str, FloatArray]
     contacts: Mapping[str, ContactHistory]
+    sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
     energy: EnergyHistory
     events: tuple[Event, ...]
     checks: Checks

@@ -140,6 +140,7 @@ def result_of(
         joint_forces={pin.name: np.stack([time, -time], axis=-1) for pin in mechanism.pins},
         slot_forces={slot.name: np.stack([time, 0 * time], axis=-1) for slot in mechanism.slots},
         contacts=contacts,
+        sleeves={},
         energy=energy,
         events=events,
         checks=Checks(residual, largest, 1e-12, 100, 250, 1e-5, 1e-4, float("inf"), 1e-5),

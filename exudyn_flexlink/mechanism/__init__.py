@@ -9,6 +9,7 @@ from exudyn_flexlink.mechanism.assembly import (
     assemble,
 )
 from exudyn_flexlink.mechanism.build import beam_of, build_mechanism, chain_of
+from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length
 from exudyn_flexlink.mechanism.dynamics import accelerations, contact_mass
 from exudyn_flexlink.mechanism.energy import EnergyMeter, turning
@@ -21,6 +22,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
+    Channel,
     FaceContact,
     Mechanism,
     Motor,
@@ -40,6 +42,7 @@ from exudyn_flexlink.mechanism.schedule import (
     half_period,
     sample_times,
     turn_goal,
+    wall_half_period,
 )
 from exudyn_flexlink.mechanism.tracks import build_curves
 
@@ -50,6 +53,7 @@ __all__ = [
     "Assembly",
     "CannotAssembleError",
     "CannotMoveError",
+    "Channel",
     "EnergyMeter",
     "FaceContact",
     "Mechanism",
@@ -77,11 +81,16 @@ __all__ = [
     "contact_mass",
     "contact_step",
     "cut_short",
+    "deepest_allowed",
     "end_of_run",
     "face_length",
     "half_period",
     "joint_residuals",
+    "node_anchor",
+    "pair_sides",
+    "pairs",
     "sample_times",
     "turn_goal",
     "turning",
+    "wall_half_period",
 ]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
     Start,
@@ -17,7 +18,7 @@ from exudyn_flexlink.mechanism.closing import (
 )
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraint_jacobian
 from exudyn_flexlink.mechanism.kinematics import angle_of, constraint_rows
-from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.model import Mechanism, Slide
 
 FloatArray = NDArray[np.float64]
 
@@ -72,7 +73,9 @@ class CannotMoveError(ValueError):
 def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     """Put the mechanism together at time 0.
 
-    Angles in `start.angles` and those of motor-driven parts are held; everything else starts from
+    A link with clearance starts on its guide's axis and at rest relative to the guide, as if there
+    were none, unless its angle or its motion is given. Angles in
+    `start.angles` and those of motor-driven parts are held; everything else starts from
     `start.guesses` (0 where nothing is given) and moves as little as the joints demand. A flexible
     body starts straight and at one angular speed, unless the joints can't have that.
 
@@ -81,7 +84,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         CannotMoveError: a drive or a speed given contradicts the joints.
 
     """
-    q, places = positions(mechanism, start)
+    q, places = positions(_without_play(mechanism, set(start.angles)), start)
     mechanism = mechanism.with_springs(
         tuple(
             spring
@@ -92,11 +95,22 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
             for spring in mechanism.springs
         )
     )
-    v = _velocities(mechanism, q, places, start)
+    moved = {*start.angles, *start.speeds, *start.velocities}
+    v = _velocities(_without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
     rank = len(constraint_jacobian(mechanism, q, places)) - sum(surplus.values())
     return Assembly(mechanism, State(q, v, a, places), q.size - rank, surplus)
+
+
+def _without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
+    """Put links with clearance on the axes of their guides, but for those of the parts given."""
+    slides = tuple(
+        Slide(channel.name, channel.guide, node_anchor(channel, 0))
+        for channel in mechanism.channels
+        if channel.clearance > 0 and not given & set(channel.rods)
+    )
+    return replace(mechanism, slides=mechanism.slides + slides)
 
 
 # --- velocities -----------------------------------------------------------------------------
@@ -111,22 +125,31 @@ def _velocities(
     """
     jacobian = constraint_jacobian(mechanism, q, places)
     motors = mechanism.speed_motors
-    given = np.zeros((len(start.speeds), q.size))
-    for row, part in enumerate(start.speeds):
-        given[row, 3 * part + 2] = 1.0
+    wanted = _given(start)
+    given = np.zeros((len(wanted), q.size))
+    for row, (part, axis, _) in enumerate(wanted):
+        given[row, 3 * part + axis] = 1.0
     rows = np.vstack([jacobian, given])
     right = np.zeros(len(rows))
     driven = len(jacobian) - len(motors)
     right[driven : len(jacobian)] = [motor.ramp.at(0.0) for motor in motors]
-    right[len(jacobian) :] = list(start.speeds.values())
+    right[len(jacobian) :] = [value for _, _, value in wanted]
     for moved in (spread(mechanism, q), np.eye(q.size)):
         least, follows = _least(rows @ moved, right)
         if follows:
             return np.asarray((moved @ least).reshape(q.shape))
-    wanted = [*((motor.name, None) for motor in motors), *((None, p) for p in start.speeds)]
+    names = [*((motor.name, None) for motor in motors), *((None, part) for part, _, _ in wanted)]
     reach = range(driven + 1, len(rows))
     first = next((i for i in reach if not _least(rows[:i], right[:i])[1]), len(rows))
-    raise CannotMoveError(*wanted[first - driven - 1])
+    raise CannotMoveError(*names[first - driven - 1])
+
+
+def _given(start: Start) -> list[tuple[int, int, float]]:
+    """Part, axis (0, 1, 2: x, y, angle) and value of every velocity that is given."""
+    return [
+        *((part, 2, speed) for part, speed in start.speeds.items()),
+        *((part, axis, v[axis]) for part, v in start.velocities.items() for axis in (0, 1)),
+    ]
 
 
 def _least(rows: FloatArray, right: FloatArray) -> tuple[FloatArray, bool]:

@@ -8,10 +8,11 @@ from math import hypot, pi
 from exudyn_flexlink import sections
 from exudyn_flexlink.chain import Beam, Chain, discretise
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
+    Channel,
     FaceContact,
     Mechanism,
     Motor,
@@ -112,7 +113,11 @@ class _Builder:
                 *self.hinge_pins,
             ),
             welds=tuple(self._weld(n, j) for n, j in joints if isinstance(j, WeldJoint)),
-            slides=tuple(self._slide(n, j) for n, j in joints if isinstance(j, SleeveJoint)),
+            slides=tuple(
+                self._slide(n, j)
+                for n, j in joints
+                if isinstance(j, SleeveJoint) and j.clearance == 0
+            ),
             slots=tuple(
                 Slot(n, self.anchor(j.point), self.curves[j.curve])
                 for n, j in joints
@@ -125,6 +130,11 @@ class _Builder:
             speed_motors=tuple(self._motor(n, d) for n, d in drives if isinstance(d, SpeedDrive)),
             torque_motors=tuple(self._motor(n, d) for n, d in drives if isinstance(d, TorqueDrive)),
             contacts=tuple(self._contact(n, c) for n, c in self.scene.contacts.items()),
+            channels=tuple(
+                self._channel(n, j, j.law)
+                for n, j in joints
+                if isinstance(j, SleeveJoint) and j.law is not None
+            ),
             gravity=self.scene.gravity,
         )
 
@@ -200,6 +210,26 @@ class _Builder:
     def _slide(self, name: str, joint: SleeveJoint) -> Slide:
         return Slide(name, self.anchor(f"{joint.guide}.start"), self.anchor(f"{joint.link}.start"))
 
+    def _channel(self, name: str, joint: SleeveJoint, law: ContactLaw) -> Channel:
+        start, end = self.anchor(f"{joint.guide}.start"), self.anchor(f"{joint.guide}.end")
+        body = self.scene.bodies[joint.link]
+        first = self.bodies[joint.link].first
+        if isinstance(body, FlexibleBody):
+            lengths = tuple(rod.length for rod in chain_of(self.scene, joint.link).rods)
+        else:
+            lengths = (self.anchor(f"{joint.link}.end").x,)
+        rods = tuple(range(first, first + len(lengths)))
+        return Channel(
+            name,
+            start,
+            end.x - start.x,
+            joint.clearance,
+            rods,
+            lengths,
+            _penalty(law),
+            _friction(law),
+        )
+
     def _joint_parts(self, joint: str) -> tuple[int, int]:
         """Parts that a revolute joint of the scene connects, first and second."""
         found = self.scene.joints[joint]
@@ -240,10 +270,19 @@ class _Builder:
             end,
             1.0 if contact.side == "left" else -1.0,
             _law(contact.law),
+            _friction(contact.law),
         )
 
 
 def _law(law: ContactLaw | ImpulseLaw) -> RestitutionPenalty | Impulse:
-    if isinstance(law, ImpulseLaw):
-        return Impulse(law.restitution)
+    return Impulse(law.restitution) if isinstance(law, ImpulseLaw) else _penalty(law)
+
+
+def _penalty(law: ContactLaw) -> RestitutionPenalty:
     return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
+
+
+def _friction(law: ContactLaw | ImpulseLaw) -> Friction | None:
+    if isinstance(law, ImpulseLaw) or law.friction == 0:
+        return None
+    return Friction(law.friction, law.slip_speed)

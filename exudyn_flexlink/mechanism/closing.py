@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.curves import ray_crossings
+from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.kinematics import (
     Rows,
     anchor_position,
@@ -27,11 +28,15 @@ KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
 
 @dataclass(frozen=True)
 class Start:
-    """What the scene says of time 0, by part: held and guessed angles, held speeds."""
+    """What the scene says of time 0, by part: held and guessed angles, held speeds.
+
+    `velocities` are those of the origins of parts.
+    """
 
     angles: Mapping[int, float]
     guesses: Mapping[int, float]
     speeds: Mapping[int, float]
+    velocities: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
 
 class CannotAssembleError(ValueError):
@@ -105,6 +110,7 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
         (joint.first, joint.second) for joint in mechanism.attachments
     ]
     slides = [(slide.guide, slide.rod) for slide in mechanism.slides]
+    slides += [(channel.guide, node_anchor(channel, 0)) for channel in mechanism.channels]
     while True:
         # Loose ends are pinned first: a slide or a slot leaves a freedom that a pin would fix.
         if any(_attach(q, placed, first, second) for first, second in joints):

@@ -35,15 +35,27 @@ def face_length(contact: FaceContact) -> float:
 
 
 def approach(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
-    """Gap and place of the contact's point at coordinates and velocities (..., parts, 3)."""
+    """Gap and place of the contact's point at coordinates and velocities (..., parts, 3).
+
+    Where the point is held on the line, the gap is minus its distance from it.
+    """
     start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
     along = (end - start) / face_length(contact)
-    normal = contact.side * np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    left = np.stack([-along[..., 1], along[..., 0]], axis=-1)
     between = anchor_position(contact.point, q) - start
+    side = _side(contact, np.sum(left * between, axis=-1))
+    normal = side[..., None] * left
     relative = anchor_velocity(contact.point, q, v) - anchor_velocity(contact.start, q, v)
     gap, place = np.sum(normal * between, axis=-1), np.sum(along * between, axis=-1)
     turning = v[..., contact.start.part, 2]
     # The face turns under the point: what is along it becomes normal to it and the reverse.
-    gap_rate = np.sum(normal * relative, axis=-1) - contact.side * turning * place
-    place_rate = np.sum(along * relative, axis=-1) + contact.side * turning * gap
+    gap_rate = np.sum(normal * relative, axis=-1) - side * turning * place
+    place_rate = np.sum(along * relative, axis=-1) + side * turning * gap
     return Approach(gap, place, gap_rate, place_rate, normal)
+
+
+def _side(contact: FaceContact, lateral: FloatArray) -> FloatArray:
+    """Side to which the contact pushes: the free one, or from where the point is to the line."""
+    if contact.side != 0:
+        return np.full_like(lateral, contact.side)
+    return np.where(lateral > 0, -1.0, 1.0)

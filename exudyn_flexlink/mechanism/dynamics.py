@@ -7,6 +7,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     angle_of,
@@ -15,7 +16,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     slot_place,
     stack,
 )
-from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, FaceContact, Mechanism
 
 FloatArray = NDArray[np.float64]
 
@@ -108,6 +109,22 @@ def contact_mass(
         for anchor in (contact.point, contact.start, contact.end)
     )
     return 1.0 / max(point + max(start, end), 1e-300)
+
+
+def channel_mass(
+    mechanism: Mechanism, channel: Channel, q: FloatArray, places: FloatArray
+) -> float:
+    """Least mass in kg that any node of the link and the guide oppose to a contact between them."""
+    jacobian = constraint_jacobian(mechanism, q, places)
+    mass = mass_matrix(mechanism, q)
+    guide = channel.guide
+    end = Anchor(guide.part, guide.x + channel.length, guide.y)
+    nodes = [node_anchor(channel, i) for i in range(len(channel.rods) + 1)]
+    of_nodes, of_guide = (
+        max(_mobility(mass, jacobian, anchor_jacobian(anchor, q)) for anchor in anchors)
+        for anchors in (nodes, (guide, end))
+    )
+    return 1.0 / max(of_nodes + of_guide, 1e-300)
 
 
 def _mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Impulse, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.ramps import Ramp
 
 GROUND = -1
@@ -108,7 +108,9 @@ class Motor:
 class FaceContact:
     """An anchor that cannot cross the segment from `start` to `end` of another part.
 
-    `side` is +1 if the free side is left of the direction from start to end, -1 if right.
+    `side` is +1 if the free side is left of the direction from start to end, -1 if right, and 0 if
+    neither is: the point is held on the line. `walled` contacts push back whatever is behind the
+    face, wherever it came from; others let pass what came there beside the face.
     """
 
     name: str
@@ -117,6 +119,26 @@ class FaceContact:
     end: Anchor
     side: float
     law: RestitutionPenalty | Impulse
+    friction: Friction | None = None
+    walled: bool = False
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A link's rods between the two walls of a guide, at ``y = +-clearance`` for 0 <= x <= length.
+
+    x, y are the guide's axes at the anchor `guide`; `lengths` (m) are those of the `rods` (parts).
+    A clearance of 0 holds the rods on the axis; then rod 1 is in a `Slide` as well.
+    """
+
+    name: str
+    guide: Anchor
+    length: float
+    clearance: float
+    rods: tuple[int, ...]
+    lengths: tuple[float, ...]
+    law: RestitutionPenalty
+    friction: Friction | None
 
 
 @dataclass(frozen=True)
@@ -132,6 +154,7 @@ class Mechanism:
     speed_motors: tuple[Motor, ...]
     torque_motors: tuple[Motor, ...]
     contacts: tuple[FaceContact, ...]
+    channels: tuple[Channel, ...]
     gravity: tuple[float, float]
 
     @property

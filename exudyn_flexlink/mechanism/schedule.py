@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly
-from exudyn_flexlink.mechanism.dynamics import contact_mass
+from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
 from exudyn_flexlink.mechanism.kinematics import angle_of
-from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.model import GROUND, Channel, FaceContact, Mechanism
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -104,7 +104,21 @@ def half_period(assembly: Assembly, contact: FaceContact) -> float:
     return contact.law.half_period(mass)
 
 
+def wall_half_period(assembly: Assembly, channel: Channel) -> float:
+    """Half the period of the walls' stiffness with the least mass on it, s."""
+    state = assembly.state
+    mass = channel_mass(assembly.mechanism, channel, state.q, state.places)
+    return channel.law.half_period(mass)
+
+
 def contact_step(scene: Scene, assembly: Assembly) -> float:
     """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
-    shortest = min((half_period(assembly, c) for c in assembly.mechanism.contacts), default=inf)
+    mechanism = assembly.mechanism
+    shortest = min(
+        (
+            *(half_period(assembly, contact) for contact in mechanism.contacts),
+            *(wall_half_period(assembly, channel) for channel in mechanism.channels),
+        ),
+        default=inf,
+    )
     return shortest / scene.accuracy.steps_per_contact

@@ -24,10 +24,7 @@ from exudyn_flexlink.scene.curve_specs import (
 )
 from exudyn_flexlink.scene.forces import (
     Contact,
-    ContactLaw,
     Drive,
-    ImpulseLaw,
-    Law,
     PointOnLine,
     SpeedDrive,
     Spring,
@@ -41,6 +38,7 @@ from exudyn_flexlink.scene.joints import (
     SlotJoint,
     WeldJoint,
 )
+from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,

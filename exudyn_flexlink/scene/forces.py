@@ -14,8 +14,6 @@ from exudyn_flexlink.quantities import (
     NonNegativeTorsionalStiffness,
     Number,
     PositiveFrequency,
-    PositiveSpeed,
-    PositiveStiffness,
     Torque,
 )
 from exudyn_flexlink.scene.base import (
@@ -28,6 +26,7 @@ from exudyn_flexlink.scene.base import (
     require_one,
     split_point,
 )
+from exudyn_flexlink.scene.law_specs import Law
 
 
 class TorsionalSpring(Part):
@@ -76,31 +75,6 @@ class TorqueDrive(Part):
     joint: Name = Field(description="name of a revolute joint")
     value: Torque = Field(description="counter-clockwise torque on the second body")
     ramp: NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
-
-
-class ContactLaw(Part):
-    """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
-
-    type: Literal["penalty"] = "penalty"
-    stiffness: PositiveStiffness = Field(description="force per penetration")
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        description="speed after an impact over speed before, 0 to 1"
-    )
-    transition_speed: PositiveSpeed = Field(
-        5e-3, description="above it the restitution acts in full"
-    )
-
-
-class ImpulseLaw(Part):
-    """Rigid contact with restitution: speeds jump. For the Lagrangian engine only."""
-
-    type: Literal["impulse"] = "impulse"
-    restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        description="speed after an impact over speed before, 0 to 1"
-    )
-
-
-Law = Annotated[ContactLaw | ImpulseLaw, ByType(default="penalty")]
 
 
 class PointOnLine(Part):

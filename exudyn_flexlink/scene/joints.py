@@ -17,6 +17,7 @@ from exudyn_flexlink.scene.base import (
     PointName,
     refuse,
 )
+from exudyn_flexlink.scene.law_specs import ContactLaw
 
 
 class _AtPoints(Part):
@@ -60,17 +61,37 @@ class SlotJoint(Part):
 
 
 class SleeveJoint(Part):
-    """A link slides along the axis of a guide and turns with it."""
+    """A link that slides in a guide: on its axis, or with clearance between two walls."""
 
     type: Literal["sleeve"] = "sleeve"
     guide: Name = Field(description="name of the body slid along, from its start to its end")
     link: Name = Field(description="name of the body that slides: rod or flexible")
     clearance: NonNegativeLength = Field(0.0, description="on each side, between guide and link")
+    supported: bool = Field(
+        False,
+        description="without clearance: every rod inside the guide is held on its axis by the law, "
+        "not the first alone",
+    )
+    law: ContactLaw | None = Field(
+        None, description="force between link and walls; with clearance or 'supported'"
+    )
 
     @model_validator(mode="after")
-    def _no_clearance_yet(self) -> SleeveJoint:
-        if self.clearance != 0:
-            refuse("a sleeve with clearance can't be simulated yet; only 0", at="clearance")
+    def _walls_need_a_law(self) -> SleeveJoint:
+        if self.clearance > 0 and self.supported:
+            refuse("a supported link has no clearance", "give one of the two", at="supported")
+        walls = self.clearance > 0 or self.supported
+        if walls and self.law is None:
+            refuse(
+                "missing 'law', the force between link and walls",
+                "e.g. law: {stiffness: 1.0e5, restitution: 0.5}",
+            )
+        if not walls and self.law is not None:
+            refuse(
+                "an ideal sleeve has no walls to touch",
+                "give a clearance, or 'supported: true'",
+                at="law",
+            )
         return self
 
 

@@ -175,6 +175,11 @@ class _Check:
         if guide is not None and not {"start", "end"} <= set(guide.point_names):
             hint = "the link slides along the line from start to end"
             yield Mistake((*path, "guide"), f"'{joint.guide}' needs points start and end", hint)
+        elif isinstance(guide, RigidBody):
+            (x0, y0), (x1, y1) = guide.points["start"], guide.points["end"]
+            if x1 <= x0 or abs(y1 - y0) > 1e-12:
+                message = f"the line from start to end of '{joint.guide}' must be its x-axis"
+                yield Mistake((*path, "guide"), message, "the same y, the larger x at the end")
 
     def springs(self) -> Iterator[Mistake]:
         for name, spring in _valid(self.parts.springs):
@@ -213,7 +218,7 @@ class _Check:
                 yield from self.point(("contacts", name, "line", i), text)
 
     def initial(self) -> Iterator[Mistake]:
-        for key in ("angles", "guesses", "speeds"):
+        for key in ("angles", "guesses", "speeds", "velocities"):
             for body in getattr(self.parts.initial, key, ()):
                 for found in self.missing(("initial", key, body), "bodies", body):
                     yield Mistake(found.path, found.message, found.hint, on_key=True)

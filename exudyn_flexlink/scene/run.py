@@ -6,8 +6,17 @@ from typing import Annotated
 
 from pydantic import Field, Strict, model_validator
 
-from exudyn_flexlink.quantities import Angle, AngularSpeed, Number, PositiveDuration, PositiveLength
+from exudyn_flexlink.quantities import (
+    Angle,
+    AngularSpeed,
+    Number,
+    PositiveDuration,
+    PositiveLength,
+    Speed,
+)
 from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, refuse, require_one
+
+Velocity = tuple[Speed, Speed]
 
 
 class Initial(Part):
@@ -21,6 +30,11 @@ class Initial(Part):
     )
     speeds: Named[AngularSpeed] = Field(
         default_factory=FrozenMapping, description="angular speeds of bodies"
+    )
+
+    velocities: Named[Velocity] = Field(
+        default_factory=FrozenMapping,
+        description="[x, y] of bodies: of a rod's start, of a rigid body's own origin",
     )
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ import errno
 from pathlib import Path
 
 PROGRAM = "exudyn-flexlink"
-FORMAT = 1
+FORMAT = 2
 SUMMARY, ARRAYS = "summary.json", "result.npz"
 COMPARISON = "comparison.json"
 HISTORIES = ("drive_torques", "joint_forces", "slot_forces")

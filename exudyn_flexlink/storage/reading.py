@@ -20,6 +20,8 @@ from exudyn_flexlink.result import (
     Event,
     Outcome,
     Result,
+    SleeveHistory,
+    Touches,
 )
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
@@ -99,6 +101,13 @@ class _Arrays:
             raise StorageError(f"{self.file} is damaged or of another run: '{key}' does not fit")
         return array
 
+    def column(self, key: str) -> NDArray[Any]:
+        """An array of its own length."""
+        array = self.arrays.get(key)
+        if array is None or array.ndim != 1 or array.dtype.kind not in "fi":
+            raise StorageError(f"{self.file} is damaged: '{key}' misses; run the model again")
+        return array
+
     def history(self, kind: str, *shape: int) -> dict[str, FloatArray]:
         return {n: self.take(f"{kind}_{i}", *shape) for i, n in enumerate(self.names[kind])}
 
@@ -153,12 +162,25 @@ def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
         joint_forces=arrays.history("joint_forces", 2),
         slot_forces=arrays.history("slot_forces", 2),
         contacts=contacts,
+        sleeves={
+            name: _sleeve_history(arrays, f"sleeves_{i}", summary["pairs"][name])
+            for i, name in enumerate(arrays.names["sleeves"])
+        },
         energy=EnergyHistory(*_series(arrays, EnergyHistory, "energy")),
         events=tuple(_event(event) for event in summary["events"]),
         checks=Checks(**{key: _number(value) for key, value in checks.items()}),
         warnings=tuple(summary["warnings"]),
         outcome=Outcome(**{**outcome, "time": _number(outcome["time"])}),
     )
+
+
+def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> SleeveHistory:
+    names, sides = tuple(pairs["names"]), tuple(map(float, pairs["sides"]))
+    force = arrays.take(f"{prefix}_force", len(names))
+    columns = [arrays.column(f"{prefix}_{field.name}") for field in fields(Touches)]
+    if len({len(column) for column in columns}) > 1 or len(sides) != len(names):
+        raise ValueError(f"the touches of '{prefix}' do not fit")
+    return SleeveHistory(names, sides, force, Touches(*columns))
 
 
 def _series(arrays: _Arrays, record: type[Any], prefix: str) -> Iterable[FloatArray]:

@@ -60,6 +60,24 @@ def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
     }
 
 
+def touch_columns(result: Result, joint: str) -> dict[str, FloatArray]:
+    """Every touch of a sleeve's pairs, as columns (touches,) by name and unit.
+
+    `pair` counts from 1, in the order of the sleeve's `pairs` in the summary.
+    """
+    touches = result.sleeves[joint].touches
+    columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.end}
+    if crank_joint(result.scene) is not None:
+        columns["crank_angle_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
+    return columns | {
+        "pair": np.asarray(touches.pair + 1, dtype=np.float64),
+        "impulse_N_s": touches.impulse,
+        "energy_lost_J": touches.energy_lost,
+        "peak_force_N": touches.peak_force,
+        "approach_speed_m_per_s": touches.approach_speed,
+    }
+
+
 def _instants(result: Result) -> dict[str, FloatArray]:
     columns = {"t_s": result.time}
     if crank_joint(result.scene) is not None:
@@ -76,6 +94,9 @@ def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
         while f"{name}.csv".lower() in map(str.lower, tables):  # some file systems see no case
             name += "_"
         tables[f"{name}.csv"] = lever_columns(result, contact)
+    for joint, sleeve in result.sleeves.items():
+        if len(sleeve.touches.begin):
+            tables[f"touches_{_file_name(joint)}.csv"] = touch_columns(result, joint)
     return tables
 
 

@@ -11,7 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.observables import Strike, lever_response, strikes, struck_bodies
+from exudyn_flexlink.observables import (
+    State,
+    Strike,
+    contact_states,
+    lever_response,
+    sleeves_with_play,
+    strikes,
+    struck_bodies,
+)
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.errors import (
     ARRAYS,
@@ -40,8 +48,9 @@ def save(result: Result, folder: Path) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
     ``result.npz`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
-    ``lever_<body>.csv`` of every body that a contact strikes. The column crank_angle_rad is left
-    out where the scene has no revolute joint. See `staged_folder` to write it whole
+    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<sleeve>.csv`` of every
+    sleeve with clearance. The column crank_angle_rad is left out where the scene has no revolute
+    joint. See `staged_folder` to write it whole
     or not at all.
 
     Raises:
@@ -67,6 +76,9 @@ def _arrays(result: Result) -> dict[str, Any]:
         found |= {f"{kind}_{i}": series for i, series in enumerate(histories)}
     for i, contact in enumerate(result.contacts.values()):
         found |= {f"contacts_{i}_{key}": value for key, value in _fields(contact).items()}
+    for i, sleeve in enumerate(result.sleeves.values()):
+        found[f"sleeves_{i}_force"] = sleeve.force
+        found |= {f"sleeves_{i}_{key}": value for key, value in _fields(sleeve.touches).items()}
     return found | {f"energy_{key}": value for key, value in _fields(result.energy).items()}
 
 
@@ -88,13 +100,20 @@ def _summary(result: Result) -> dict[str, Any]:
         "checks": asdict(result.checks),
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
         "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},
+        "sleeves": {name: _sleeve(result, name) for name in sleeves_with_play(result)},
         "timings": dict(result.timings),
         "settings": dict(result.settings),
         "versions": dict(result.versions),
         "events": [{**_fields(event), "details": dict(event.details)} for event in result.events],
         "samples": len(result.time),
         "part_names": list(result.part_names),
-        "names": {kind: list(getattr(result, kind)) for kind in (*HISTORIES, "contacts")},
+        "names": {
+            kind: list(getattr(result, kind)) for kind in (*HISTORIES, "contacts", "sleeves")
+        },
+        "pairs": {
+            name: {"names": list(sleeve.pairs), "sides": list(sleeve.sides)}
+            for name, sleeve in result.sleeves.items()
+        },
         "scene": scene.to_data(),
     }
     data: dict[str, Any] = plain(found)
@@ -109,6 +128,19 @@ def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:
 def strike_data(strike: Strike) -> dict[str, Any]:
     """Fields of a strike by name and unit."""
     return {f"{key}{_UNITS.get(key, '')}": value for key, value in _fields(strike).items()}
+
+
+def _sleeve(result: Result, joint: str) -> dict[str, float]:
+    """How much a link touched its guide, for the reader of the summary."""
+    touches = result.sleeves[joint].touches
+    states = contact_states(result, joint)
+    parts = states.fractions()
+    return {
+        "touches": len(touches.begin),
+        "impulse_N_s": float(touches.impulse.sum()),
+        "energy_lost_J": float(touches.energy_lost.sum()),
+        **{f"part_of_time_{state.name.lower()}": parts[state] for state in State},
+    }
 
 
 def _peaks(result: Result, contact: str) -> dict[str, float]:

@@ -14,12 +14,13 @@ if "exudyn" not in sys.modules:
 
 with redirect_stdout(StringIO()):  # it announces that build on standard output
     import exudyn
-    from exudyn import itemInterface
+    from exudyn import advancedUtilities, itemInterface
 
 exudyn.config.printToConsole = False
 
 Engine: Any = exudyn
 items: Any = itemInterface
+utilities: Any = advancedUtilities
 
 
 def version() -> str:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import version
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories, wall_penetrations
+from exudyn_flexlink.engines.walls import soft_walls
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -61,8 +63,9 @@ def finish(
         joint_forces=_joint_forces(prepared, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
+        sleeves=sleeve_histories(prepared, kept["forces"]),
         energy=energy,
-        events=_events(prepared, kept),
+        events=_events(prepared),
         checks=checks,
         warnings=_warnings(prepared, checks),
         outcome=outcome,
@@ -138,27 +141,28 @@ def _contacts(
     return histories
 
 
-def _events(prepared: Prepared, kept: dict[str, FloatArray]) -> tuple[Event, ...]:
+def _events(prepared: Prepared) -> tuple[Event, ...]:
     """Events, with the impulse (N s) and the energy lost (J) of every contact that ended."""
-    names = [contact.name for contact in prepared.assembly.mechanism.contacts]
-    begun: dict[str, int] = {}
-    events = []
-    for event in prepared.loop.events:
-        if event.name not in names:
-            if event.time < prepared.loop.end:  # a lap that begins as the run ends is none
-                events.append(event)
+    loop, contacts = prepared.loop, prepared.recorder.contacts
+    # A lap that begins as the run ends is none.
+    events = [event for event in loop.events if event.time < loop.end]
+    begun: dict[int, tuple[float, float]] = {}
+    for entry, totals in zip(loop.log.entries, prepared.recorder.totals, strict=True):
+        if entry.index >= len(loop.contacts):
             continue
-        k = names.index(event.name)
-        now = int(np.searchsorted(kept["time"], event.time))
-        details = dict(event.details)
-        if event.kind == "contact begins":
-            begun[event.name] = now
+        details = {
+            "approach_speed": entry.approach_speed,
+            "place": entry.touch.place,
+            "gap": entry.touch.gap,
+        }
+        if entry.kind == "contact begins":
+            begun[entry.index] = totals
         else:
-            first = begun.pop(event.name)
-            for word, values in (("impulse", kept["impulses"]), ("energy_lost", kept["losses"])):
-                details[word] = float(values[now, k] - values[first, k])
-        events.append(Event(event.time, event.kind, event.name, details))
-    return tuple(events)
+            impulse, lost = begun.pop(entry.index)
+            details["peak_force"] = entry.peak_force
+            details["impulse"], details["energy_lost"] = totals[0] - impulse, totals[1] - lost
+        events.append(Event(entry.time, entry.kind, contacts[entry.index].name, details))
+    return tuple(sorted(events, key=lambda event: event.time))
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
@@ -177,14 +181,14 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
         smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
         largest_step=loop.largest_step,
         steps_per_contact=per_contact,
-        largest_penetration=recorder.largest_penetration,
+        largest_penetration=float(recorder.penetrations.max(initial=0.0)),
     )
 
 
 def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
     """Say what makes the numbers doubtful."""
     warnings = []
-    touched = any(event.kind == "contact begins" for event in prepared.loop.events)
+    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
     if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
         warnings.append(
             f"{checks.steps_per_contact:.3g} steps per contact: below {ENOUGH_STEPS} the "
@@ -203,6 +207,8 @@ def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
             f"a joint is violated by {checks.constraint_error:.3g} (m or rad): "
             "tighten the tolerance"
         )
+    walls = zip(prepared.assembly.mechanism.channels, wall_penetrations(prepared), strict=True)
+    warnings += soft_walls(walls)
     return tuple(warnings)
 
 
@@ -211,9 +217,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     if loop.interrupted:
         return Outcome(False, loop.time, INTERRUPTED)
     if loop.stop_reason:
-        return Outcome(
-            False, loop.time, loop.stop_reason, "lengthen the curve, or end the run before"
-        )
+        return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
     if complaint:
         return Outcome(False, loop.time, _plain(complaint), _advice(complaint))
     if _turns_missing(prepared):

@@ -7,6 +7,7 @@ Positions between steps follow the cubic through positions and velocities at bot
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +15,14 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import EnergyMeter, Mechanism, approach, joint_residuals, turning
+from exudyn_flexlink.mechanism import (
+    EnergyMeter,
+    FaceContact,
+    Mechanism,
+    approach,
+    joint_residuals,
+    turning,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -60,29 +68,37 @@ class _Block:
     losses: FloatArray
 
 
+@dataclass(frozen=True)
+class Multipliers:
+    """Number of Lagrange multipliers, and which of them are the torques of speed motors."""
+
+    count: int
+    motor_rows: list[int]
+
+
 class Recorder:
     """Takes every step, keeps samples at `grid` (s, increasing) and at the times of events."""
 
     def __init__(
         self,
         mechanism: Mechanism,
+        contacts: Sequence[FaceContact],
         grid: FloatArray,
-        motor_rows: list[int],
-        multipliers: int,
+        multipliers: Multipliers,
         spectral_radius: float,
     ) -> None:
         self.mechanism = mechanism
+        self.contacts = contacts  # of the scene, then the pairs of its channels
         self.grid = grid
-        self.motor_rows = motor_rows
+        self.motor_rows = multipliers.motor_rows
         self.meter = EnergyMeter(mechanism)
         self.samples = Samples()
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
-        self.largest_penetration = 0.0
         self.steps = -1  # the state at time 0 is no step
         width = 3 * len(mechanism.parts)
-        contacts, slots = len(mechanism.contacts), len(mechanism.slots)
+        count, slots = len(contacts), len(mechanism.slots)
         # Generalised-alpha balances forces not at the end of a step but at the weighted mean of
         # both ends. Multipliers averaged so are free of the alternating error that the integrator
         # leaves in them after every jump.
@@ -91,19 +107,26 @@ class Recorder:
         self._time = np.empty(BLOCK)
         self._balanced_at = np.empty(BLOCK)
         self._q, self._v = np.empty((BLOCK, width)), np.empty((BLOCK, width))
-        self._raw = np.empty((BLOCK, multipliers))
-        self._multipliers = np.empty((BLOCK, multipliers))
-        self._pressed = np.zeros((BLOCK, contacts), dtype=bool)
+        self._raw = np.empty((BLOCK, multipliers.count))
+        self._multipliers = np.empty((BLOCK, multipliers.count))
+        self._pressed = np.zeros((BLOCK, count), dtype=bool)
         self._places = np.empty((BLOCK, slots))
         self._count = 0
         self._marks: list[float] = []
+        self._notes: list[tuple[int, int]] = []  # row and contact, of this block
+        self.penetrations = np.zeros(count)  # largest of each contact, m
+        self.totals: list[tuple[float, float]] = []  # impulse and loss at every note
         self._sampled_to = -np.inf
         self._damped = self._supplied = 0.0
-        self._impulse, self._work = np.zeros(contacts), np.zeros(contacts)
+        self._impulse, self._work = np.zeros(count), np.zeros(count)
         self._start_energy: float | None = None
 
     def take(
-        self, now: Instant, multipliers: FloatArray, pressed: list[bool], places: list[float]
+        self,
+        now: Instant,
+        multipliers: FloatArray,
+        pressed: NDArray[np.bool_],
+        places: list[float],
     ) -> None:
         """Copy one step: which contacts press, and the slots' places, beside the state."""
         if self._count == BLOCK:
@@ -112,8 +135,7 @@ class Recorder:
         self._time[i] = now.time
         self._q[i], self._v[i] = now.q, now.v
         self._raw[i] = multipliers
-        if pressed:
-            self._pressed[i] = pressed
+        self._pressed[i] = pressed
         if places:
             self._places[i] = places
         self._count += 1
@@ -122,6 +144,16 @@ class Recorder:
     def mark(self, time: float) -> None:
         """Keep a sample at this time too; it must be that of a step not yet flushed."""
         self._marks.append(time)
+
+    def note(self, contact: int) -> None:
+        """Keep impulse and loss of a contact at the step that is taken next."""
+        if self._count == BLOCK:
+            self.flush()
+        self._notes.append((self._count, contact))
+
+    def totals_of(self, contact: int) -> tuple[float, float]:
+        """Impulse (N s) and energy lost (J) of a contact so far; what it stores counts as lost."""
+        return float(self._impulse[contact]), float(self._work[contact])
 
     def last_positions(self) -> list[float]:
         """Coordinates of the last step."""
@@ -136,12 +168,16 @@ class Recorder:
         time = self._time[:n]
         q, v = self._q[:n].reshape(n, parts, 3), self._v[:n].reshape(n, parts, 3)
         self._balance(n)
-        forces, stored, rates, penetration = self._contacts(q, v, self._pressed[:n])
+        forces, stored, power, penetration = self._contacts(q, v, self._pressed[:n])
         impulses = self._impulse + _running_integral(time, forces)
-        work = self._work - _running_integral(time, forces * rates)
+        work = self._work + _running_integral(time, power)
         block = _Block(time, q, v, self._flow(time, q, v, stored), forces, impulses, work - stored)
         self._check(block, penetration)
         self._sample(block)
+        self.totals += [
+            (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
+        ]
+        self._notes.clear()
         self._impulse, self._work = impulses[-1], work[-1]
         self._damped, self._supplied = block.flow.damped[-1], block.flow.supplied[-1]
         for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
@@ -165,17 +201,21 @@ class Recorder:
     def _contacts(
         self, q: FloatArray, v: FloatArray, pressed: NDArray[np.bool_]
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Forces, stored energies, gap rates and penetrations, each (steps, contacts)."""
-        shape = (len(q), len(self.mechanism.contacts))
-        forces, stored, rates, depth = (np.zeros(shape) for _ in range(4))
-        for k, contact in enumerate(self.mechanism.contacts):
-            at = approach(contact, q, v)
+        """Forces, energies stored, powers taken and penetrations, each (steps, contacts)."""
+        forces, stored, power, depth = (np.zeros(pressed.shape) for _ in range(4))
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact = self.contacts[k]
+            rows = pressed[:, k]
+            at = approach(contact, q[rows], v[rows])
             assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-            depth[:, k] = np.where(pressed[:, k], np.maximum(-at.gap, 0.0), 0.0)
-            forces[:, k] = contact.law.force(depth[:, k], -at.gap_rate)
-            stored[:, k] = contact.law.stored_energy(depth[:, k])
-            rates[:, k] = at.gap_rate
-        return forces, stored, rates, depth
+            deep = np.maximum(-at.gap, 0.0)
+            force = contact.law.force(deep, -at.gap_rate)
+            depth[rows, k], forces[rows, k] = deep, force
+            stored[rows, k] = contact.law.stored_energy(deep)
+            power[rows, k] = -force * at.gap_rate
+            if contact.friction is not None:
+                power[rows, k] -= contact.friction.force(force, at.place_rate) * at.place_rate
+        return forces, stored, power, depth
 
     def _flow(self, time: FloatArray, q: FloatArray, v: FloatArray, stored: FloatArray) -> _Flow:
         damping = self.meter.damping_power(v)
@@ -213,9 +253,7 @@ class Recorder:
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-        self.largest_penetration = max(
-            self.largest_penetration, float(penetration.max(initial=0.0))
-        )
+        np.maximum(self.penetrations, penetration.max(axis=0), out=self.penetrations)
 
     def _sample(self, block: _Block) -> None:
         time, kept = block.time, self.samples

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.exudyn.contacts import ContactItem
+from exudyn_flexlink.engines.exudyn.channels import ChannelItems
+from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
+from exudyn_flexlink.engines.exudyn.contacts import ContactItem, Pace
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.outcome import finish
-from exudyn_flexlink.engines.exudyn.recording import Recorder
+from exudyn_flexlink.engines.exudyn.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.stepping import (
     ErrorControl,
@@ -27,10 +29,15 @@ from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
     Assembly,
+    FaceContact,
+    Mechanism,
     contact_step,
     end_of_run,
+    half_period,
+    pairs,
     sample_times,
     turn_goal,
+    wall_half_period,
 )
 from exudyn_flexlink.result import Event, Result
 from exudyn_flexlink.scene import ImpulseLaw, Scene
@@ -44,7 +51,6 @@ class Prepared:
     assembly: Assembly
     system: System
     slots: list[SlotItems]
-    contacts: list[ContactItem]
     recorder: Recorder
     loop: Loop
     contact_step: float
@@ -90,21 +96,48 @@ def _prepare(scene: Scene, progress: Callable[[float], None] | None) -> Prepared
     events: list[Event] = []
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events) for i in range(count)]
-    in_contact = inf if fixed else shortest
-    count = len(assembly.mechanism.contacts)
-    contacts = [ContactItem(system, i, in_contact, events) for i in range(count)]
+    all_contacts = _all_contacts(assembly.mechanism)
+    log = ContactLog(np.zeros(len(all_contacts), dtype=bool))
+    contacts, channels = _contact_items(scene, system, log)
     system.mbs.Assemble()
     motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
     recorder = Recorder(
         assembly.mechanism,
+        all_contacts,
         sample_times(scene, end),
-        motor_rows,
-        len(system.mbs.systemData.GetAECoordinates()),
+        Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
         scene.accuracy.spectral_radius,
     )
     chooser, goal = _chooser(scene, assembly, end), turn_goal(scene, assembly)
-    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, progress)
-    return Prepared(scene, assembly, system, slots, contacts, recorder, loop, shortest, fixed)
+    loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
+    return Prepared(scene, assembly, system, slots, recorder, loop, shortest, fixed)
+
+
+def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
+    """Those of the scene, then the pairs of its channels: the order of all arrays of contacts."""
+    channels = mechanism.channels
+    return [*mechanism.contacts, *(pair for channel in channels for pair in pairs(channel))]
+
+
+def _contact_items(
+    scene: Scene, system: System, log: ContactLog
+) -> tuple[list[ContactItem], list[ChannelItems]]:
+    assembly, accuracy = system.assembly, scene.accuracy
+
+    def pace(half: float) -> Pace:
+        return Pace(half, inf if accuracy.step is not None else half / accuracy.steps_per_contact)
+
+    contacts = [
+        ContactItem(system, contact, i, pace(half_period(assembly, contact)), log)
+        for i, contact in enumerate(assembly.mechanism.contacts)
+    ]
+    channels: list[ChannelItems] = []
+    first = len(contacts)
+    for channel in assembly.mechanism.channels:
+        half = wall_half_period(assembly, channel)
+        channels.append(ChannelItems(system, channel, first, pace(half), log))
+        first += len(channels[-1].contacts)
+    return contacts, channels
 
 
 def _chooser(scene: Scene, assembly: Assembly, end: float) -> StepChooser:

@@ -8,7 +8,7 @@ that every event (a track's pieces, contacts, the end) falls on a step, and shor
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil, inf, log2
 from time import monotonic
 from typing import Any, Protocol
@@ -16,11 +16,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.channels import ChannelItems
+from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.engines.exudyn.landing import first_root, land
 from exudyn_flexlink.engines.exudyn.recording import Recorder
 from exudyn_flexlink.engines.exudyn.slots import SlotItems
+from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
@@ -138,8 +141,10 @@ class Loop:
 
     chooser: StepChooser
     slots: list[SlotItems]
-    contacts: list[ContactItem]
-    events: list[Event]  # of slots and contacts alike
+    contacts: list[ContactItem]  # of the scene
+    channels: list[ChannelItems]
+    log: ContactLog
+    events: list[Event]  # of the slots
     recorder: Recorder
     end: float
     goal: TurnGoal | None = None
@@ -148,12 +153,14 @@ class Loop:
     largest_step: float = 0.0
     smallest_step: float = inf
     stop_reason: str = ""
+    stop_advice: str = ""
     interrupted: bool = False
     error: Exception | None = None
     _first: float = 0.0
     _told: float = 0.0
     _goal_rate: float = 0.0
     _solver: Any = None
+    _looked_at: list[ContactItem] = field(default_factory=list)
 
     def start(self, q: FloatArray, v: FloatArray, multipliers: FloatArray) -> float:
         """Record the state at time 0; return the first step (s)."""
@@ -161,6 +168,7 @@ class Loop:
         self.chooser.propose(now)
         self._take(now, multipliers)
         self._first = self._cut(now, self.chooser.first)
+        self._aim(self._first)
         self._told = monotonic()
         return self._first
 
@@ -190,11 +198,12 @@ class Loop:
         q, v = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         now = Instant(time, done, q, v, q.tolist(), v.tolist())
         self._count(now)
-        known = len(self.events)
+        laps = len(self.events)
         step = self._cut(now, self.chooser.propose(now))
-        self._take(now, data.GetAECoordinates())
-        if len(self.events) > known or self._worth_a_sample():
+        struck = self._take(now, data.GetAECoordinates())
+        if struck or len(self.events) > laps or self._worth_a_sample():
             self.recorder.mark(time)
+        self._aim(step)
         self._solver.currentStepSize = step
         return not self.stop_reason and not self._reached(now)
 
@@ -203,9 +212,14 @@ class Loop:
         pressed = any(contact.pressed for contact in self.contacts)
         return pressed and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
 
-    def _take(self, now: Instant, multipliers: FloatArray) -> None:
-        pressed = [contact.pressed for contact in self.contacts]
-        self.recorder.take(now, multipliers, pressed, [slot.place() for slot in self.slots])
+    def _take(self, now: Instant, multipliers: FloatArray) -> bool:
+        """Record the state; tell whether one of the scene's contacts began or ended."""
+        fresh = self.log.fresh()
+        for entry in fresh:
+            self.recorder.note(entry.index)
+        places = [slot.place() for slot in self.slots]
+        self.recorder.take(now, multipliers, self.log.pressed, places)
+        return any(entry.index < len(self.contacts) for entry in fresh)
 
     def _count(self, now: Instant) -> None:
         self.time = now.time
@@ -223,17 +237,35 @@ class Loop:
                 self.chooser.restart_from(step)
             if slot.at_end:
                 self.stop_reason = f"the point of slot '{slot.slot.name}' reached the curve's end"
-        for contact in self.contacts:
-            step = contact.after_step(now, step)
-            if contact.jumped:
-                step = min(step, contact.contact_step / 50)
-                self.chooser.restart_from(step)
+                self.stop_advice = "lengthen the curve, or end the run before"
+        step = self._contacts(now, step)
         if self.goal is not None:
             left, rate = self.goal.left(now.q_list), self.goal.rate(now.v_list)
             bend = (rate - self._goal_rate) / now.done if now.done > 0 else 0.0
             self._goal_rate = rate
             step = land(step, first_root(left, -rate, -bend)) if left > 0 else step
         return land(step, max(self.end - now.time, 0.0))
+
+    def _contacts(self, now: Instant, step: float) -> float:
+        """Let contacts shorten the step; of the sleeves' pairs only near ones are asked."""
+        self._looked_at = list(self.contacts)
+        for channel in self.channels:
+            near = channel.looked_at(now, step)
+            self._looked_at += near
+            if any(contact.depth > channel.deepest_allowed for contact in near):
+                self.stop_reason = broken_wall(channel.channel)
+                self.stop_advice = BROKEN_WALL_ADVICE
+        for contact in self._looked_at:
+            step = contact.after_step(now, step)
+        for contact in self._looked_at:
+            if contact.jumped:
+                step = min(step, contact.contact_step / 50)
+                self.chooser.restart_from(step)
+        return step
+
+    def _aim(self, step: float) -> None:
+        for contact in self._looked_at:
+            contact.aim(step)
 
     def _reached(self, now: Instant) -> bool:
         """Tell whether the joint has made its turns; within rounding is there."""

@@ -37,6 +37,7 @@ class System:
     ground_node: int = 0
     joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
     motors: dict[str, int] = field(default_factory=dict)  # speed motors
+    laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
 
     @property
     def mechanism(self) -> Mechanism:

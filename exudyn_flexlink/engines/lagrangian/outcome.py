@@ -75,6 +75,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         joint_forces=forces.joints(),
         slot_forces={rig.mechanism.slots[0].name: forces.slot},
         contacts=_contacts(rig, forces),
+        sleeves={},
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         events=tuple(
             event

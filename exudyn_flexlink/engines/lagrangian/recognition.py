@@ -62,6 +62,10 @@ def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
     sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
     slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
+    if mechanism.channels:
+        raise NotRepresentableError(
+            ("joints", sleeve, "law"), "the Lagrangian engine has ideal sleeves only"
+        )
     joint = scene.joints[sleeve]
     assert isinstance(joint, SleeveJoint)
     rods = tuple(mechanism.parts_of(joint.link))

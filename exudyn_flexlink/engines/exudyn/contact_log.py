@@ -1,0 +1,44 @@
+"""What contacts did, written down by the step loop, and which of them press now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.instant import Instant
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One beginning or end of the contact `index` at `time` (s)."""
+
+    time: float
+    index: int
+    kind: str
+    touch: Touch
+    approach_speed: float
+    peak_force: float
+
+
+@dataclass
+class ContactLog:
+    """Entries in order of time; `pressed` (contacts,) tells of each contact whether it acts."""
+
+    pressed: NDArray[np.bool_]
+    entries: list[Entry] = field(default_factory=list)
+    _known: int = 0
+
+    def tell(
+        self, now: Instant, index: int, kind: str, touch: Touch, speeds: tuple[float, float]
+    ) -> None:
+        """Write down that a contact began or ended, with its approach speed and its peak force."""
+        self.pressed[index] = kind == "contact begins"
+        self.entries.append(Entry(now.time, index, kind, touch, *speeds))
+
+    def fresh(self) -> list[Entry]:
+        """Return the entries since the last call."""
+        known, self._known = self._known, len(self.entries)
+        return self.entries[known:]

@@ -1,0 +1,65 @@
+"""Where a point is against a face, in plain floats: what the step loop asks after every step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, sin
+
+from exudyn_flexlink.mechanism import FaceContact, face_length
+
+
+@dataclass(slots=True)
+class Touch:
+    """Gap (m), place along the face (m) and their rates (m/s), as in `mechanism.approach`.
+
+    `side` is +1 where the contact pushes the point to the left of the face, -1 where to the right.
+    `gap_bend` and `place_bend` (m/s^2) are the rates of the rates, from the step before; 0 unknown.
+    """
+
+    gap: float
+    place: float
+    gap_rate: float
+    place_rate: float
+    side: float
+    gap_bend: float = 0.0
+    place_bend: float = 0.0
+
+
+class Geometry:
+    """Gap and place of a contact's point from the coordinates of its two parts."""
+
+    def __init__(self, contact: FaceContact) -> None:
+        self.first, self.second = 3 * contact.point.part, 3 * contact.start.part
+        self.ax, self.ay = contact.point.x, contact.point.y
+        self.bx, self.by = contact.start.x, contact.start.y
+        self.length = face_length(contact)
+        self.ex = (contact.end.x - contact.start.x) / self.length
+        self.ey = (contact.end.y - contact.start.y) / self.length
+        self.side = contact.side
+
+    def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
+        """Evaluate at the coordinates and velocities of all parts, one after the other."""
+        i, j = self.first, self.second
+        angle, turning = q[j + 2], v[j + 2]
+        c, s = cos(q[i + 2]), sin(q[i + 2])
+        rx, ry = c * self.ax - s * self.ay, s * self.ax + c * self.ay
+        c, s = cos(angle), sin(angle)
+        bx, by = c * self.bx - s * self.by, s * self.bx + c * self.by
+        tx, ty = c * self.ex - s * self.ey, s * self.ex + c * self.ey
+        dx, dy = q[i] + rx - q[j] - bx, q[i + 1] + ry - q[j + 1] - by
+        ux = v[i] - v[i + 2] * ry - v[j] + turning * by
+        uy = v[i + 1] + v[i + 2] * rx - v[j + 1] - turning * bx
+        place, lateral = tx * dx + ty * dy, tx * dy - ty * dx
+        side = self.side or (-1.0 if lateral > 0 else 1.0)
+        return Touch(
+            side * lateral,
+            place,
+            side * (tx * uy - ty * ux - turning * place),
+            tx * ux + ty * uy + turning * lateral,
+            side,
+        )
+
+    def on_face(self, place: float) -> tuple[float, float, float]:
+        """Point of the face at a place, in the axes of its part."""
+        return self.bx + place * self.ex, self.by + place * self.ey, 0.0
