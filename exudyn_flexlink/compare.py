@@ -193,19 +193,46 @@ def compare(
     for other in (second, again):
         if other is not None:
             _check_one_scene(first, other)
-    time = common_times(first, second)
     names = first.engine, second.engine
     if names[0] == names[1]:
         names = f"{names[0]} 1", f"{names[1]} 2"
-    seen = _seen(names[0], first, time), _seen(names[1], second, time)
+    return _compared((first, second), names, again, limit)
+
+
+def compare_variants(
+    first: Result, second: Result, names: tuple[str, str], again: Result | None = None
+) -> Comparison:
+    """Compare a scene with itself without some effect, under `names`; what both have is compared.
+
+    `again` is a run of the second at other settings, for the horizon: see `compare`.
+
+    Raises:
+        ValueError: the watched points differ.
+
+    """
+    one, other = watched_point(first.scene), watched_point(second.scene)
+    if one != other:
+        raise ValueError(f"the scenes' watched points are {one} and {other}")
+    return _compared((first, second), names, again, None)
+
+
+def _compared(
+    runs: tuple[Result, Result], names: tuple[str, str], again: Result | None, limit: float | None
+) -> Comparison:
+    first, second = runs
+    time = common_times(first, second)
+    contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
+    one, other = (
+        _seen(name, result, time, contacts) for name, result in zip(names, runs, strict=True)
+    )
     point = watched_point(first.scene)
     if again is None:
-        return Comparison(point, time, *seen)
+        return Comparison(point, time, one, other)
     limit = parting_limit(second) if limit is None else limit
     parted = horizon(second, again, limit)
     if parted is None and not again.outcome.completed:
         parted = float(again.time[-1])
-    return Comparison(point, time, *seen, parted, limit)
+    return Comparison(point, time, one, other, parted, limit)
 
 
 def horizon(first: Result, second: Result, limit: float) -> float | None:
@@ -215,11 +242,15 @@ def horizon(first: Result, second: Result, limit: float) -> float | None:
     motion is predictable: from it on, pointwise differences say nothing about an engine.
     """
     time = common_times(first, second)
+    parted = np.flatnonzero(~(separation(first, second, time) <= limit))
+    return float(time[parted[0]]) if len(parted) else None
+
+
+def separation(first: Result, second: Result, time: FloatArray) -> FloatArray:
+    """Distance (N,) m of the watched points of two runs at instants (N,) s."""
     point = watched_point(first.scene)
     one, other = (_position(result, point, time) for result in (first, second))
-    apart = np.linalg.norm(one - other, axis=1)
-    parted = np.flatnonzero(~(apart <= limit))
-    return float(time[parted[0]]) if len(parted) else None
+    return np.asarray(np.linalg.norm(one - other, axis=1))
 
 
 def parting_limit(result: Result) -> float:
@@ -258,16 +289,17 @@ def _check_one_scene(first: Result, second: Result) -> None:
             raise ValueError(f"the runs are not of one scene: their {what} are {one} and {other}")
 
 
-def _seen(name: str, result: Result, time: FloatArray) -> Seen:
+def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) -> Seen:
     scene = result.scene
-    levers = {body: lever_response(result, c) for body, c in struck_bodies(scene).items()}
+    struck = {body: c for body, c in struck_bodies(scene).items() if c in contacts}
+    levers = {body: lever_response(result, c) for body, c in struck.items()}
     return Seen(
         name=name,
         result=result,
         position=_position(result, watched_point(scene), time),
         levers=levers,
         angles={body: lever.angle_at(time) for body, lever in levers.items()},
-        strikes={contact: tuple(strikes(result, contact)) for contact in scene.contacts},
+        strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
     )
 
 

@@ -2,10 +2,159 @@
 
 from __future__ import annotations
 
-from exudyn_flexlink.scene import ContactLaw, ImpulseLaw, Law, PointOnLine, Scene
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from exudyn_flexlink.scene import (
+    GROUND,
+    ContactLaw,
+    FlexibleBody,
+    ImpulseLaw,
+    Law,
+    PointOnLine,
+    RevoluteJoint,
+    RodBody,
+    Scene,
+    SleeveJoint,
+    SlotJoint,
+    WeldJoint,
+    split_point,
+)
 from exudyn_flexlink.source import Mistake, SceneError
 
 IMPACTS = ("penalty", "impulse")
+
+
+def idealise(scene: Scene, without: Iterable[str]) -> Scene:
+    """Return the scene without some of its effects; what it does not have stays away.
+
+    - ``clearance``: sleeves are ideal, the link slides on its guide's axis.
+    - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
+    - ``impact``: contacts go, and the bodies that are there only to be struck, with their joints
+      and springs.
+    - ``friction``: contacts and walls are smooth.
+    - ``damping``: hinges and springs lose nothing; contacts keep their restitution.
+
+    Raises:
+        ValueError: there is no such effect.
+
+    """
+    wanted = set(without)
+    unknown = sorted(wanted - set(EFFECTS))
+    if unknown:
+        raise ValueError(f"no effect '{unknown[0]}'; there is: {', '.join(EFFECTS)}")
+    for name, remove in EFFECTS.items():
+        if name in wanted:
+            scene = scene.changed(**remove(scene))
+    return scene
+
+
+def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
+    """Return those of some effects that the scene does not have."""
+    return [name for name in effects if idealise(scene, [name]) == scene]
+
+
+def _without_clearance(scene: Scene) -> dict[str, Any]:
+    return {"joints": _each(scene.joints, SleeveJoint, _ideal)}
+
+
+def _ideal(sleeve: SleeveJoint) -> SleeveJoint:
+    if sleeve.clearance == 0:
+        return sleeve
+    return sleeve.model_copy(update={"clearance": 0.0, "law": None})
+
+
+def _without_flexibility(scene: Scene) -> dict[str, Any]:
+    return {"bodies": _each(scene.bodies, FlexibleBody, _rigid)}
+
+
+def _rigid(body: FlexibleBody) -> RodBody:
+    return RodBody(
+        length=body.length, material=body.material, section=body.section, slender=body.slender
+    )
+
+
+def _without_friction(scene: Scene) -> dict[str, Any]:
+    return {
+        "joints": _each(scene.joints, SleeveJoint, _smooth),
+        "contacts": _each(scene.contacts, PointOnLine, _smooth),
+    }
+
+
+def _smooth(part: Any) -> Any:
+    if not isinstance(part.law, ContactLaw):
+        return part
+    return part.model_copy(update={"law": part.law.model_copy(update={"friction": 0.0})})
+
+
+def _without_damping(scene: Scene) -> dict[str, Any]:
+    springs = {
+        name: spring.model_copy(update={"damping": None, "damping_ratio": None})
+        for name, spring in scene.springs.items()
+    }
+    return {"bodies": _each(scene.bodies, FlexibleBody, _undamped), "springs": springs}
+
+
+def _undamped(body: FlexibleBody) -> FlexibleBody:
+    hinges = body.hinges.model_copy(update={"damping": 0.0})
+    return body.model_copy(update={"hinges": hinges})
+
+
+def _each(parts: Mapping[str, Any], kind: type, change: Callable[[Any], Any]) -> dict[str, Any]:
+    """Change the parts of a kind, and keep the others."""
+    return {name: change(part) if isinstance(part, kind) else part for name, part in parts.items()}
+
+
+def _without_impact(scene: Scene) -> dict[str, Any]:
+    """Take contacts out, and the bodies that only they reach, with what holds those."""
+    gone = {body for body in _struck(scene) if _hangs_on_the_ground_alone(scene, body)}
+    joints = {n: j for n, j in scene.joints.items() if not gone & set(_joined(j))}
+    initial = scene.initial
+    kept = {
+        key: {body: value for body, value in getattr(initial, key).items() if body not in gone}
+        for key in type(initial).model_fields
+    }
+    return {
+        "contacts": {},
+        "bodies": {name: body for name, body in scene.bodies.items() if name not in gone},
+        "joints": joints,
+        "springs": {n: s for n, s in scene.springs.items() if s.joint in joints},
+        "initial": type(initial).model_validate(kept),
+    }
+
+
+def _struck(scene: Scene) -> set[str]:
+    points = [text for c in scene.contacts.values() for text in (c.point, *c.line)]
+    return {split_point(text)[0] for text in points}
+
+
+def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
+    """Tell whether no other body, drive or end of the run depends on a body."""
+    mine = {name: joint for name, joint in scene.joints.items() if body in _joined(joint)}
+    alone = all(
+        isinstance(joint, (RevoluteJoint, WeldJoint)) and GROUND in _joined(joint)
+        for joint in mine.values()
+    )
+    needed = {drive.joint for drive in scene.drives.values()} | {scene.run.of}
+    return alone and not needed & set(mine)
+
+
+def _joined(joint: Any) -> list[str]:
+    """Bodies of a joint, the ground among them."""
+    if isinstance(joint, SlotJoint):
+        return [split_point(joint.point)[0]]
+    if isinstance(joint, SleeveJoint):
+        return [joint.guide, joint.link]
+    return [split_point(text)[0] for text in joint.points]
+
+
+EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
+    "clearance": _without_clearance,
+    "flexibility": _without_flexibility,
+    "impact": _without_impact,
+    "friction": _without_friction,
+    "damping": _without_damping,
+}
 
 
 def with_impact(scene: Scene, impact: str) -> Scene:

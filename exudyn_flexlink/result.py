@@ -76,7 +76,8 @@ class SleeveHistory:
     """How a link met the walls of its guide.
 
     `pairs` names what can touch, `sides` the side of the link on which it does (+1 upper, -1 lower,
-    0 both), `force` (samples, pairs) holds the normal forces in N. A sleeve
+    0 both), `force` (samples, pairs) holds the normal forces in N, `deepest` is the largest
+    penetration of any pair in m. A sleeve
     without clearance that supports its rods holds them all the time: it has forces and no touches.
     """
 
@@ -84,6 +85,7 @@ class SleeveHistory:
     sides: tuple[float, ...]
     force: FloatArray
     touches: Touches
+    deepest: float
 
 
 @dataclass(frozen=True)

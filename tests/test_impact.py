@@ -130,7 +130,7 @@ def test_each_impact_balances_momentum_and_energy():
         q, v, root = system.coordinates(t, before)
         w = system.coordinates(t, after)[1]
         mass = mass_matrix(q, root, run.rig.constants)
-        rows, gradients = touches(q, v, root, run.rig.constants)
+        rows, gradients, _ = touches(q, v, root, run.rig.constants)
         details, g = event.details, gradients[0]
         momentum = (mass @ (w - v) - g * details["impulse"])[1:]
         rounding = 4e-16 * np.abs(mass) @ np.abs(v)  # of the speeds themselves

@@ -20,6 +20,8 @@ from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.terminal import DONE, INTERRUPTED, complain
 
+EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program with the arguments of a command line; returns its exit code."""
@@ -74,17 +76,20 @@ def _add_simulate(commands: Any) -> None:
         """\
         exudyn-flexlink simulate models/no_clearance.yaml
         exudyn-flexlink simulate models/no_clearance.yaml --set run.turns=2 --out runs/short
-        exudyn-flexlink simulate models/no_clearance.yaml --engine lagrangian --impact impulse""",
+        exudyn-flexlink simulate models/no_clearance.yaml --engine lagrangian --impact impulse
+        exudyn-flexlink simulate models/clearance.yaml --without friction,damping
+        exudyn-flexlink simulate models/clearance.yaml --set run.turns=1 --horizon""",
     )
     _add_model(parser)
-    parser.add_argument(
-        "--engine",
-        choices=("exudyn", "lagrangian"),
-        default="exudyn",
-        help="what solves the equations of motion; default: exudyn",
-    )
+    _add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
     _add_tolerances(parser)
     _add_impact(parser)
+    _add_without(parser)
+    parser.add_argument(
+        "--horizon",
+        action="store_true",
+        help="run once more, at half the tolerance or step: up to when can S be trusted pointwise?",
+    )
     _add_output(parser, "runs/<name of the model>")
 
 
@@ -93,11 +98,12 @@ def _add_compare(commands: Any) -> None:
         commands,
         "compare",
         compare_command,
-        "run both engines on a model, and say by how much they differ",
+        "run both engines on a model, or a model with and without an effect: how do they differ?",
         """\
         exudyn-flexlink compare models/smooth.yaml --set run.turns=2 --tolerance 1e-5
         exudyn-flexlink compare models/no_clearance.yaml --set accuracy.tolerance=1e-6
-        exudyn-flexlink compare models/no_clearance.yaml --impact impulse --out runs/impulse""",
+        exudyn-flexlink compare models/no_clearance.yaml --impact impulse --out runs/impulse
+        exudyn-flexlink compare models/clearance.yaml --without clearance""",
     )
     _add_model(parser)
     parser.add_argument(
@@ -108,6 +114,8 @@ def _add_compare(commands: Any) -> None:
     )
     _add_tolerances(parser)
     _add_impact(parser, "; impulse is for the Lagrangian alone")
+    _add_without(parser, "compare the model with itself without the effect, in one engine: ")
+    _add_engine(parser, "the engine of '--without'; default: exudyn", None)
     _add_output(parser, "runs/<name of the model>-compare")
 
 
@@ -127,6 +135,31 @@ def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:
         choices=("penalty", "impulse"),
         help=f"how contacts strike, instead of what the model says{more}",
     )
+
+
+def _add_engine(parser: argparse.ArgumentParser, about: str, default: str | None) -> None:
+    parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default=default, help=about)
+
+
+def _add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
+    parser.add_argument(
+        "--without",
+        type=_effects,
+        action="extend",
+        default=[],
+        metavar="EFFECT[,EFFECT]",
+        help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs)",
+    )
+
+
+def _effects(text: str) -> list[str]:
+    """Names of effects, separated by commas."""
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in EFFECT_NAMES:
+            listed = ", ".join(EFFECT_NAMES)
+            raise argparse.ArgumentTypeError(f"no effect '{name}'; there is: {listed}")
+    return names
 
 
 def _add_tolerances(parser: argparse.ArgumentParser) -> None:
@@ -162,9 +195,11 @@ def _add_check(commands: Any) -> None:
         """\
         exudyn-flexlink check models/no_clearance.yaml
         exudyn-flexlink check models/no_clearance.yaml --set bodies.link.hinges.stiffness=beam
-        exudyn-flexlink check models/smooth.yaml --set bodies.link.rods=20""",
+        exudyn-flexlink check models/smooth.yaml --set bodies.link.rods=20
+        exudyn-flexlink check models/clearance.yaml --without impact""",
     )
     _add_model(parser)
+    _add_without(parser)
 
 
 def _add_plot(commands: Any) -> None:

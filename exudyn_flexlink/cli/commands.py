@@ -12,12 +12,13 @@ from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain
 
 def check_command(options: argparse.Namespace) -> int:
     """Check a model without simulating it; returns the exit code."""
-    from exudyn_flexlink.loading import assemble_scene, load_scene
+    from exudyn_flexlink.cli.simulating import read_scene
+    from exudyn_flexlink.loading import assemble_scene
     from exudyn_flexlink.report import check_text
     from exudyn_flexlink.source import SceneError
 
     try:
-        scene = load_scene(options.model, options.settings, options.allow_outside)
+        scene = read_scene(options, None)
         assembly = assemble_scene(scene)
     except SceneError as error:
         return complain(str(error), BAD_INPUT)

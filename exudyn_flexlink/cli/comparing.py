@@ -1,4 +1,4 @@
-"""The command `compare`: one scene, both engines."""
+"""The command `compare`: one scene in both engines, or one engine with and without an effect."""
 
 from __future__ import annotations
 
@@ -8,40 +8,65 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.simulating import read_scene, run, write
+from exudyn_flexlink.cli.simulating import FINER, changed, read_scene, retuned, run, write
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, names_in
 
 if TYPE_CHECKING:
     from exudyn_flexlink.compare import Comparison
     from exudyn_flexlink.result import Result
-    from exudyn_flexlink.scene import Scene
 
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
-_TOLERANCES = ("relative_tolerance", "absolute_tolerance")
 
 
 def compare_command(options: argparse.Namespace) -> int:
-    """Run both engines, write both runs and what they differ in; returns the exit code."""
-    from exudyn_flexlink.compare import compare
+    """Run both scenes or engines, write both and what they differ in; returns the exit code."""
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError, staged_folder
 
     target: Path = options.out or Path("runs") / f"{options.model.stem}-compare"
+    if options.engine is not None and not options.without:
+        return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
     try:
-        scene = read_scene(options, options.impact)
-        # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
-        other = read_scene(options, "penalty")
+        # The folder is staged first: one that can't be written is no news for the end of a run.
         with staged_folder(target) as folder:
-            # The Lagrangian first: it represents less, and what it refuses should cost no time.
-            judge = _whole(run(scene, "lagrangian", options, "lagrangian"))
-            exudyn = _whole(run(other, "exudyn", options, "exudyn"))
-            looser = _looser(scene, judge)
-            again = _whole(run(looser, "lagrangian", options, "lagrangian, for the horizon"))
-            found = compare(exudyn, judge, again)
+            found = _without_effects(options) if options.without else _both_engines(options)
             _write(found, folder, options)
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
     return _tell(found, target, options)
+
+
+def _both_engines(options: argparse.Namespace) -> Comparison:
+    """Compare Exudyn with the Lagrangian."""
+    from exudyn_flexlink.compare import compare
+
+    scene = read_scene(options, options.impact)
+    # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
+    other = read_scene(options, "penalty")
+    # The Lagrangian first: it represents less, and what it refuses should cost no time.
+    judge = _whole(run(scene, "lagrangian", options, "lagrangian"))
+    exudyn = _whole(run(other, "exudyn", options, "exudyn"))
+    again = _whole(
+        run(retuned(scene, judge, LOOSER), "lagrangian", options, "lagrangian, for the horizon")
+    )
+    return compare(exudyn, judge, again)
+
+
+def _without_effects(options: argparse.Namespace) -> Comparison:
+    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b)."""
+    from exudyn_flexlink.compare import compare_variants
+    from exudyn_flexlink.loading import load_scene
+
+    engine = options.engine or "exudyn"
+    given = load_scene(options.model, options.settings, options.allow_outside)
+    whole = changed(given, options.impact, [])
+    ideal = changed(given, options.impact, options.without)
+    what = " and ".join(dict.fromkeys(options.without))
+    first = _whole(run(ideal, engine, options, f"without {what}"))
+    second = _whole(run(whole, engine, options, f"with {what}"))
+    near = retuned(whole, second, FINER)
+    again = _whole(run(near, engine, options, f"with {what}, for the horizon"))
+    return compare_variants(first, second, (f"without {what}", f"with {what}"), again)
 
 
 def _whole(result: Result) -> Result:
@@ -53,19 +78,12 @@ def _whole(result: Result) -> Result:
     return result
 
 
-def _looser(scene: Scene, judge: Result) -> Scene:
-    settings = judge.settings
-    looser = {key: LOOSER * float(settings[key]) for key in _TOLERANCES if key in settings}
-    given = scene.accuracy.model_dump(exclude_none=True)
-    return scene.changed(accuracy=type(scene.accuracy).model_validate(given | looser))
-
-
 def _write(found: Comparison, folder: Path, options: argparse.Namespace) -> None:
     from exudyn_flexlink.storage import save_comparison
 
     figures = not options.no_plots
     for seen in (found.first, found.second):
-        write(seen.result, folder / seen.result.engine, figures=figures)
+        write(seen.result, folder / seen.name.replace(" ", "_"), figures=figures)
     save_comparison(found, folder, options.tolerance)
     if figures:
         from exudyn_flexlink.plots import comparison

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
     from exudyn_flexlink.scene import Scene
 
+FINER = 0.5  # times the accuracy of a run: a neighbouring one
+_ACCURACY = ("tolerance", "step", "relative_tolerance", "absolute_tolerance")
+
 
 def simulate_command(options: argparse.Namespace) -> int:
     """Simulate a model, write its folder, print its summary; returns the exit code."""
@@ -41,9 +44,28 @@ def simulate_command(options: argparse.Namespace) -> int:
         with staged_folder(target) as folder:
             result = run(scene, options.engine, options)
             write(result, folder, figures=not options.no_plots)
+            told = _horizon(scene, result, options) if options.horizon else ""
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
-    return _tell(result, target, options.quiet)
+    return _tell(result, target, told, options.quiet)
+
+
+def _horizon(scene: Scene, result: Result, options: argparse.Namespace) -> str:
+    """Run once more, more accurately; say up to when both agree."""
+    from exudyn_flexlink.report import sensitivity_text
+    from exudyn_flexlink.sensitivity import sensitivity
+
+    near = retuned(scene, result, FINER)
+    again = run(near, options.engine, options, "again, for the horizon")
+    return sensitivity_text(sensitivity(result, again))
+
+
+def retuned(scene: Scene, result: Result, factor: float) -> Scene:
+    """Return the scene with the tolerances or the step of a run, times a factor."""
+    settings = result.settings
+    other = {key: factor * float(settings[key]) for key in _ACCURACY if key in settings}
+    given = scene.accuracy.model_dump(exclude_none=True)
+    return scene.changed(accuracy=type(scene.accuracy).model_validate(given | other))
 
 
 def _for_lagrangian(setting: str) -> bool:
@@ -54,6 +76,8 @@ def _for_lagrangian(setting: str) -> bool:
 def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
     """Load the model with the settings of the command line, and `impact` in place of its own.
 
+    Effects named in `options.without` are left out.
+
     Raises:
         SceneError: the model, or a setting, has mistakes.
 
@@ -61,11 +85,24 @@ def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
     from exudyn_flexlink.loading import load_scene
 
     scene = load_scene(options.model, options.settings, options.allow_outside)
-    if impact is None:
-        return scene
-    from exudyn_flexlink.effects import with_impact
+    return changed(scene, impact, options.without)
 
-    return with_impact(scene, impact)
+
+def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
+    """Return the scene with another kind of impact, and without some effects.
+
+    Raises:
+        SceneError: what is left can't be.
+
+    """
+    if impact is None and not without:
+        return scene
+    from exudyn_flexlink.effects import absent, idealise, with_impact
+
+    for name in absent(scene, dict.fromkeys(without)):
+        complain(f"hint: '--without {name}' changes nothing: the scene has none")
+    scene = idealise(scene, without)
+    return scene if impact is None else with_impact(scene, impact)
 
 
 def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
@@ -106,13 +143,15 @@ def write(result: Result, folder: Path, *, figures: bool) -> None:
         save_figures(result, folder)
 
 
-def _tell(result: Result, target: Path, quiet: bool) -> int:
+def _tell(result: Result, target: Path, told: str, quiet: bool) -> int:
     """Print the summary; warnings and a failure also where the summary is not wanted."""
     from exudyn_flexlink.report import failure_text, run_text
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
     if not quiet:
         print(run_text(result))
+        if told:
+            print(f"\n{told}")
         print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
         sys.stdout.flush()  # so that what follows on stderr stands below it
     for warning in result.warnings:

@@ -3,6 +3,7 @@
 from exudyn_flexlink.report.check import check_text, estimated_steps, run_duration
 from exudyn_flexlink.report.comparison import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.report.run import failure_text, run_text
+from exudyn_flexlink.report.sensitivity import sensitivity_text
 
 __all__ = [
     "check_text",
@@ -13,4 +14,5 @@ __all__ = [
     "horizon_text",
     "run_duration",
     "run_text",
+    "sensitivity_text",
 ]

@@ -104,9 +104,20 @@ def _joined(joint: Joint) -> str:
     if isinstance(joint, SlotJoint):
         return f"{joint.point} on {joint.curve}"
     if isinstance(joint, SleeveJoint):
-        return f"{joint.link} in {joint.guide}, clearance {number(joint.clearance)} m"
+        return f"{joint.link} in {joint.guide}, {_fit(joint)}"
     at = "" if joint.at is None else f" at ({number(joint.at[0])}, {number(joint.at[1])}) m"
     return f"{joint.points[0]} and {joint.points[1]}{at}"
+
+
+def _fit(sleeve: SleeveJoint) -> str:
+    if sleeve.law is None:
+        return "on its axis, rod 1 aligned"
+    walls = f"walls k {number(sleeve.law.stiffness)} N/m"
+    if sleeve.law.friction:
+        walls += f", friction {number(sleeve.law.friction)}"
+    if sleeve.supported:
+        return f"every rod inside held on its axis, {walls}"
+    return f"clearance {number(sleeve.clearance)} m on each side, {walls}"
 
 
 def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
@@ -162,17 +173,28 @@ def _effects(scene: Scene, mechanism: Mechanism) -> list[str]:
     """Which effects the scene asks for: what is not in it, no engine computes."""
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
     loose = [n for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.clearance > 0]
+    held = [n for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.supported]
     lossy = [n for n, c in scene.contacts.items() if c.law.restitution < 1]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
         _effect("clearance", loose),
+        _effect("support in the guide", held),
         _effect("impact", list(scene.contacts)),
-        _effect("friction", []),  # a scene has no way to ask for it yet
+        _effect("friction", _rough(scene)),
         _effect("damping", [*_damped(mechanism), *lossy]),
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
     return ["Effects", *table(rows)]
+
+
+def _rough(scene: Scene) -> list[str]:
+    """Names of the joints and contacts with friction."""
+    laws: dict[str, Law | None] = {
+        n: j.law for n, j in scene.joints.items() if isinstance(j, SleeveJoint)
+    }
+    laws |= {name: contact.law for name, contact in scene.contacts.items()}
+    return [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
 
 
 def _effect(name: str, causes: Sequence[str]) -> list[str]:

@@ -180,7 +180,8 @@ def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> Slee
     columns = [arrays.column(f"{prefix}_{field.name}") for field in fields(Touches)]
     if len({len(column) for column in columns}) > 1 or len(sides) != len(names):
         raise ValueError(f"the touches of '{prefix}' do not fit")
-    return SleeveHistory(names, sides, force, Touches(*columns))
+    deepest = _number(pairs["deepest_m"])
+    return SleeveHistory(names, sides, force, Touches(*columns), deepest)
 
 
 def _series(arrays: _Arrays, record: type[Any], prefix: str) -> Iterable[FloatArray]:

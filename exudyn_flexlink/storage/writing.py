@@ -111,7 +111,11 @@ def _summary(result: Result) -> dict[str, Any]:
             kind: list(getattr(result, kind)) for kind in (*HISTORIES, "contacts", "sleeves")
         },
         "pairs": {
-            name: {"names": list(sleeve.pairs), "sides": list(sleeve.sides)}
+            name: {
+                "names": list(sleeve.pairs),
+                "sides": list(sleeve.sides),
+                "deepest_m": sleeve.deepest,
+            }
             for name, sleeve in result.sleeves.items()
         },
         "scene": scene.to_data(),

@@ -21,12 +21,13 @@ def sleeve_histories(prepared: Prepared, forces: FloatArray) -> dict[str, Sleeve
     """Forces (samples, pairs) and touches of every channel, by the name of its joint."""
     histories = {}
     first = len(prepared.assembly.mechanism.contacts)
-    for channel in prepared.assembly.mechanism.channels:
+    depths = wall_penetrations(prepared)
+    for channel, deepest in zip(prepared.assembly.mechanism.channels, depths, strict=True):
         names = tuple(contact.name for contact in pairs(channel))
         count = len(names)
         rows = _touches(prepared, first, count) if channel.clearance > 0 else []
         histories[channel.name] = SleeveHistory(
-            names, pair_sides(channel), forces[:, first : first + count], _columns(rows)
+            names, pair_sides(channel), forces[:, first : first + count], _columns(rows), deepest
         )
         first += count
     return histories

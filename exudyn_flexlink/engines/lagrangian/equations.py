@@ -19,6 +19,11 @@ The guide adds its moment of inertia about C to ``M_theta,theta``; a lever stand
 moment of inertia about its pivot. ``gamma' = d gamma/d theta``; ``root`` holds the six components
 of gamma, gamma', gamma''.
 
+With play between link and guide all rods have angles of their own, the guide has its angle, and P's
+place u on its track is a coordinate: then ``gamma(u)``, and ``theta`` above stands for u where it
+is the argument of gamma (`Constants.root`); the guide's moment of inertia stays with its angle. The
+forces of the walls are in `walls`.
+
 A contact has the gap ``g(q)`` and the gradient ``G = dg/dq``: a pressing force F acts as ``F G``.
 A lasting contact has ``g'' = G q'' + b = 0`` with F as multiplier.
 """
@@ -31,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces, wall_power
 
 FloatArray = NDArray[np.float64]
 Root = tuple[float, float, float, float, float, float]
@@ -44,7 +50,7 @@ class Constants(NamedTuple):
 
     A contact's row of `faces`: coordinate of its lever, pivot x, y, angle of the face in the lever,
     side, offset of the face from the pivot across and along it, stiffness, restitution, transition
-    speed.
+    speed, coefficient of friction, slip speed.
     """
 
     couplings: FloatArray  # A, (n, n), kg m^2
@@ -56,8 +62,12 @@ class Constants(NamedTuple):
     preload: FloatArray  # (N,), N m: torques of the springs at q = 0
     moments: FloatArray  # (N, 2), kg m: mass times centre from the pivot, of guide and levers
     gravity: FloatArray  # (2,), m/s^2
-    faces: FloatArray  # (c, 10)
+    faces: FloatArray  # (c, 12)
     arms: FloatArray  # (c, n): the point of contact k is at gamma + sum_j arms[k, j] e(Theta_j)
+    rods: FloatArray  # (n,): coordinate of each rod
+    root: float  # coordinate of which gamma is a function
+    lengths: FloatArray  # (n,) of the rods, m
+    channel: FloatArray  # (11,) of a sleeve with walls, as in `walls`; (0,) without
 
 
 class State(NamedTuple):
@@ -78,21 +88,22 @@ class Drive(NamedTuple):
 
 def packed(c: Constants) -> FloatArray:
     """Put all constants in one array: handing over a single one costs the least."""
-    sizes = (len(c.firsts), len(c.inertias), len(c.faces))
+    sizes = (len(c.firsts), len(c.inertias), len(c.faces), len(c.channel))
     return np.concatenate([np.ravel(part) for part in (sizes, *c)]).astype(np.float64)
 
 
 @compiled
 def unpacked(data: FloatArray) -> Constants:
     """Constants as views into the array of `packed`."""
-    n, count, contacts = int(data[0]), int(data[1]), int(data[2])
+    n, count, contacts, walls = int(data[0]), int(data[1]), int(data[2]), int(data[3])
     squared = count * count
-    sizes = (n * n, n, 1, count, squared, squared, count, 2 * count, 2, 10 * contacts)
-    at = np.full(11, 3)
-    for i in range(10):
+    sizes = (n * n, n, 1, count, squared, squared, count, 2 * count, 2, 12 * contacts,
+             contacts * n, n, 1, n, walls)  # fmt: skip
+    at = np.full(16, 4)
+    for i in range(15):
         at[i + 1] = at[i] + sizes[i]
     return Constants(
-        data[3 : at[1]].reshape(n, n),
+        data[4 : at[1]].reshape(n, n),
         data[at[1] : at[2]],
         data[at[2]],
         data[at[3] : at[4]],
@@ -101,45 +112,55 @@ def unpacked(data: FloatArray) -> Constants:
         data[at[6] : at[7]],
         data[at[7] : at[8]].reshape(count, 2),
         data[at[8] : at[9]],
-        data[at[9] : at[10]].reshape(contacts, 10),
-        data[at[10] :].reshape(contacts, n),
+        data[at[9] : at[10]].reshape(contacts, 12),
+        data[at[10] : at[11]].reshape(contacts, n),
+        data[at[11] : at[12]],
+        data[at[12]],
+        data[at[13] : at[14]],
+        data[at[14] :],
     )
 
 
 @compiled
 def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
     """Mass matrix M (N, N)."""
-    n, count = len(c.firsts), len(q)
+    n, count, p = len(c.firsts), len(q), int(c.root)
     mass = np.zeros((count, count))
-    for j in range(n):
-        for k in range(j):
-            mass[j, k] = mass[k, j] = c.couplings[j, k] * np.cos(q[j] - q[k])
-        mass[j, j] = c.couplings[j, j]
-    for j in range(n):
-        slip = c.firsts[j] * (root[3] * np.cos(q[j]) - root[2] * np.sin(q[j]))
-        mass[0, j] += slip
-        mass[j, 0] += slip
+    for i in range(n):
+        j = int(c.rods[i])
+        for h in range(i):
+            k = int(c.rods[h])
+            mass[j, k] = mass[k, j] = c.couplings[i, h] * np.cos(q[j] - q[k])
+        mass[j, j] = c.couplings[i, i]
+    for i in range(n):
+        j = int(c.rods[i])
+        slip = c.firsts[i] * (root[3] * np.cos(q[j]) - root[2] * np.sin(q[j]))
+        mass[p, j] += slip
+        mass[j, p] += slip
     for j in range(count):
         mass[j, j] += c.inertias[j]
-    mass[0, 0] += c.mass * (root[2] * root[2] + root[3] * root[3])
+    mass[p, p] += c.mass * (root[2] * root[2] + root[3] * root[3])
     return mass
 
 
 @compiled
 def quadratic_terms(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> FloatArray:
     """Terms h (N,) of the squares of the speeds."""
-    n = len(c.firsts)
+    n, p = len(c.firsts), int(c.root)
     terms = np.zeros(len(q))
-    for j in range(n):
+    moved = v[p] * v[p]
+    for i in range(n):
+        j = int(c.rods[i])
         cosine, sine = np.cos(q[j]), np.sin(q[j])
-        square, turned = v[j] * v[j], v[0] * v[0]
-        for k in range(j):
-            coupling = c.couplings[j, k] * np.sin(q[j] - q[k])
+        square = v[j] * v[j]
+        for h in range(i):
+            k = int(c.rods[h])
+            coupling = c.couplings[i, h] * np.sin(q[j] - q[k])
             terms[j] += coupling * v[k] * v[k]
             terms[k] -= coupling * square
-        terms[j] += c.firsts[j] * (root[5] * cosine - root[4] * sine) * turned
-        terms[0] -= c.firsts[j] * (root[2] * cosine + root[3] * sine) * square
-    terms[0] += c.mass * (root[2] * root[4] + root[3] * root[5]) * v[0] * v[0]
+        terms[j] += c.firsts[i] * (root[5] * cosine - root[4] * sine) * moved
+        terms[p] -= c.firsts[i] * (root[2] * cosine + root[3] * sine) * square
+    terms[p] += c.mass * (root[2] * root[4] + root[3] * root[5]) * moved
     return terms
 
 
@@ -154,28 +175,29 @@ def applied_torques(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> F
             torques[j] -= c.stiffness[j, k] * q[k] + c.damping[j, k] * v[k]
     gx, gy = c.gravity[0], c.gravity[1]
     if gx != 0.0 or gy != 0.0:
-        torques[0] += c.mass * (gx * root[2] + gy * root[3])
+        torques[int(c.root)] += c.mass * (gx * root[2] + gy * root[3])
         for j in range(count):
-            cosine, sine = np.cos(q[j]), np.sin(q[j])
             x, y = c.moments[j, 0], c.moments[j, 1]
-            if j < len(c.firsts):
-                x += c.firsts[j]
-            torques[j] += cosine * (gy * x - gx * y) - sine * (gx * x + gy * y)
+            torques[j] += np.cos(q[j]) * (gy * x - gx * y) - np.sin(q[j]) * (gx * x + gy * y)
+        for i in range(len(c.firsts)):
+            j = int(c.rods[i])
+            torques[j] += c.firsts[i] * (gy * np.cos(q[j]) - gx * np.sin(q[j]))
     return torques
 
 
 @compiled
 def touches(
     q: FloatArray, v: FloatArray, root: Root, c: Constants
-) -> tuple[FloatArray, FloatArray]:
-    """Contacts as rows of gap, place, their rates, b = g'' - G q''; and the gradients G (c, N).
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Contacts as rows of gap, place, their rates, b = g'' - G q''; gradients (c, N) of gap, place.
 
     With d from the lever's pivot to the point, t along the face and ``n = side t^`` normal to it:
     ``g = n.d - offset``, ``g' = n.d' - side psi' t.d``, and
     ``g'' = n.d'' - 2 side psi' t.d' - side psi'' t.d - side psi'^2 t^.d``.
     """
-    n, count = len(c.firsts), len(c.faces)
+    n, count, p = len(c.firsts), len(c.faces), int(c.root)
     states, gradients = np.zeros((count, 5)), np.zeros((count, len(q)))
+    slides = np.zeros((count, len(q)))
     for k in range(count):
         lever = int(c.faces[k, 0])
         side, psi_rate = c.faces[k, 4], v[lever]
@@ -183,24 +205,28 @@ def touches(
         tx, ty = np.cos(angle), np.sin(angle)
         nx, ny = -side * ty, side * tx
         dx, dy = root[0] - c.faces[k, 1], root[1] - c.faces[k, 2]
-        ux, uy = root[2] * v[0], root[3] * v[0]
-        bx, by = root[4] * v[0] * v[0], root[5] * v[0] * v[0]
-        for j in range(n):
-            x, y = c.arms[k, j] * np.cos(q[j]), c.arms[k, j] * np.sin(q[j])
+        ux, uy = root[2] * v[p], root[3] * v[p]
+        bx, by = root[4] * v[p] * v[p], root[5] * v[p] * v[p]
+        for i in range(n):
+            j = int(c.rods[i])
+            x, y = c.arms[k, i] * np.cos(q[j]), c.arms[k, i] * np.sin(q[j])
             dx, dy = dx + x, dy + y
             ux, uy = ux - y * v[j], uy + x * v[j]
             bx, by = bx - x * v[j] * v[j], by - y * v[j] * v[j]
             gradients[k, j] = ny * x - nx * y
+            slides[k, j] = ty * x - tx * y
         along, across = tx * dx + ty * dy, nx * dx + ny * dy
         slide = tx * ux + ty * uy
-        gradients[k, 0] += nx * root[2] + ny * root[3]
+        gradients[k, p] += nx * root[2] + ny * root[3]
+        slides[k, p] += tx * root[2] + ty * root[3]
         gradients[k, lever] = -side * along
+        slides[k, lever] = side * across
         states[k, 0] = across - c.faces[k, 5]
         states[k, 1] = along - c.faces[k, 6]
         states[k, 2] = nx * ux + ny * uy - side * psi_rate * along
         states[k, 3] = slide + side * psi_rate * across
         states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across
-    return states, gradients
+    return states, gradients, slides
 
 
 @compiled
@@ -234,16 +260,33 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
 
 @compiled
 def _right_side(
-    state: State, drive: Drive, forces: FloatArray, gradients: FloatArray, c: Constants
+    state: State,
+    drive: Drive,
+    pressing: tuple[FloatArray, FloatArray],
+    rubbing: tuple[FloatArray, FloatArray],
+    c: Constants,
 ) -> FloatArray:
-    """``Q - h`` (N,) with motors and penalty forces."""
+    """``Q - h`` (N,) with motors, penalty forces, friction and the walls' forces.
+
+    `pressing` and `rubbing` are forces (c,) and their gradients (c, N), across and along faces.
+    """
+    forces, gradients = pressing
+    drags, slides = rubbing
     right = applied_torques(state.q, state.v, state.root, c)
     terms = quadratic_terms(state.q, state.v, state.root, c)
     for j in range(len(right)):
         right[j] += drive.torques[j] - terms[j]
         for k in range(len(forces)):
-            right[j] += forces[k] * gradients[k, j]
+            right[j] += forces[k] * gradients[k, j] + drags[k] * slides[k, j]
+    if len(c.channel) > 0:
+        add_wall_forces(state.q, state.v, state.root, chain_of(c), right)
     return right
+
+
+@compiled
+def chain_of(c: Constants) -> tuple[FloatArray, float, FloatArray, FloatArray]:
+    """What `walls` needs: coordinates and lengths of rods, coordinate of P, numbers of walls."""
+    return c.rods, c.root, c.lengths, c.channel
 
 
 @compiled
@@ -285,7 +328,7 @@ def _solve(
 def accelerations(
     state: State, drive: Drive, acting: NDArray[np.int64], c: Constants
 ) -> tuple[FloatArray, float, FloatArray, FloatArray]:
-    """Accelerations (N,), torque of the speed drive, contact forces and the rates of their gaps.
+    """Accelerations (N,), torque of the speed drive, contact forces and the powers they take.
 
     `acting` tells how each contact acts. Solved is
 
@@ -294,14 +337,14 @@ def accelerations(
     without the row of theta where theta'' is known; that row gives the drive's torque.
     """
     contacts = len(acting)
-    states, gradients = touches(state.q, state.v, state.root, c)
-    forces, rates = np.zeros(contacts), np.zeros(contacts)
+    states, gradients, slides = touches(state.q, state.v, state.root, c)
+    forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
     for k in range(contacts):
-        rates[k] = states[k, 2]
         if acting[k] == PENALTY:
             forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
+            drags[k] = -c.faces[k, 10] * forces[k] * np.tanh(states[k, 3] / c.faces[k, 11])
     mass = mass_matrix(state.q, state.root, c)
-    right = _right_side(state, drive, forces, gradients, c)
+    right = _right_side(state, drive, (forces, gradients), (drags, slides), c)
     result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
@@ -315,7 +358,9 @@ def accelerations(
         for k in range(contacts):
             if acting[k] == LASTING:
                 motor -= forces[k] * gradients[k, 0]
-    return result, motor, forces, rates
+    for k in range(contacts):
+        powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
+    return result, motor, forces, powers
 
 
 @compiled
@@ -329,9 +374,10 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
 ) -> FloatArray:
     """Time derivative of the integrator's state.
 
-    The state holds the free coordinates, their rates, the energies dissipated in dampers and
-    supplied by motors, and of each contact the impulse, then the work done on it. `guide` is the
-    guide's angle, speed and prescribed acceleration; `data` are the constants, packed.
+    The state holds the free coordinates, their rates, the energies dissipated in dampers (with the
+    work done on the walls) and supplied by motors, and of each contact the impulse, then the work
+    done on it. `guide` is the guide's angle, speed and prescribed acceleration; `data` are the
+    constants, packed.
     """
     c = unpacked(data)
     count, contacts = len(c.inertias), len(acting)
@@ -341,7 +387,7 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
-    found, motor, forces, gap_rates = accelerations(
+    found, motor, forces, powers = accelerations(
         State(q, v, root), Drive(first, guide[2], torques), acting, c
     )
     for j in range(free):
@@ -351,9 +397,11 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
         supplied += torques[j] * v[j]
         for k in range(count):
             lost += v[j] * c.damping[j, k] * v[k]
+    if len(c.channel) > 0:
+        lost += wall_power(q, v, root, chain_of(c))
     at = 2 * free
     rate[at], rate[at + 1] = lost, supplied
     for k in range(contacts):
         rate[at + 2 + k] = forces[k]
-        rate[at + 2 + contacts + k] = -forces[k] * gap_rates[k]
+        rate[at + 2 + contacts + k] = powers[k]
     return rate

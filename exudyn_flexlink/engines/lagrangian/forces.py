@@ -17,9 +17,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.recognition import Pivot
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import Motion
+from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
 from exudyn_flexlink.mechanism import GROUND, approach
 
 FloatArray = NDArray[np.float64]
@@ -48,6 +50,17 @@ class Forces:
         ]
         return stacked[0], stacked[1], stacked[2], stacked[3]
 
+    @cached_property
+    def _walls(self) -> FloatArray:
+        """Forces of the walls on the link."""
+        c = self.rig.constants
+        if not len(c.channel):
+            return np.zeros((len(self.motions), 2))
+        still = np.zeros(len(c.inertias))
+        return np.array(
+            [add_wall_forces(m.q, m.v, m.root, chain_of(c), still.copy()) for m in self.motions]
+        )
+
     def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
         torques = {}
@@ -66,27 +79,33 @@ class Forces:
         force = np.tile(constants.mass * constants.gravity, (len(self.motions), 1))
         for k in range(len(self.rig.mechanism.contacts)):
             force += self._push(k)
-        return force
+        return force + self._walls
 
     def _push(self, k: int) -> FloatArray:
         """Force of contact k on the link's point."""
         contact = self.rig.mechanism.contacts[k]
-        normal = approach(contact, self.poses, self.rates).normal
-        return np.asarray(self.contacts[:, k, None] * normal)
+        at, force = approach(contact, self.poses, self.rates), self.contacts[:, k]
+        push = force[:, None] * at.normal
+        if contact.friction is None:
+            return np.asarray(push)
+        along = -contact.side * np.stack([-at.normal[:, 1], at.normal[:, 0]], axis=-1)
+        return np.asarray(push + contact.friction.force(force, at.place_rate)[:, None] * along)
 
     @cached_property
     def _momentum_rate(self) -> FloatArray:
         q, v, a, root = self._motion
         c = self.rig.constants
-        n = len(c.firsts)
-        rate = c.mass * (root[:, 2:4] * a[:, :1] + root[:, 4:6] * v[:, :1] ** 2)
-        along, across = _axes(q[:, :n])
-        swing = a[:, :n, None] * across - v[:, :n, None] ** 2 * along
+        p, rods = int(c.root), c.rods.astype(int)
+        rate = c.mass * (root[:, 2:4] * a[:, p, None] + root[:, 4:6] * v[:, p, None] ** 2)
+        along, across = _axes(q[:, rods])
+        swing = a[:, rods, None] * across - v[:, rods, None] ** 2 * along
         return np.asarray(rate + np.einsum("j,sjx->sx", c.firsts, swing))
 
     @cached_property
     def slot(self) -> FloatArray:
-        """Force of the track on P."""
+        """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
+        if self.rig.layout.play:
+            return np.asarray(self._momentum_rate - self._on_link)
         places = np.array([motion.place for motion in self.motions])
         normal = self.rig.mechanism.slots[0].curve.normal(places)
         along, _ = _axes(self._motion[0][:, 0])
@@ -96,14 +115,14 @@ class Forces:
     def joints(self) -> dict[str, FloatArray]:
         """Force of each pivot on its joint's second point."""
         layout = self.rig.layout
-        on_guide = self._momentum_rate - self._on_link - self.slot
+        on_guide = self._momentum_rate - self._on_link - self.slot + self._walls
         forces = {layout.guide.joint: self._pivot(layout.guide, 0, on_guide)}
-        for i, lever in enumerate(layout.levers):
+        for lever in layout.levers:
             pushes = np.zeros((len(self.motions), 2))
             for k, contact in enumerate(self.rig.mechanism.contacts):
                 if contact.start.part == lever.part:
                     pushes += self._push(k)
-            forces[lever.joint] = self._pivot(lever, len(layout.rods) + i, pushes)
+            forces[lever.joint] = self._pivot(lever, layout.coordinate(lever.part), pushes)
         return forces
 
     def _pivot(self, pivot: Pivot, coordinate: int, given_on: FloatArray) -> FloatArray:

@@ -12,11 +12,14 @@ import scipy
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import version
+from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.events import Loop
 from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
+from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_states
+from exudyn_flexlink.engines.walls import soft_walls
 from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -25,6 +28,7 @@ from exudyn_flexlink.result import (
     EnergyHistory,
     Outcome,
     Result,
+    SleeveHistory,
 )
 from exudyn_flexlink.scene import Scene
 
@@ -75,7 +79,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         joint_forces=forces.joints(),
         slot_forces={rig.mechanism.slots[0].name: forces.slot},
         contacts=_contacts(rig, forces),
-        sleeves={},
+        sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         events=tuple(
             event
@@ -83,7 +87,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
             if event.kind != "lap" or event.time < prepared.end
         ),
         checks=checks,
-        warnings=_warnings(checks),
+        warnings=(*_warnings(checks), *_soft_walls(prepared)),
         outcome=_outcome(prepared, complaint),
     )
     began, ready, solved = clock
@@ -116,6 +120,17 @@ def _contacts(rig: Rig, forces: Forces) -> dict[str, ContactHistory]:
     return histories
 
 
+def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
+    recorder, constants = prepared.recorder, prepared.rig.constants
+    if not recorder.watches:
+        return {}
+    chain = chain_of(constants)
+    force = np.array(
+        [wall_states(m.q, m.v, m.root, chain)[:, PRESS] for m in recorder.samples.motion]
+    )
+    return {watch.channel.name: watch.history(force) for watch in recorder.watches}
+
+
 def _checks(prepared: Prepared) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
     return Checks(
@@ -142,12 +157,16 @@ def _warnings(checks: Checks) -> tuple[str, ...]:
     )
 
 
+def _soft_walls(prepared: Prepared) -> list[str]:
+    return soft_walls((watch.channel, watch.deepest) for watch in prepared.recorder.watches)
+
+
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     system, time = prepared.system, prepared.loop.time
     if system.interrupted:
         return Outcome(False, time, INTERRUPTED)
     if system.stop_reason:
-        return Outcome(False, time, system.stop_reason, "lengthen the curve, or end the run before")
+        return Outcome(False, time, system.stop_reason, system.stop_advice)
     if complaint:
         return Outcome(False, time, complaint, ADVICE)
     missing = cut_short(prepared.scene, prepared.rig.mechanism)

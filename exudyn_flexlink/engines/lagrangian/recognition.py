@@ -32,12 +32,27 @@ class Pivot:
 
 @dataclass(frozen=True)
 class Layout:
-    """Which parts are guide, link (its rods in order) and levers, and what drives the guide."""
+    """Which parts are guide, link (its rods in order) and levers, and what drives the guide.
+
+    With `play` between link and guide rod 1 has an angle of its own, and so has P a place on its
+    track, the last coordinate: `root`. Without, the guide's angle determines both.
+    """
 
     guide: Pivot
     rods: tuple[int, ...]
     levers: tuple[Pivot, ...]
     motor: Motor | None
+    play: bool
+
+    @property
+    def root(self) -> int:
+        """Coordinate that determines where P is."""
+        return 1 + len(self.rods) + len(self.levers) if self.play else 0
+
+    @property
+    def count(self) -> int:
+        """Number of coordinates."""
+        return len(self.rods) + len(self.levers) + (2 if self.play else 0)
 
     def coordinate(self, part: int) -> int:
         """Coordinate that is the angle of a part; -1 for the ground."""
@@ -45,9 +60,10 @@ class Layout:
             return -1
         if part == self.guide.part:
             return 0
+        first = 1 if self.play else 0
         if part in self.rods:
-            return self.rods.index(part)
-        return len(self.rods) + [lever.part for lever in self.levers].index(part)
+            return first + self.rods.index(part)
+        return first + len(self.rods) + [lever.part for lever in self.levers].index(part)
 
 
 def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
@@ -62,10 +78,6 @@ def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
     sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
     slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
-    if mechanism.channels:
-        raise NotRepresentableError(
-            ("joints", sleeve, "law"), "the Lagrangian engine has ideal sleeves only"
-        )
     joint = scene.joints[sleeve]
     assert isinstance(joint, SleeveJoint)
     rods = tuple(mechanism.parts_of(joint.link))
@@ -75,7 +87,8 @@ def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
         )
     guide = _guide(mechanism, joint.guide, sleeve, pivots)
     levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
-    layout = Layout(guide, rods, levers, _motor(scene, mechanism, guide))
+    play = not mechanism.slides
+    layout = Layout(guide, rods, levers, _motor(scene, mechanism, guide), play)
     for contact in mechanism.contacts:
         _check_contact(contact, layout)
     return layout
@@ -122,7 +135,7 @@ def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot
             ("bodies", body), "a guide must turn about a point on the ground"
         )
     guide = found[0]
-    if abs(guide.pin[1] - mechanism.slides[0].guide.y) > ON_AXIS:
+    if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].guide.y) > ON_AXIS:
         raise NotRepresentableError(
             ("joints", guide.joint), f"must lie on the axis of the sleeve '{sleeve}'"
         )

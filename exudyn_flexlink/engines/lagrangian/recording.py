@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.events import Dense
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
+from exudyn_flexlink.engines.lagrangian.touching import WallWatch
+from exudyn_flexlink.engines.lagrangian.walls import GAP
+from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
+from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
 FloatArray = NDArray[np.float64]
 
@@ -50,6 +53,7 @@ class Recorder:
         self.progress = progress
         self.samples = Samples()
         self.meter = EnergyMeter(system.rig.mechanism)
+        self.watches = [WallWatch(system, channel) for channel in system.rig.mechanism.channels]
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
@@ -61,7 +65,11 @@ class Recorder:
         self._start_energy: float | None = None
 
     def before(self, end: float, dense: Dense) -> None:
-        """Keep the samples within a step."""
+        """Keep the samples within a step, and follow the walls through it."""
+        for watch in self.watches:
+            watch.step(end, dense)
+            if watch.deepest > deepest_allowed(watch.channel):
+                self.system.stop(broken_wall(watch.channel), BROKEN_WALL_ADVICE)
         while self._next < len(self.grid) and self.grid[self._next] < end:
             at = float(self.grid[self._next])
             self._keep(at, dense(at))
@@ -72,8 +80,11 @@ class Recorder:
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
         self._events = len(self.system.events)
+        if crossed:
+            for watch in self.watches:
+                watch.jump(t, y)
         q, v, root = self.system.coordinates(t, y)
-        self._block.append((q, v, (*root, self.system.track.place), self._row(y)))
+        self._block.append((q, v, (*root, self.system.track.place), self._row(t, y)))
         if len(self._block) == BLOCK:
             self.flush()
         if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
@@ -91,16 +102,23 @@ class Recorder:
             kept.drop_last()  # several events at one instant: the state after the last
         kept.time.append(t)
         kept.motion.append(self.system.motion(t, y))
-        kept.totals.append(self._row(y))
+        kept.totals.append(self._row(t, y))
         while self._next < len(self.grid) and self.grid[self._next] <= t:
             self._next += 1
 
-    def _row(self, y: FloatArray) -> FloatArray:
-        """Energies dissipated and supplied, then of each contact: work, acts, may touch."""
+    def _row(self, t: float, y: FloatArray) -> FloatArray:
+        """Energies dissipated and supplied, of each contact: work, acts, may touch; of walls."""
         dissipated, supplied, _, works = self.system.totals(y)
         acts = [contact.side is Side.PRESSED for contact in self.system.contacts]
         free = [contact.side is not Side.BEHIND for contact in self.system.contacts]
-        return np.array([dissipated, supplied, *works, *acts, *free], dtype=float)
+        return np.array(
+            [dissipated, supplied, *works, *acts, *free, self._stored_in_walls(t, y)], dtype=float
+        )
+
+    def _stored_in_walls(self, t: float, y: FloatArray) -> float:
+        depths = -self.system.wall_states(t, y)[:, GAP]
+        laws = [channel.law for channel in self.system.rig.mechanism.channels]
+        return float(sum(law.stored_energy(depths).sum() for law in laws))
 
     def flush(self) -> None:
         """Check the states of the block."""
@@ -116,16 +134,21 @@ class Recorder:
         residual = total - self._start_energy + energies[:, 2] - energies[:, 3]
         errors = joint_residuals(self.system.rig.mechanism, poses, roots[:, 6:])
         depth = self._penetrations(poses, rates, rows)
+        walls = max((watch.deepest for watch in self.watches), default=0.0)
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-        self.largest_penetration = max(self.largest_penetration, float(depth.max(initial=0.0)))
+        self.largest_penetration = max(
+            self.largest_penetration, float(depth.max(initial=0.0)), walls
+        )
 
     def energies(self, poses: FloatArray, rates: FloatArray, rows: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy, (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
         count = len(self.system.contacts)
-        lost = rows[:, 0] + rows[:, 2 : 2 + count].sum(axis=1)
+        in_walls = rows[:, -1]
+        lost = rows[:, 0] + rows[:, 2 : 2 + count].sum(axis=1) - in_walls
+        stored = stored + in_walls
         for k, contact in enumerate(self.system.contacts):
             law = contact.face.law
             if isinstance(law, RestitutionPenalty):

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.curves import evaluator
 from exudyn_flexlink.engines.lagrangian.equations import Constants, packed
 from exudyn_flexlink.engines.lagrangian.recognition import (
     Layout,
@@ -45,10 +46,17 @@ class Rig:
     @cached_property
     def start(self) -> tuple[FloatArray, FloatArray]:
         """Coordinates and speeds at time 0."""
-        state = self.assembly.state
-        parts = [self.layout.guide.part, *self.layout.rods[1:]]
-        parts += [lever.part for lever in self.layout.levers]
-        return state.q[parts, 2].copy(), state.v[parts, 2].copy()
+        state, layout = self.assembly.state, self.layout
+        q, v = np.zeros(layout.count), np.zeros(layout.count)
+        for part in (*layout.rods, layout.guide.part, *(lever.part for lever in layout.levers)):
+            k = layout.coordinate(part)
+            q[k], v[k] = state.q[part, 2], state.v[part, 2]
+        if layout.play:
+            curve = self.mechanism.slots[0].curve
+            piece, q[layout.root] = curve.locate(float(state.places[0]))
+            tangent = np.array(evaluator(curve.pieces[piece])(q[layout.root])[2:4])
+            v[layout.root] = state.v[layout.rods[0], :2] @ tangent / (tangent @ tangent)
+        return q, v
 
     @cached_property
     def data(self) -> FloatArray:
@@ -64,17 +72,18 @@ class Rig:
         """
         shape = (len(q), len(self.mechanism.parts), 3)
         poses, rates = np.zeros(shape), np.zeros(shape)
-        pivots = [(0, self.layout.guide)]
-        pivots += [(len(self.layout.rods) + k, lever) for k, lever in enumerate(self.layout.levers)]
-        for i, pivot in pivots:
+        layout = self.layout
+        for pivot in (layout.guide, *layout.levers):
+            i = layout.coordinate(pivot.part)
             arm, speed = _turned(pivot.pin, q[:, i], v[:, i])
             poses[:, pivot.part, :2], poses[:, pivot.part, 2] = pivot.at - arm, q[:, i]
             rates[:, pivot.part, :2], rates[:, pivot.part, 2] = -speed, v[:, i]
-        at, going = roots[:, :2].copy(), roots[:, 2:4] * v[:, :1]
-        for i, part in enumerate(self.layout.rods):
+        at, going = roots[:, :2].copy(), roots[:, 2:4] * v[:, layout.root, None]
+        for part, length in zip(layout.rods, self.lengths, strict=True):
+            i = layout.coordinate(part)
             poses[:, part, :2], poses[:, part, 2] = at, q[:, i]
             rates[:, part, :2], rates[:, part, 2] = going, v[:, i]
-            arm, speed = _turned((self.lengths[i], 0.0), q[:, i], v[:, i])
+            arm, speed = _turned((length, 0.0), q[:, i], v[:, i])
             at, going = at + arm, going + speed
         return poses, rates
 
@@ -112,10 +121,14 @@ def build_rig(scene: Scene, assembly: Assembly) -> Rig:
         preload=preload,
         moments=_moments(mechanism, layout),
         gravity=np.array(mechanism.gravity, dtype=float),
-        faces=np.array([_face(c, layout) for c in mechanism.contacts]).reshape(-1, 10),
+        faces=np.array([_face(c, layout) for c in mechanism.contacts]).reshape(-1, 12),
         arms=np.array([_contact_arms(c, layout, lengths) for c in mechanism.contacts]).reshape(
             -1, len(masses)
         ),
+        rods=np.array([layout.coordinate(part) for part in layout.rods], dtype=float),
+        root=float(layout.root),
+        lengths=lengths,
+        channel=_channel(mechanism, layout),
     )
     return Rig(assembly, layout, constants, lengths)
 
@@ -134,23 +147,46 @@ def _about_pin(mechanism: Mechanism, pivot: Pivot) -> tuple[float, float, float]
 
 
 def _inertias(mechanism: Mechanism, layout: Layout) -> FloatArray:
-    rods = [mechanism.parts[part].inertia for part in layout.rods]
-    rods[0] += _about_pin(mechanism, layout.guide)[2]
-    return np.array(rods + [_about_pin(mechanism, lever)[2] for lever in layout.levers])
+    inertias = np.zeros(layout.count)
+    for part in layout.rods:
+        inertias[layout.coordinate(part)] += mechanism.parts[part].inertia
+    for pivot in (layout.guide, *layout.levers):
+        inertias[layout.coordinate(pivot.part)] += _about_pin(mechanism, pivot)[2]
+    return inertias
 
 
 def _moments(mechanism: Mechanism, layout: Layout) -> FloatArray:
-    count = len(layout.rods)
-    moments = np.zeros((count + len(layout.levers), 2))
-    moments[0] = _about_pin(mechanism, layout.guide)[:2]
-    for k, lever in enumerate(layout.levers):
-        moments[count + k] = _about_pin(mechanism, lever)[:2]
+    moments = np.zeros((layout.count, 2))
+    for pivot in (layout.guide, *layout.levers):
+        moments[layout.coordinate(pivot.part)] = _about_pin(mechanism, pivot)[:2]
     return moments
 
 
-def turning_row(layout: Layout, first: int, second: int, count: int) -> FloatArray:
+def _channel(mechanism: Mechanism, layout: Layout) -> FloatArray:
+    """Row of `Constants.channel`; the start of the guide counts from its pivot."""
+    if not mechanism.channels:
+        return np.zeros(0)
+    channel, guide = mechanism.channels[0], layout.guide
+    law, friction = channel.law, channel.friction
+    return np.array(
+        [
+            *guide.at,
+            channel.guide.x - guide.pin[0],
+            channel.guide.y - guide.pin[1],
+            channel.length,
+            channel.clearance,
+            law.stiffness,
+            law.restitution,
+            law.transition_speed,
+            friction.coefficient if friction else 0.0,
+            friction.slip_speed if friction else 1.0,
+        ]
+    )
+
+
+def turning_row(layout: Layout, first: int, second: int) -> FloatArray:
     """Derivative of the second part's angle relative to the first's by the coordinates."""
-    row = np.zeros(count)
+    row = np.zeros(layout.count)
     for part, sign in ((second, 1.0), (first, -1.0)):
         if part != GROUND:
             row[layout.coordinate(part)] += sign
@@ -159,14 +195,14 @@ def turning_row(layout: Layout, first: int, second: int, count: int) -> FloatArr
 
 def _springs(mechanism: Mechanism, layout: Layout) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Stiffness and damping matrix of hinges and springs, and their torques at q = 0."""
-    count = len(layout.rods) + len(layout.levers)
+    count = layout.count
     stiffness, damping, preload = (
         np.zeros((count, count)),
         np.zeros((count, count)),
         np.zeros(count),
     )
     for spring in mechanism.springs:
-        row = turning_row(layout, spring.first, spring.second, count)
+        row = turning_row(layout, spring.first, spring.second)
         stiffness += spring.stiffness * np.outer(row, row)
         damping += spring.damping * np.outer(row, row)
         preload += spring.stiffness * (spring.rest_angle or 0.0) * row
@@ -175,7 +211,7 @@ def _springs(mechanism: Mechanism, layout: Layout) -> tuple[FloatArray, FloatArr
 
 def _face(contact: FaceContact, layout: Layout) -> list[float]:
     coordinate = layout.coordinate(contact.start.part)
-    pivot = layout.levers[coordinate - len(layout.rods)]
+    pivot = next(lever for lever in layout.levers if lever.part == contact.start.part)
     law = contact.law
     stiffness, transition = 0.0, 1.0
     if isinstance(law, RestitutionPenalty):
@@ -191,6 +227,8 @@ def _face(contact: FaceContact, layout: Layout) -> list[float]:
         stiffness,
         restitution,
         transition,
+        contact.friction.coefficient if contact.friction else 0.0,
+        contact.friction.slip_speed if contact.friction else 1.0,
     ]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     Root,
     State,
     accelerations,
+    chain_of,
     mass_matrix,
     state_rate,
     touches,
@@ -21,14 +22,16 @@ from exudyn_flexlink.engines.lagrangian.equations import (
 from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
 from exudyn_flexlink.engines.lagrangian.track import Track
+from exudyn_flexlink.engines.lagrangian.walls import wall_states
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
+from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach, wall_half_period
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
 ROUNDING_OF_TURNS = 1e-9  # rad
+LOOKS_AT_WALLS = 0.25  # of the half period of a wall's stiffness: the longest step with walls
 ROUNDS = 50  # of impacts that follow from one
 
 
@@ -53,6 +56,7 @@ class System:
         self.goal = goal
         self.events: list[Event] = []
         self.stop_reason = ""
+        self.stop_advice = ""
         self.reached = False
         self.interrupted = False
         mechanism, state = rig.mechanism, rig.assembly.state
@@ -64,7 +68,7 @@ class System:
         self._acting = np.zeros(len(self.contacts), dtype=np.int64)
         count = len(rig.constants.inertias)
         self._motors = [
-            (motor.ramp, turning_row(rig.layout, motor.first, motor.second, count))
+            (motor.ramp, turning_row(rig.layout, motor.first, motor.second))
             for motor in mechanism.torque_motors
         ]
         self._still = np.zeros(count)
@@ -77,6 +81,9 @@ class System:
             self._way = -1.0
         self._ramp = None if motor is None else motor.ramp
         self._turning = 0.0
+        self._root = rig.layout.root
+        halves = [wall_half_period(rig.assembly, channel) for channel in mechanism.channels]
+        self._longest = min((LOOKS_AT_WALLS * half for half in halves), default=inf)
 
     @property
     def start(self) -> FloatArray:
@@ -89,6 +96,10 @@ class System:
     def over(self) -> bool:
         """Whether the run ends: the track, the turns to make, or the user's patience."""
         return bool(self.stop_reason) or self.reached or self.interrupted
+
+    def stop(self, reason: str, advice: str) -> None:
+        """End the run after the step that is under way, for a reason."""
+        self.stop_reason, self.stop_advice = reason, advice
 
     def interrupt(self) -> None:
         """End the run after the step that is under way."""
@@ -114,7 +125,7 @@ class System:
         guide = self._guide(t, y)
         torques = self._torques(t) if self._motors else self._still
         try:
-            root = self.track.root(guide[0])
+            root = self._root_at(guide[0], y)
             return state_rate(y, guide, root, torques, self._acting, self._data)
         except (ValueError, ArithmeticError) as error:
             # A trial step too far; where no step is short enough, this is what is wrong.
@@ -128,7 +139,11 @@ class System:
         q, v = np.empty(first + free), np.empty(first + free)
         q[0], v[0] = theta, omega
         q[first:], v[first:] = y[:free], y[free : 2 * free]
-        return q, v, self.track.root(theta)
+        return q, v, self._root_at(theta, y)
+
+    def _root_at(self, theta: float, y: FloatArray) -> Root:
+        """P: where the guide's angle puts it, or by its own coordinate, the last free one."""
+        return self.track.at(float(y[self._free - 1])) if self._root else self.track.root(theta)
 
     def motion(self, t: float, y: FloatArray) -> Motion:
         """Everything about one instant."""
@@ -144,6 +159,13 @@ class System:
         at, count = 2 * self._free, len(self.contacts)
         return float(y[at]), float(y[at + 1]), y[at + 2 : at + 2 + count], y[at + 2 + count :]
 
+    def wall_states(self, t: float, y: FloatArray) -> FloatArray:
+        """Pairs of link and guide, (pairs, 5) as in `walls`; none without walls."""
+        if not len(self.rig.constants.channel):
+            return np.zeros((0, 5))
+        q, v, root = self.coordinates(t, y)
+        return wall_states(q, v, root, chain_of(self.rig.constants))
+
     # --- guards -------------------------------------------------------------------------------
 
     def guards(self, t: float, y: FloatArray) -> list[float]:
@@ -151,7 +173,7 @@ class System:
         q, v, root = self.coordinates(t, y)
         values = [*self.track.left, self._turns_left(q)]
         if self.contacts:
-            states, _ = touches(q, v, root, self.rig.constants)
+            states, _, _ = touches(q, v, root, self.rig.constants)
             lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
             forces = self.motion(t, y).forces if lasting else self._acting
             for contact, touch, force in zip(self.contacts, states, forces, strict=True):
@@ -170,21 +192,21 @@ class System:
         """Tell whether nothing can have happened in the step that ended at t."""
         q, v, root = self.coordinates(t, y)
         self.track.settle()
-        turned_back = self._turning * v[0] < 0
-        self._turning = float(v[0])
+        turned_back = self._turning * v[self._root] < 0
+        self._turning = float(v[self._root])
         quiet = not turned_back and min(self.track.left) >= 0 and self._turns_left(q) >= 0
         if self.contacts:
-            states, _ = touches(q, v, root, self.rig.constants)
+            states, _, _ = touches(q, v, root, self.rig.constants)
             looks = [c.quiet(s, done) for c, s in zip(self.contacts, states, strict=True)]
             quiet = all(looks) and quiet
         return quiet
 
     def longest_step(self, t: float, y: FloatArray) -> float:
-        """Limit of the next step: the guide turns a little."""
+        """Limit of the next step: the guide turns a little, and no touch of a wall is missed."""
         speed = abs(self._guide(t, y)[1])
         if self._ramp is not None:
             speed = abs(self._ramp.value)
-        return LARGEST_TURN / speed if speed > 0 else inf
+        return min(LARGEST_TURN / speed if speed > 0 else inf, self._longest)
 
     def _turns_left(self, q: FloatArray) -> float:
         """Angle that is still to turn; 1 without a goal."""
@@ -201,7 +223,7 @@ class System:
     def cross(self, t: float, y: FloatArray, which: int) -> FloatArray:
         """Work off the event of one guard."""
         if which < 2:
-            self._end_of_piece(t, 1 if which == 0 else -1)
+            y = self._end_of_piece(t, y, 1 if which == 0 else -1)
         elif which == 2:
             self.reached = True
         else:
@@ -209,13 +231,25 @@ class System:
         self._acting[:] = [contact.acting for contact in self.contacts]
         return y
 
-    def _end_of_piece(self, t: float, way: int) -> None:
+    def _end_of_piece(self, t: float, y: FloatArray, way: int) -> FloatArray:
         slot = self.rig.mechanism.slots[0].name
+        old = self.coordinates(t, y)[2]
         lap = self.track.next_piece(way)
         if lap is None:
-            self.stop_reason = f"the point of slot '{slot}' reached the curve's end"
-        elif lap:
+            reason = f"the point of slot '{slot}' reached the curve's end"
+            self.stop(reason, "lengthen the curve, or end the run before")
+            return y
+        if lap:
             self.events.append(Event(t, "lap", slot, {"lap": float(lap)}))
+        return self._on_new_piece(y, old) if self._root else y
+
+    def _on_new_piece(self, y: FloatArray, old: Root) -> FloatArray:
+        """P's place and speed by the parameter of the next piece, which goes on the same way."""
+        y, free = y.copy(), self._free
+        y[free - 1] = self.track.u
+        new = self.track.at(self.track.u)
+        y[2 * free - 1] *= hypot(old[2], old[3]) / hypot(new[2], new[3])
+        return y
 
     def _contact_event(self, t: float, y: FloatArray, k: int, guard: int) -> FloatArray:
         contact = self.contacts[k]
@@ -268,13 +302,13 @@ class System:
     def _gap_acceleration(self, t: float, y: FloatArray, k: int) -> float:
         """G'' of a contact as long as it does not act."""
         now = self.motion(t, y)
-        states, gradients = touches(now.q, now.v, now.root, self.rig.constants)
+        states, gradients, _ = touches(now.q, now.v, now.root, self.rig.constants)
         return float(gradients[k] @ now.a + states[k, 4])
 
     def _jump(self, t: float, y: FloatArray, k: int, e: float) -> tuple[FloatArray, Impact, float]:
         """State after the impulse of contact k, and the work that the speed drive did in it."""
         q, v, root = self.coordinates(t, y)
-        states, gradients = touches(q, v, root, self.rig.constants)
+        states, gradients, _ = touches(q, v, root, self.rig.constants)
         mass, first, free = mass_matrix(q, root, self.rig.constants), self._first, self._free
         hit = strike(mass[first:, first:], gradients[k, first:], float(states[k, 2]), e)
         y = y.copy()
@@ -294,7 +328,7 @@ class System:
         """Let an impact pass through lasting contacts: they press on, without bounce, or end."""
         for _ in range(ROUNDS):
             q, v, root = self.coordinates(t, y)
-            states, _ = touches(q, v, root, self.rig.constants)
+            states, _, _ = touches(q, v, root, self.rig.constants)
             rates = {
                 k: float(states[k, 2])
                 for k, contact in enumerate(self.contacts)

@@ -83,6 +83,11 @@ class Track:
             ddy * square + dy * second,
         )
 
+    def at(self, u: float) -> Root:
+        """Components of gamma, gamma', gamma'' by the current piece's parameter, at its value u."""
+        self.u = u
+        return self._at(u)
+
     def settle(self) -> None:
         """Start from the last place from now on."""
         self._home = self.u
