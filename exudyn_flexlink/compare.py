@@ -20,12 +20,15 @@ from numpy.typing import NDArray
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
 from exudyn_flexlink.observables import (
     SAME_STRIKE,
+    ContactTotals,
     Deviation,
     LeverResponse,
     Strike,
     between_samples,
+    contact_totals,
     lever_response,
     path,
+    sleeves_with_play,
     strikes,
     struck_bodies,
     watched_point,
@@ -49,7 +52,8 @@ class Seen:
     """What is compared of one run.
 
     `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `levers` are the
-    struck bodies' responses at the run's own samples, `angles` (N,) rad at the instants compared.
+    struck bodies' responses at the run's own samples, `angles` (N,) rad at the instants compared;
+    `contact` is by sleeve with clearance, up to the last of them.
     """
 
     name: str
@@ -58,6 +62,7 @@ class Seen:
     levers: Mapping[str, LeverResponse]
     angles: Mapping[str, FloatArray]
     strikes: Mapping[str, tuple[Strike, ...]]
+    contact: Mapping[str, ContactTotals]
 
     @property
     def accuracy(self) -> str:
@@ -134,6 +139,11 @@ class Comparison:
     def levers(self) -> tuple[str, ...]:
         """Names of the struck bodies."""
         return tuple(self.first.angles)
+
+    @property
+    def sleeves(self) -> tuple[str, ...]:
+        """Names of the sleeves with clearance in either run."""
+        return tuple(dict.fromkeys([*self.first.contact, *self.second.contact]))
 
     @property
     def judged(self) -> Deviation:
@@ -300,6 +310,10 @@ def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) 
         levers=levers,
         angles={body: lever.angle_at(time) for body, lever in levers.items()},
         strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
+        contact={
+            joint: contact_totals(result, joint, end=float(time[-1]))
+            for joint in sleeves_with_play(result)
+        },
     )
 
 

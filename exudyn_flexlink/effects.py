@@ -17,6 +17,7 @@ from exudyn_flexlink.scene import (
     Scene,
     SleeveJoint,
     SlotJoint,
+    TorsionalSpring,
     WeldJoint,
     split_point,
 )
@@ -30,10 +31,11 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
 
     - ``clearance``: sleeves are ideal, the link slides on its guide's axis.
     - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
-    - ``impact``: contacts go, and the bodies that are there only to be struck, with their joints
-      and springs.
+    - ``impact``: contacts go, and the bodies that are there only to be struck, with their joints,
+      springs and initial values. Walls of a sleeve stay: they go with the clearance.
     - ``friction``: contacts and walls are smooth.
-    - ``damping``: hinges and springs lose nothing; contacts keep their restitution.
+    - ``damping``: hinges and springs lose nothing; contacts and walls keep their restitution, as
+      part of the impact.
 
     Raises:
         ValueError: there is no such effect.
@@ -50,7 +52,12 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
 
 
 def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
-    """Return those of some effects that the scene does not have."""
+    """Return those of some effects that the scene does not have.
+
+    Raises:
+        ValueError: there is no such effect.
+
+    """
     return [name for name in effects if idealise(scene, [name]) == scene]
 
 
@@ -88,16 +95,21 @@ def _smooth(part: Any) -> Any:
 
 
 def _without_damping(scene: Scene) -> dict[str, Any]:
-    springs = {
-        name: spring.model_copy(update={"damping": None, "damping_ratio": None})
-        for name, spring in scene.springs.items()
+    return {
+        "bodies": _each(scene.bodies, FlexibleBody, _undamped),
+        "springs": _each(scene.springs, TorsionalSpring, _lossless),
     }
-    return {"bodies": _each(scene.bodies, FlexibleBody, _undamped), "springs": springs}
 
 
 def _undamped(body: FlexibleBody) -> FlexibleBody:
     hinges = body.hinges.model_copy(update={"damping": 0.0})
     return body.model_copy(update={"hinges": hinges})
+
+
+def _lossless(spring: TorsionalSpring) -> TorsionalSpring:
+    if not spring.damping and not spring.damping_ratio:
+        return spring
+    return spring.model_copy(update={"damping": None, "damping_ratio": None})
 
 
 def _each(parts: Mapping[str, Any], kind: type, change: Callable[[Any], Any]) -> dict[str, Any]:
@@ -107,7 +119,7 @@ def _each(parts: Mapping[str, Any], kind: type, change: Callable[[Any], Any]) ->
 
 def _without_impact(scene: Scene) -> dict[str, Any]:
     """Take contacts out, and the bodies that only they reach, with what holds those."""
-    gone = {body for body in _struck(scene) if _hangs_on_the_ground_alone(scene, body)}
+    gone = _only_struck(scene)
     joints = {n: j for n, j in scene.joints.items() if not gone & set(_joined(j))}
     initial = scene.initial
     kept = {
@@ -123,9 +135,15 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _struck(scene: Scene) -> set[str]:
-    points = [text for c in scene.contacts.values() for text in (c.point, *c.line)]
-    return {split_point(text)[0] for text in points}
+def _only_struck(scene: Scene) -> set[str]:
+    """Bodies that are there to be struck: on the ground alone, and nothing else needs them.
+
+    The body whose point strikes is the subject of the contact: it stays. So does everything where
+    nothing else would be left.
+    """
+    struck = {split_point(contact.line[0])[0] for contact in scene.contacts.values()}
+    gone = {body for body in struck if _hangs_on_the_ground_alone(scene, body)}
+    return gone if len(gone) < len(scene.bodies) else set()
 
 
 def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:

@@ -10,6 +10,7 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     CannotAssembleError,
     CannotMoveError,
+    Channel,
     Mechanism,
     Start,
     approach,
@@ -91,7 +92,7 @@ def assemble_scene(scene: Scene) -> Assembly:
     except CannotAssembleError as error:
         raise SceneError(scene.document, [_open_mistake(scene, error)]) from error
     except CannotMoveError as error:
-        raise SceneError(scene.document, [_speed_mistake(scene, mechanism, error)]) from error
+        raise SceneError(scene.document, [_speed_mistake(mechanism, error)]) from error
     mistakes = [
         *_penetrations(assembly),
         *_pressed_walls(assembly),
@@ -145,7 +146,7 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     )
 
 
-def _speed_mistake(scene: Scene, mechanism: Mechanism, error: CannotMoveError) -> Mistake:
+def _speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
     if error.part is None:
         return Mistake(
             ("drives", str(error.drive)),
@@ -153,10 +154,12 @@ def _speed_mistake(scene: Scene, mechanism: Mechanism, error: CannotMoveError) -
             "a dead centre, or two drives of one freedom; start at another angle",
         )
     body = mechanism.parts[error.part].body
+    turning = error.axis == 2
     return Mistake(
-        ("initial", "speeds" if body in scene.initial.speeds else "velocities", body),
-        "this speed contradicts the joints, the drives or the speeds above",
-        "leave out the speeds that follow from others",
+        ("initial", "speeds" if turning else "velocities", body),
+        f"this {'speed' if turning else 'velocity'} contradicts the joints, the drives or the "
+        "speeds above",
+        "leave out what follows from others",
     )
 
 
@@ -182,23 +185,29 @@ def _penetrations(assembly: Assembly) -> list[Mistake]:
 def _pressed_walls(assembly: Assembly) -> list[Mistake]:
     """Links with clearance that start beyond a wall or a corner of their guide."""
     found = []
-    state = assembly.state
     for channel in assembly.mechanism.channels:
-        if channel.clearance == 0:
-            continue
-        for contact in pairs(channel):
-            at = approach(contact, state.q, state.v)
-            if 0 <= at.place <= face_length(contact) and at.gap < -TOUCHING:
-                where = contact.name.removeprefix(f"{channel.name}: ")
-                found.append(
-                    Mistake(
-                        ("joints", channel.name),
-                        f"starts with a penetration of {-float(at.gap):.3g} m: {where}",
-                        "move or turn the link under 'initial: angles', or widen the clearance",
-                    )
+        pressed = _deepest(assembly, channel) if channel.clearance > 0 else None
+        if pressed is not None:
+            pair, depth = pressed
+            found.append(
+                Mistake(
+                    ("joints", channel.name),
+                    f"the link starts {depth:.3g} m inside its guide's walls: {pair}",
+                    "turn the link under 'initial: angles', or widen the clearance",
                 )
-                break
+            )
     return found
+
+
+def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
+    """Pair that starts deepest in a wall or a corner, and its penetration in m; None without."""
+    state = assembly.state
+    depths = {}
+    for contact in pairs(channel):
+        at = approach(contact, state.q, state.v)
+        if 0 <= at.place <= face_length(contact) and at.gap < -TOUCHING:
+            depths[contact.name.removeprefix(f"{channel.name}: ")] = -float(at.gap)
+    return max(depths.items(), key=lambda item: item[1], default=None)
 
 
 def _redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:

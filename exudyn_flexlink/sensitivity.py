@@ -1,8 +1,9 @@
 """How long a run can be trusted instant by instant, and what holds of it afterwards.
 
-Two neighbouring runs, of one scene and engine but other tolerances, part exponentially where
-impacts are sensitive. Up to the horizon S is known pointwise; beyond it what both runs share is the
-statistics: scatter, extremes, spectra, parts of the time in contact.
+Two neighbouring runs, of one scene and engine but other tolerances or a slightly other start, part
+exponentially where impacts are sensitive. Up to the horizon the watched point S is known pointwise;
+beyond it what both runs share is the statistics: how far S strays from its ideal path and how fast
+it vibrates there, extremes, parts of the time in contact.
 """
 
 from __future__ import annotations
@@ -11,15 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import detrend, welch
 
 from exudyn_flexlink.compare import common_times, horizon, parting_limit, separation
 from exudyn_flexlink.observables import (
-    State,
-    between_samples,
-    contact_states,
+    ContactTotals,
+    contact_totals,
     lever_response,
-    path,
+    perturbation,
     sleeves_with_play,
     struck_bodies,
     watched_point,
@@ -29,30 +28,46 @@ from exudyn_flexlink.result import Result
 FloatArray = NDArray[np.float64]
 
 FIT_DECADES = 4  # below the limit: where the parting is fitted
-SEGMENTS = 4  # of the run, averaged for its spectrum
+SEGMENT = 0.5  # of the run: the spectrum's segments, which overlap by half
+MOST_LINES = 3
+WEAK = 0.01  # of the strongest line's power: weaker ones are not named
+FEWEST = 32  # samples of a spectrum
+
+
+@dataclass(frozen=True)
+class Perturbed:
+    """How S strays from its ideal path: see `observables.perturbation`.
+
+    `rms` and `peak` (2,) m, largest absolute value, of x and y; `lines` are the frequencies (Hz) at
+    which each vibrates most, strongest first, told to +- half of `resolution` (Hz).
+    """
+
+    rms: FloatArray
+    peak: FloatArray
+    lines: tuple[tuple[float, ...], tuple[float, ...]]
+    resolution: float
 
 
 @dataclass(frozen=True)
 class RunStatistics:
     """A run as a whole: what neighbouring runs must share.
 
-    `rms` (2,) m is the scatter of S about a smooth path, `strongest` (2,) Hz the frequency at which
-    its coordinates vibrate most; `levers` are the least and greatest angle of struck bodies, rad;
-    `contact` the parts of the time in each state, by sleeve.
+    `perturbed` is None where no ideal path is known; `levers` are the least and greatest angle of
+    struck bodies, rad; `contact` is by sleeve.
     """
 
-    rms: FloatArray
-    strongest: FloatArray
+    perturbed: Perturbed | None
     levers: dict[str, tuple[float, float]]
-    contact: dict[str, dict[State, float]]
+    contact: dict[str, ContactTotals]
 
 
 @dataclass(frozen=True)
 class Sensitivity:
     """Two neighbouring runs: `horizon` (s) is where S differs by more than `limit` (m) first.
 
-    None if it never does. `growth` (1/s) is the rate of the exponential parting before it, None if
-    there is nothing to fit; `largest` (m) the largest difference, `end` (s) the end of both.
+    Where one stopped before, its end; None if they never part. `growth` (1/s) is the rate of the
+    exponential parting before it, None if there is nothing to fit; `largest` (m) the largest
+    difference, `end` (s) the end of both.
     """
 
     point: str
@@ -65,12 +80,25 @@ class Sensitivity:
     second: RunStatistics
 
 
-def sensitivity(first: Result, second: Result, limit: float | None = None) -> Sensitivity:
-    """Compare neighbouring runs; `limit` (m) left out: see `compare.parting_limit`."""
+def sensitivity(
+    first: Result, second: Result, limit: float | None = None, smooth: Result | None = None
+) -> Sensitivity:
+    """Compare neighbouring runs; `limit` (m) left out: see `compare.parting_limit`.
+
+    `smooth` is a run of the scene without what makes it sensitive (clearance, impact): what S is
+    perturbed from. Without it that is a straight link on the guide's axis.
+
+    Raises:
+        ValueError: `smooth` has no such point.
+
+    """
     limit = parting_limit(first) if limit is None else limit
     time = common_times(first, second)
     apart = separation(first, second, time)
     found = horizon(first, second, limit)
+    if found is None and not all(run.outcome.completed for run in (first, second)):
+        found = float(time[-1])
+    one, other = (run_statistics(run, smooth, float(time[-1])) for run in (first, second))
     return Sensitivity(
         watched_point(first.scene),
         limit,
@@ -78,8 +106,8 @@ def sensitivity(first: Result, second: Result, limit: float | None = None) -> Se
         found,
         growth_rate(time, apart, limit),
         float(apart.max()),
-        run_statistics(first),
-        run_statistics(second),
+        one,
+        other,
     )
 
 
@@ -96,36 +124,52 @@ def growth_rate(time: FloatArray, apart: FloatArray, limit: float) -> float | No
     return float(np.polyfit(time[inside], np.log(largest[inside]), 1)[0])
 
 
-def run_statistics(result: Result) -> RunStatistics:
-    """Statistics of a whole run."""
+def run_statistics(
+    result: Result, smooth: Result | None = None, end: float = np.inf
+) -> RunStatistics:
+    """Statistics of a run up to `end` (s); for `smooth` see `sensitivity`.
+
+    Raises:
+        ValueError: `smooth` has no such point.
+
+    """
     scene = result.scene
-    time = common_times(result, result)
-    seen = path(result, watched_point(scene))
-    position = between_samples(seen.time, seen.position, seen.velocity, time)
-    ripple = _ripple(position)
-    levers = {body: lever_response(result, c) for body, c in struck_bodies(scene).items()}
+    past = np.nextafter(min(end, float(result.time[-1])), np.inf)
+    levers = {
+        body: lever_response(result, contact).between(-np.inf, past)
+        for body, contact in struck_bodies(scene).items()
+    }
     return RunStatistics(
-        np.sqrt(np.mean(ripple**2, axis=0)),
-        np.array([_strongest(time, column) for column in ripple.T]),
+        _perturbed(result, smooth, end),
         {body: (seen.least[0], seen.greatest[0]) for body, seen in levers.items()},
-        {joint: contact_states(result, joint).fractions() for joint in sleeves_with_play(result)},
+        {joint: contact_totals(result, joint, end=end) for joint in sleeves_with_play(result)},
     )
 
 
-def _ripple(position: FloatArray) -> FloatArray:
-    """What is left of a path (N, 2) without its slow parts: a mean over a fortieth of the run."""
-    width = max(3, len(position) // 40 | 1)
-    if len(position) < 2 * width:
-        return np.asarray(detrend(position, axis=0))
-    kernel = np.ones(width) / width
-    slow = np.stack([np.convolve(c, kernel, mode="valid") for c in position.T], axis=1)
-    edge = width // 2
-    return np.asarray(position[edge : len(position) - edge] - slow)
+def _perturbed(result: Result, smooth: Result | None, end: float) -> Perturbed | None:
+    time = common_times(result, smooth or result)
+    time = time[time <= end]
+    off = perturbation(result, watched_point(result.scene), time, smooth)
+    if off is None:
+        return None
+    count = max(1, int(SEGMENT * len(time)))
+    resolution = 1 / (count * (time[1] - time[0])) if len(time) > 1 else np.inf
+    x, y = (_lines(time, column) for column in off.T)
+    return Perturbed(
+        np.sqrt(np.mean(off**2, axis=0)), np.abs(off).max(axis=0), (x, y), float(resolution)
+    )
 
 
-def _strongest(time: FloatArray, values: FloatArray) -> float:
-    """Frequency (Hz) of the highest line of a spectrum; 0 for a motion without any."""
-    if len(values) < 16 or not np.ptp(values):
-        return 0.0
-    frequencies, power = welch(values, 1 / (time[1] - time[0]), nperseg=len(values) // SEGMENTS)
-    return float(frequencies[int(np.argmax(power))])
+def _lines(time: FloatArray, values: FloatArray) -> tuple[float, ...]:
+    """Frequencies (Hz) of the highest peaks of a spectrum, strongest first; none if it is still."""
+    # scipy takes a second to import, which `check` should not wait for
+    from scipy.signal import find_peaks, welch  # noqa: PLC0415
+
+    values = values[:-1]  # the last instant is the run's end, which need not be even with the rest
+    if len(values) < FEWEST or not np.ptp(values):
+        return ()
+    count = int(SEGMENT * len(values))
+    frequencies, power = welch(values, 1 / (time[1] - time[0]), nperseg=count)
+    peaks, _ = find_peaks(power, height=WEAK * power.max())
+    strongest = peaks[np.argsort(power[peaks])[::-1][:MOST_LINES]]
+    return tuple(frequencies[strongest].tolist())

@@ -25,13 +25,14 @@ def main() -> None:
     """Run every pair of clearance and speed."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--turns", type=float, default=50.0)
+    parser.add_argument("--clearances", type=float, nargs="+", default=CLEARANCES, metavar="M")
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="RAD/S")
     parser.add_argument("--rods", type=int, default=4)
     parser.add_argument("--engine", default="exudyn", choices=("exudyn", "lagrangian"))
     options = parser.parse_args()
     print("clearance  speed       end        deepest / clearance  energy missed  solver")
     for speed in options.speeds:
-        for clearance in CLEARANCES:
+        for clearance in options.clearances:
             print(row(clearance, speed, options), flush=True)
 
 

@@ -1,6 +1,6 @@
 """Results made by closed form, for tests of what is done with a Result: no engine needed."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import pi
 from pathlib import Path
 
@@ -8,7 +8,15 @@ import numpy as np
 
 from exudyn_flexlink.curves import intersect_ray
 from exudyn_flexlink.loading import load_scene, scene_of
-from exudyn_flexlink.mechanism import EnergyMeter, approach, build_mechanism
+from exudyn_flexlink.mechanism import (
+    Channel,
+    EnergyMeter,
+    approach,
+    build_mechanism,
+    face_length,
+    pair_sides,
+    pairs,
+)
 from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
@@ -16,6 +24,8 @@ from exudyn_flexlink.result import (
     Event,
     Outcome,
     Result,
+    SleeveHistory,
+    Touches,
 )
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
@@ -48,6 +58,26 @@ joints:
   rail: {type: slot, point: block.centre, curve: rail}
 run: {duration: 1}
 accuracy: {tolerance: 1.0e-5}
+"""
+
+
+BLOCK = SLIDER.replace("{duration: 1}", "{duration: 1, sample: 10 ms}")
+
+GUIDE, LINK, REACH, PLAY = 0.09, 0.07, 0.04, 1e-3  # m: lengths, from guide's to link's start; +-
+TILTING = f"""title: a rigid link that tilts in its guide
+materials:
+  steel: {{density: 7850, youngs_modulus: 200 GPa}}
+bodies:
+  guide: {{type: rod, length: {GUIDE}, material: steel, section: {{width: 20 mm, thickness: 9 mm}}}}
+  link: {{type: rod, length: {LINK}, material: steel, section: {{width: 10 mm, thickness: 1 mm}}}}
+joints:
+  crank: {{type: revolute, points: [ground, guide.start], at: [0.02, 0]}}
+  sleeve: {{type: sleeve, guide: guide, link: link, clearance: {PLAY},
+           law: {{stiffness: 1.0e5, restitution: 0.5}}}}
+drives:
+  motor: {{type: speed, joint: crank, value: {SPEED} rad/s}}
+run: {{turns: 4, of: crank}}
+accuracy: {{tolerance: 4.0e-5}}
 """
 
 
@@ -115,7 +145,10 @@ def _events(begins: list[float]) -> tuple[Event, ...]:
 def result_of(
     scene: Scene, time: np.ndarray, q: np.ndarray, events: tuple[Event, ...] = ()
 ) -> Result:
-    """Fill a Result around a motion (N, parts, 3); forces are made up."""
+    """Fill a Result around a motion (N, parts, 3); forces are made up.
+
+    In a sleeve with clearance they follow from how deep the link is in the walls.
+    """
     mechanism = build_mechanism(scene)
     v = np.gradient(q, time, axis=0)
     contacts = {c.name: _contact(c, q, v, time, events) for c in mechanism.contacts}
@@ -140,7 +173,7 @@ def result_of(
         joint_forces={pin.name: np.stack([time, -time], axis=-1) for pin in mechanism.pins},
         slot_forces={slot.name: np.stack([time, 0 * time], axis=-1) for slot in mechanism.slots},
         contacts=contacts,
-        sleeves={},
+        sleeves={c.name: _sleeve(c, q, v, time) for c in mechanism.channels},
         energy=energy,
         events=events,
         checks=Checks(residual, largest, 1e-12, 100, 250, 1e-5, 1e-4, float("inf"), 1e-5),
@@ -159,6 +192,93 @@ def _contact(contact, q, v, time, events) -> ContactHistory:
         elif event.kind == "contact ends":
             force[(time >= begin) & (time <= event.time)] = 0.4
     return ContactHistory(near.gap, near.place, force)
+
+
+def _sleeve(channel: Channel, q: np.ndarray, v: np.ndarray, time: np.ndarray) -> SleeveHistory:
+    """Elastic walls: F = k d while the point is behind the face and beside none of its ends."""
+    deep, rates, faces = [], [], pairs(channel)
+    for face in faces:
+        near = approach(face, q, v)
+        beside = (near.place < 0) | (near.place > face_length(face))
+        deep.append(np.where(beside, -np.abs(near.gap), -near.gap))
+        rates.append(near.gap_rate)
+    force = channel.law.stiffness * np.maximum(np.array(deep).T, 0.0)
+    rows = [
+        (k, *_touch(time, deep[k], rates[k], force[:, k], stretch))
+        for k in range(len(faces))
+        for stretch in _stretches(deep[k] > 0)
+    ]
+    columns = np.array(sorted(rows, key=lambda row: row[1]), dtype=float).reshape(-1, 7).T
+    return SleeveHistory(
+        tuple(face.name for face in faces),
+        pair_sides(channel),
+        force,
+        Touches(columns[0].astype(np.int64), *(column.copy() for column in columns[1:])),
+        float(max(np.max(deep), 0.0)),
+    )
+
+
+def _stretches(inside: np.ndarray) -> list[tuple[int, int]]:
+    """First and last sample of every stretch that is inside."""
+    change = np.diff(inside.astype(int), prepend=0, append=0)
+    return list(zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0) - 1, strict=True))
+
+
+def _touch(time, deep, rate, force, stretch: tuple[int, int]) -> tuple[float, ...]:
+    """Begin, end, impulse, energy lost, peak force and approach speed; lost: 0.1 m/s of it."""
+
+    begin, end = stretch
+
+    def crossing(outer: int, inner: int) -> float:
+        if not 0 <= outer < len(time):
+            return float(time[inner])
+        share = deep[inner] / (deep[inner] - deep[outer])
+        return float(time[inner] + share * (time[outer] - time[inner]))
+
+    steps, during = np.diff(time[begin : end + 1]), force[begin : end + 1]
+    impulse = float(np.sum(steps * (during[1:] + during[:-1]) / 2))
+    times = crossing(begin - 1, begin), crossing(end + 1, end)
+    return (*times, impulse, 0.1 * impulse, float(during.max()), float(-rate[begin]))
+
+
+def tilting_link(samples: int = 4001) -> Result:
+    """A link that touches nothing in lap 1, one point in lap 2, two in laps 3 and 4.
+
+    With s the sine of the angle turned in the lap, the link tilts by atan(0.06 s) about its start
+    in lap 2: at the guide's end it is 3 mm s off the axis. In lap 3 all of it is 1.2 mm s off the
+    axis, along the wall. In lap 4 its start is 1.2 mm s off and it tilts by -atan(0.06 s), so that
+    at the guide's end it is -1.8 mm s off.
+    """
+    scene = scene_from(TILTING)
+    time = np.linspace(0, 8 * pi / SPEED, samples)
+    theta = SPEED * time
+    lap = np.minimum(np.floor(theta / (2 * pi) + 1e-9) + 1, 4)
+    off, slope = off_axis(lap, np.sin(theta))
+    along = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    q = np.zeros((samples, 2, 3))
+    q[:, :, :2] = CRANK
+    q[:, 1, :2] += REACH * along + off[:, None] * across
+    q[:, 0, 2] = theta
+    q[:, 1, 2] = theta + np.arctan(slope)
+    return result_of(scene, time, q)
+
+
+def off_axis(lap: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far the start of the tilting link is off the guide's axis (m), and its slope there."""
+    off = np.select([lap >= 3], [1.2e-3 * s], 0.0)
+    return off, np.select([lap == 2, lap == 4], [0.06 * s, -0.06 * s], 0.0)
+
+
+def block(motion, rate, samples=101, end=1.0, engine="exudyn") -> Result:
+    """A block that moves along x: exact positions and rates at even samples."""
+    time = np.linspace(0, end, samples)
+    q = np.zeros((samples, 1, 3))
+    q[:, 0, 0] = motion(time)
+    made = result_of(scene_from(BLOCK), time, q)
+    v = np.zeros_like(q)
+    v[:, 0, 0] = rate(time)
+    return replace(made, rates=v, engine=engine)
 
 
 def pendulum(samples: int = 101) -> Result:
@@ -195,7 +315,7 @@ def first_samples(result: Result, count: int) -> Result:
     def cut(mapping):
         return {name: values[:count] for name, values in mapping.items()}
 
-    energy = result.energy
+    energy, sleeves = result.energy, result.sleeves
     return replace(
         stopped(result),
         time=result.time[:count],
@@ -208,6 +328,7 @@ def first_samples(result: Result, count: int) -> Result:
             name: ContactHistory(*(series[:count] for series in (c.gap, c.place, c.force)))
             for name, c in result.contacts.items()
         },
+        sleeves={name: _begun(s, result.time[count - 1], count) for name, s in sleeves.items()},
         energy=EnergyHistory(
             energy.kinetic[:count],
             energy.stored[:count],
@@ -216,3 +337,11 @@ def first_samples(result: Result, count: int) -> Result:
         ),
         events=(),
     )
+
+
+def _begun(sleeve: SleeveHistory, end: float, count: int) -> SleeveHistory:
+    """What a run that stops at `end` (s) knows of a sleeve: its touches begun before."""
+    kept = sleeve.touches.begin < end
+    touches = {f.name: getattr(sleeve.touches, f.name)[kept] for f in fields(Touches)}
+    touches["end"] = np.minimum(touches["end"], end)
+    return replace(sleeve, force=sleeve.force[:count], touches=Touches(**touches))

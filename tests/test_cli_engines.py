@@ -14,11 +14,13 @@ from results import rigid_link, stopped
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
+CLEARANCE = str(MODELS / "clearance.yaml")
 
 Capture = pytest.CaptureFixture[str]
 Fake = Callable[..., Result]
@@ -231,6 +233,97 @@ def test_compare_refuses_a_model_without_a_penalty_before_it_runs(
     said = capsys.readouterr().err
     assert "contacts.strike.law: no stiffness is known" in said
     assert list(tmp_path.iterdir()) == [model]
+
+
+# --- compare a scene with itself without an effect --------------------------------------------
+
+
+def variants(seen: list[tuple[str, Scene]], *, horizon: float = 9.0) -> Fake:
+    """Put S of a scene with clearance 1 mm higher; the third run parts by 1 cm at `horizon` (s)."""
+
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        made = rigid_link(scene=scene, samples=801)
+        poses = made.poses.copy()
+        if scene.joints["sleeve"].clearance:
+            poses[..., 1] += 1e-3
+        if len(seen) == 2:
+            poses[made.time >= horizon, :, 0] += 0.01
+        seen.append((engine, scene))
+        settings = {"tolerance": scene.accuracy.tolerance or 0.0}
+        return replace(made, engine=engine, poses=poses, settings=settings)
+
+    return fake
+
+
+@pytest.mark.parametrize("engine", [None, "exudyn", "lagrangian"])
+def test_compare_a_scene_with_and_without_its_clearance(
+    engine: str | None, run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    seen: list[tuple[str, Scene]] = []
+    run_of(variants(seen))
+    which = ["--engine", engine] if engine else []
+    assert main(["compare", CLEARANCE, "--without", "clearance", *which]) == 0
+    assert [name for name, _ in seen] == [engine or "exudyn"] * 3
+    # The paper's (a), without clearance, then its (b), then (b) again for the horizon.
+    assert [scene.joints["sleeve"].clearance for _, scene in seen] == [0, 5e-3, 5e-3]
+    assert [scene.accuracy.tolerance for _, scene in seen] == [4e-5, 4e-5, 2e-5]
+    shown = capsys.readouterr()
+    title = load_scene(CLEARANCE).title
+    assert shown.out.startswith(f"Comparison without clearance and with clearance: {title}\n")
+    assert row(shown.out, "whole")[2:4] == ["0.001", "m"]
+    assert row(shown.out, "engine") == ["engine", *[engine or "exudyn"] * 2]
+    assert "a run with clearance at other tolerances stays within" in shown.out
+    assert "warning: without clearance: made up\nwarning: with clearance: made up\n" in shown.err
+    folder = Path("runs/clearance-compare")
+    for name in ("comparison.json", "comparison.csv", "comparison.png",
+                 "without_clearance/summary.json", "with_clearance/coordinates.png"):  # fmt: skip
+        assert (folder / name).is_file()
+    found = json.loads((folder / "comparison.json").read_text(encoding="utf-8"))
+    assert list(found["runs"]) == ["without clearance", "with clearance"]
+    assert found["title"] == title
+
+
+def test_compare_variants_up_to_a_horizon(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+    run_of(variants([], horizon=1.0))
+    quiet = ["--no-plots", "--out", "here"]
+    assert main(["compare", CLEARANCE, "--without", "clearance", *quiet]) == 0
+    shown = capsys.readouterr().out
+    assert "pointwise up to t = 1 s; beyond it statistics: a run with clearance at" in shown
+    assert row(shown, "x,")[:2] == ["x,", "mean"]
+
+
+def refuse_to_run(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    raise AssertionError("must not run")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--without", "friction"], "nothing to compare: both scenes would be the same"),
+        (["--engine", "lagrangian"], "'--engine' belongs to '--without'; else both engines run"),
+        (["--without", "clearance", "--rtol", "1e-9"], "are for '--engine lagrangian'"),
+        (["--without", "clearance", "--set", "run.turns=no"], "expected a number, got 'no'"),
+    ],
+)
+def test_what_compare_refuses_before_it_runs(
+    arguments: list[str], said: str, run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    run_of(refuse_to_run)
+    assert main(["compare", CLEARANCE, *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert list(Path().iterdir()) == []
+
+
+def test_scenes_that_are_watched_at_other_points_are_not_compared(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    """Without the strike nothing says that the link's start is what to look at."""
+    run_of(refuse_to_run)
+    change = ["--set", "contacts.strike.point=link.start", "--without", "impact"]
+    assert main(["compare", CLEARANCE, *change]) == 2
+    assert "can't compare: the point watched is link.start, but link.end without impact" in (
+        capsys.readouterr().err
+    )
 
 
 # --- real runs ------------------------------------------------------------------------------

@@ -10,25 +10,19 @@ import pytest
 import results
 from matplotlib.colors import same_color
 from matplotlib.text import Text
+from results import block
 
-from exudyn_flexlink.compare import common_times, compare, horizon, parting_limit
+from exudyn_flexlink.compare import (
+    common_times,
+    compare,
+    compare_variants,
+    horizon,
+    parting_limit,
+)
 from exudyn_flexlink.observables import between_samples, lever_response, path
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.storage import save_comparison, staged_folder
-
-BLOCK = results.SLIDER.replace("{duration: 1}", "{duration: 1, sample: 10 ms}")
-
-
-def block(motion, rate, samples=101, end=1.0, engine="exudyn"):
-    """A block that moves along x: exact positions and rates at even samples."""
-    time = np.linspace(0, end, samples)
-    q = np.zeros((samples, 1, 3))
-    q[:, 0, 0] = motion(time)
-    made = results.result_of(results.scene_from(BLOCK), time, q)
-    v = np.zeros_like(q)
-    v[:, 0, 0] = rate(time)
-    return replace(made, rates=v, engine=engine)
 
 
 def still(**options):
@@ -265,6 +259,62 @@ def test_without_a_crank_the_nearer_strike_is_the_same(rigid):
 def test_strikes_after_the_shorter_runs_end_stand_alone(rigid):
     early = later(rigid, 0.0, lambda event: event.time < 1.0)
     assert [pair.second is None for pair in compare(rigid, early).strikes] == [False, True]
+
+
+# --- guides with clearance
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link(samples=801)
+
+
+def straight(tilting):
+    """The same mechanism without clearance, and the link straight on the axis."""
+    poses = tilting.poses.copy()
+    poses[:, 1, 2] = poses[:, 0, 2]
+    joints = dict(tilting.scene.joints)
+    joints["sleeve"] = joints["sleeve"].model_copy(update={"clearance": 0.0, "law": None})
+    return replace(tilting, scene=tilting.scene.changed(joints=joints), poses=poses, sleeves={})
+
+
+def rows_of(said, name):
+    return [line.split("  ") for line in said.splitlines() if line.startswith(f"  {name}")]
+
+
+def test_contacts_of_both_runs_stand_side_by_side(tilting, tmp_path):
+    part = results.first_samples(tilting, 401)  # two of the four laps
+    found = compare(tilting, part)
+    one, other = found.first.contact["sleeve"], found.second.contact["sleeve"]
+    assert one == other  # up to the end of the shorter run
+    assert (one.touches, one.impacts) == (2, 2)
+    (touches,) = rows_of(comparison_text(found), "sleeve: touches")
+    assert [cell.strip() for cell in touches if cell.strip()][1:] == ["2", "2"]
+    save_comparison(found, tmp_path)
+    data = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
+    assert data["sleeves"]["sleeve"]["exudyn 1"]["touches"] == 2
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_run_with_clearance_beside_one_without(tilting, tmp_path, first):
+    names = ("without", "with") if first else ("with", "without")
+    runs = (straight(tilting), tilting) if first else (tilting, straight(tilting))
+    found = compare_variants(*runs, names)
+    assert found.sleeves == ("sleeve",)
+    # Largest where it tilts most, by 0.06 over 70 mm; off the axis its start is in both.
+    assert found.deviation.largest == pytest.approx(0.07 * 0.06, rel=2e-3)
+    (row,) = rows_of(comparison_text(found), "sleeve: impacts")
+    told = [cell.strip() for cell in row if cell.strip()][1:]
+    assert told == (["no clearance", "6"] if first else ["6", "no clearance"])
+    save_comparison(found, tmp_path)
+    data = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
+    assert data["sleeves"]["sleeve"]["without"] is None
+    assert comparison(found) is not None
+
+
+def test_runs_without_clearance_have_no_such_table(both):
+    assert both.sleeves == ()
+    assert "Link in its guide" not in comparison_text(both)
 
 
 # --- between samples

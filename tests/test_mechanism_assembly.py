@@ -262,3 +262,111 @@ def test_the_drive_that_contradicts_is_named_not_the_joint() -> None:
     guess = "initial: {angles: {crank: 60 deg}, guesses: {rocker: 70 deg}}\n"
     with pytest.raises(SceneError, match=r"drives\.n: the mechanism can't follow"):
         assembled(drives + guess)
+
+
+# --- a link with clearance --------------------------------------------------------------------
+
+
+def loose(*settings: str, model: str = "clearance") -> Assembly:
+    found = assemble_scene(load_scene(PAPER.with_name(f"{model}.yaml"), settings))
+    closed(found)
+    return found
+
+
+@pytest.mark.parametrize("model", ["clearance", "supported"])
+@pytest.mark.parametrize("angle", [0, 45, 90, 179, 225, 300])
+def test_a_link_in_walls_starts_as_one_on_the_axis(model: str, angle: float) -> None:
+    turned = f"initial={{angles: {{guide: {angle} deg}}}}"
+    found, ideal = loose(turned, model=model), paper(turned)
+    assert found.state.q == pytest.approx(ideal.state.q, abs=1e-12)
+    assert found.state.v == pytest.approx(ideal.state.v, abs=1e-10)
+    assert found.state.places == pytest.approx(ideal.state.places, abs=1e-12)
+    assert found.redundant == 0
+    # 9 hinges and the lever; with clearance the place of P and the direction of the link too.
+    assert found.degrees_of_freedom == {"clearance": 12, "supported": 10}[model]
+
+
+def force_on_link(found: Assembly) -> tuple[np.ndarray, float]:
+    """Force (N) that accelerates the link, and its moment about P (N m)."""
+    state, parts = found.state, found.mechanism.parts
+    force, moment = np.zeros(2), 0.0
+    for i in found.mechanism.parts_of("link"):
+        angle, part = state.q[i, 2], parts[i]
+        arm = part.centre[0] * np.array([cos(angle), sin(angle)])
+        across = np.array([-arm[1], arm[0]])
+        of_centre = state.a[i, :2] + state.a[i, 2] * across - state.v[i, 2] ** 2 * arm
+        lever = state.q[i, :2] + arm - state.q[1, :2]
+        force += part.mass * of_centre
+        moment += part.mass * (lever[0] * of_centre[1] - lever[1] * of_centre[0])
+        moment += part.inertia * state.a[i, 2]
+    return force, moment
+
+
+@pytest.mark.parametrize("angle", [60, 90, 200])
+def test_only_the_track_acts_on_a_link_free_in_its_guide(angle: float) -> None:
+    turned = f"initial={{angles: {{guide: {angle} deg}}}}"
+    found = loose(turned)
+    force, moment = force_on_link(found)
+    along = found.mechanism.slots[0].curve.tangent(found.state.places[0])
+    assert np.linalg.norm(force) > 1e-3
+    assert force @ along == pytest.approx(0, abs=1e-12)
+    assert moment == pytest.approx(0, abs=1e-14)
+    assert abs(force_on_link(paper(turned))[1]) > 1e-6  # there the guide turns rod 1
+
+
+@pytest.mark.parametrize("guide", [0, 90, 200])
+def test_a_link_may_start_askew_in_its_guide(guide: float) -> None:
+    angles = f"initial={{angles: {{guide: {guide} deg, link: {guide + 2} deg}}}}"
+    found, ideal = loose(angles), paper(f"initial={{angles: {{guide: {guide} deg}}}}")
+    assert found.state.q[1:11, 2] == pytest.approx(radians(guide + 2))
+    assert found.state.q[0, 2] == pytest.approx(radians(guide))
+    # P stays where it is without clearance: where the guide's axis meets the track.
+    assert found.state.q[1, :2] == pytest.approx(ideal.state.q[1, :2], abs=1e-12)
+
+
+@pytest.mark.parametrize("spin", [-3.0, 0.0, 10.0, 14.0])
+def test_a_link_may_turn_against_its_guide_at_the_start(spin: float) -> None:
+    found = loose(f"initial.speeds.link={spin}")
+    assert found.state.v[1:11, 2] == pytest.approx(spin)
+    assert found.state.v[0, 2] == pytest.approx(10)
+    assert found.state.q[1:11, 2] == pytest.approx(0)
+
+
+def test_the_start_of_the_link_may_run_along_its_track() -> None:
+    found = loose("initial={velocities: {link: [0, -0.3]}, speeds: {link: 4}}")
+    assert found.state.v[1] == pytest.approx([0, -0.3, 4], abs=1e-12)
+    # The rods move as one: the start of rod k is 7 mm times k - 1 away.
+    assert found.state.v[1:11, 1] == pytest.approx(-0.3 + 4 * 0.007 * np.arange(10))
+
+
+# --- given velocities -------------------------------------------------------------------------
+
+
+def test_velocities_are_those_of_starts_and_origins() -> None:
+    text = (
+        "bodies:\n  box: {type: rigid, mass: 1, inertia: 1, centre_of_mass: [0.1, 0],"
+        " points: {nose: [0.2, 0]}}\njoints:\n  s: {type: slot, point: box.nose, curve: across}\n"
+        "initial: {velocities: {box: [1, 0.5]}}\n"
+    )
+    found = assembled(AXES + text)
+    # The nose stays on y = 0, so a lift of the origin turns the box about it.
+    assert found.state.v[0] == pytest.approx([1, 0.5, -0.5 / 0.2])
+
+
+@pytest.mark.parametrize(
+    ("initial", "place"),
+    [
+        ("{velocities: {link: [0.1, 0]}}", "velocities.link: this velocity"),
+        ("{speeds: {link: 1}, velocities: {link: [0.1, 0]}}", "velocities.link: this velocity"),
+        ("{speeds: {guide: 1, link: 2}}", "speeds.guide: this speed"),
+        ("{speeds: {link: 2}, velocities: {guide: [0, 0.1]}}", "velocities.guide: this velocity"),
+    ],
+)
+def test_what_contradicts_the_joints_is_named_where_it_stands(initial: str, place: str) -> None:
+    with pytest.raises(SceneError, match=rf"initial\.{place} contradicts"):
+        loose(f"initial={initial}")
+
+
+def test_speeds_and_velocities_that_agree_are_right() -> None:
+    found = paper("initial={speeds: {link: 10, guide: 10}, velocities: {link: [0, 0.2]}}")
+    assert found.state.v == pytest.approx(paper().state.v, abs=1e-12)

@@ -19,7 +19,10 @@ any_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 
 
 def test_the_models_are_there() -> None:
-    assert {"no_clearance", "rigid", "smooth", "spline_track"} <= {path.stem for path in FILES}
+    assert {
+        *("no_clearance", "rigid", "smooth", "spline_track"),
+        *("clearance", "clearance_friction", "supported"),
+    } <= {path.stem for path in FILES}
 
 
 def test_the_schema_file_is_current() -> None:
@@ -79,6 +82,24 @@ def test_rigid_is_no_clearance_with_a_rod_for_a_link() -> None:
     assert not any(isinstance(body, FlexibleBody) for body in scene("rigid").bodies.values())
 
 
+def test_the_models_with_walls_are_no_clearance_but_for_their_sleeve() -> None:
+    whole = scene("no_clearance").to_data()
+    sleeves = {}
+    for name in ("clearance", "clearance_friction", "supported"):
+        data = scene(name).to_data()
+        sleeves[name] = data["joints"].pop("sleeve")
+        assert data | {"joints": {}} == whole | {"title": data["title"], "joints": {}}
+        assert data["joints"] == {k: v for k, v in whole["joints"].items() if k != "sleeve"}
+    assert sleeves["clearance"]["clearance"] == 5e-3
+    rough = sleeves["clearance_friction"]
+    assert rough["law"].pop("friction") > 0
+    smooth = sleeves["clearance"]
+    assert smooth["law"].pop("friction") == 0
+    assert rough == smooth
+    assert sleeves["supported"]["clearance"] == 0
+    assert sleeves["supported"]["supported"]
+
+
 def test_the_points_of_the_spline_track_are_those_of_its_formula() -> None:
     rows = (FOLDER / "track_points.csv").read_text(encoding="utf-8").splitlines()
     numbers = [line for line in rows if not line.startswith("#")][1:]
@@ -102,5 +123,5 @@ def test_the_guide_always_covers_the_point_on_the_spline_track() -> None:
 
 
 def test_models_mark_what_the_paper_leaves_open() -> None:
-    for name in ("no_clearance", "smooth", "rigid"):
+    for name in ("no_clearance", "smooth", "rigid", "clearance", "clearance_friction", "supported"):
         assert load_document(FOLDER / f"{name}.yaml").text.count("assumed") >= 4

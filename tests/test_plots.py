@@ -1,26 +1,30 @@
 import subprocess
 import sys
+from dataclasses import replace
 from math import sin
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 import results
 from matplotlib.colors import same_color
 from matplotlib.text import Text
 
-from exudyn_flexlink.observables import lever_response
+from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
     coordinates,
     energy,
     figures,
     forces,
+    guide_contact,
     lever,
     mechanism,
     polar,
     save_figures,
 )
+from exudyn_flexlink.plots.sleeve import STATE_COLOURS
 from exudyn_flexlink.storage import save
 
 ROOT = Path(__file__).parents[1]
@@ -86,7 +90,7 @@ def test_a_run_of_many_laps_names_laps_alike_together(rigid):
 # --- what stands in every figure
 
 
-@pytest.mark.parametrize("make", [None, results.pendulum, results.slider])
+@pytest.mark.parametrize("make", [None, results.pendulum, results.slider, results.tilting_link])
 def test_axes_have_labels_with_units(make, drawn):
     for name, figure in (figures(make()) if make else drawn).items():
         found = labels(figure)
@@ -181,6 +185,125 @@ def test_forces_leave_out_what_is_not_there():
 def test_the_users_own_style_does_not_matter(rigid):
     with mpl.rc_context({"font.size": 3, "axes.grid": False}):
         assert min(text.get_fontsize() for text in texts(energy(rigid))) >= 9
+
+
+# --- a link with clearance in its guide
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link()
+
+
+def test_figures_of_a_link_with_clearance(tilting):
+    names = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"]
+    assert list(figures(tilting)) == names
+
+
+def test_no_clearance_no_strip_and_no_drawing(rigid):
+    assert guide_contact(rigid) is None
+    assert len(coordinates(rigid).axes) == 1
+
+
+def strip_of(result):
+    """Bars of the strip, by row: begin, end, colour."""
+    upper, axes = coordinates(result).axes
+    assert upper.get_shared_x_axes().joined(upper, axes)
+    return axes, [
+        [(*path.get_extents().intervalx, colour) for path, colour in zip(
+            bars.get_paths(), bars.get_facecolors(), strict=True)]
+        for bars in axes.collections
+    ]  # fmt: skip
+
+
+def test_a_strip_under_the_coordinates_shows_the_states_of_each_lap(tilting):
+    axes, rows = strip_of(tilting)
+    assert [text.get_text() for text in axes.get_yticklabels()] == [f"lap {n}" for n in range(1, 5)]
+    found = [
+        {s: sum(b - a for a, b, c in row if same_color(c, STATE_COLOURS[s])) for s in State}
+        for row in rows
+    ]
+    for lap in found:
+        assert sum(lap.values()) == pytest.approx(2 * np.pi, abs=1e-6)
+    assert found[0][State.FREE] == pytest.approx(2 * np.pi)
+    # One point while the sine of the angle is beyond a third: see results.tilting_link.
+    assert found[1][State.ONE_POINT] == pytest.approx(2 * np.pi - 4 * np.arcsin(1 / 3), abs=2e-3)
+    assert found[2][State.SAME_SIDE] == pytest.approx(2 * np.pi - 4 * np.arcsin(1 / 1.2), abs=2e-3)
+    assert found[3][State.OPPOSITE_SIDES] == pytest.approx(
+        2 * np.pi - 4 * np.arcsin(1 / 1.2), abs=2e-3
+    )
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == ["free", "one point", "two, same side", "two, opposite"]
+
+
+def test_a_strip_without_a_crank_that_turns_is_over_time(tilting):
+    held = results.first_samples(tilting, 2501)
+    poses = held.poses.copy()
+    poses[:, 0, 2] = 0.0
+    scene = held.scene
+    scene = scene.changed(drives={}, run=type(scene.run).model_validate({"duration": 2.0}))
+    axes, (row,) = strip_of(replace(held, poses=poses, scene=scene))
+    assert (row[0][0], row[-1][1]) == (held.time[0], held.time[-1])
+    assert axes.get_xlabel() == "time (s)"
+
+
+def test_colours_of_states_are_told_apart_in_grey():
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    light = [weights @ np.array(mpl.colors.to_rgb(c)) ** 2.2 for c in STATE_COLOURS.values()]
+    perceived = 116 * np.cbrt(np.array(light)) - 16
+    assert np.all(np.diff(perceived) < -12)
+
+
+def test_the_link_in_its_guide_on_no_one_and_two_points(tilting):
+    figure = guide_contact(tilting)
+    assert [len(marked(axes)) for axes in figure.axes] == [0, 1, 2]
+    said = words(figure)
+    for word in ("no contact: t = ", "one point: t = ", "two points, ", "°\n", " N\n"):
+        assert word in said
+    for axes in figure.axes:
+        walls = [line for line in axes.lines if line.get_label() == "walls"]
+        assert sorted(line.get_ydata()[0] for line in walls) == [-1.0, 1.0]  # mm
+        assert all(list(line.get_xdata()) == [0.0, 90.0] for line in walls)
+
+
+def marked(axes):
+    return [line for line in axes.lines if line.get_label() == "contact, force on the link"]
+
+
+def test_points_of_contact_lie_where_they_touch(tilting):
+    """One point: the link tilts up and is held down by the upper corner of the guide's end."""
+    _, one, _ = guide_contact(tilting).axes
+    (mark,) = marked(one)
+    # The drawn point is the corner: that of the guide, which the link's face has passed.
+    assert mark.get_xdata()[0] == pytest.approx(90)
+    assert abs(mark.get_ydata()[0]) == pytest.approx(1)
+    (arrow,) = (text for text in one.texts if getattr(text, "arrow_patch", None))
+    assert abs(arrow.get_position()[1]) > abs(arrow.xy[1])  # from beyond the wall to the link
+
+
+def test_a_case_that_never_occurs_is_left_out(tilting):
+    free = results.first_samples(tilting, 900)
+    assert len(guide_contact(free).axes) == 1
+    assert guide_contact(results.first_samples(tilting, 1)) is None
+
+
+def test_a_state_shorter_than_the_samples_is_not_drawn(tilting):
+    sleeve = tilting.sleeves["sleeve"]
+    end = sleeve.touches.begin + 1e-5
+    short = replace(sleeve, touches=replace(sleeve.touches, end=end))
+    figure = guide_contact(replace(tilting, sleeves={"sleeve": short}))
+    assert "no contact" in words(figure)
+    assert "two points" not in words(figure)
+
+
+def test_a_guide_with_clearance_is_drawn_as_its_walls(tilting):
+    figure = mechanism(tilting, [0.0])
+    assert "walls of guide" in words(figure)
+    walls = [line for line in figure.axes[0].lines if same_color(line.get_color(), "#A9A9A9")]
+    assert len(walls) == 2
+    apart = np.hypot(*(walls[0].get_xydata()[0] - walls[1].get_xydata()[0]))
+    assert apart == pytest.approx(2.0)  # mm
+    assert "walls of" not in words(mechanism(results.rigid_link(samples=401), [0.0]))
 
 
 # --- laziness, and the scripts

@@ -6,7 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from results import LENGTH, LEVER_DAMPING, LEVER_FREQUENCY, LEVER_PEAK, SPEED, rigid_link
+from results import (
+    LENGTH,
+    LEVER_DAMPING,
+    LEVER_FREQUENCY,
+    LEVER_PEAK,
+    SPEED,
+    first_samples,
+    rigid_link,
+    tilting_link,
+)
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
@@ -145,3 +154,39 @@ def test_the_peak_of_the_lever_is_found_between_samples() -> None:
     peak = -LEVER_PEAK * decay * np.sin(LEVER_FREQUENCY * at)
     assert float(row(text, "1")[9]) == pytest.approx(peak, rel=3e-4)
     assert float(row(text, "lever")[2]) == pytest.approx(peak, rel=3e-4)
+
+
+def test_a_run_says_how_the_link_stood_in_its_guide() -> None:
+    lines = run_text(tilting_link()).splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("Link in 'sleeve'"))
+    rows = {words[0]: words for words in map(str.split, lines[start + 2 : start + 7])}
+    assert rows["1"][1:9] == ["100.0", "%", "0.0", "%", "0.0", "%", "0.0", "%"]
+    # Lap 2: one point while the sine of the angle is beyond a third.
+    assert rows["2"][1:9] == ["21.6", "%", "78.4", "%", "0.0", "%", "0.0", "%"]
+    assert [rows[lap][9] for lap in ("1", "2", "3", "4", "all")] == ["0", "2", "4", "4", "10"]
+    assert [rows[lap][10] for lap in ("1", "2", "3", "4", "all")] == ["0", "2", "2", "2", "6"]
+    told = "\n".join(lines)
+    # At the guide's end, 3 mm off the axis of walls 1 mm off; three of the four laps touch there.
+    assert "deepest in a wall  0.002 m, 200 % of the clearance" in told
+    assert "corner of the end: 0.56 s in 3 touches" in told
+
+
+def test_many_laps_are_told_as_one() -> None:
+    """As many as are shown, then how many more."""
+    run = tilting_link()
+    poses = run.poses.copy()
+    poses[:, 0, 2] *= 5
+    said = run_text(replace(run, poses=poses))
+    assert "'all' includes 8 laps more" in said
+    assert "\n  13 " not in said
+
+
+def test_a_short_run_in_a_guide_has_one_row() -> None:
+    said = run_text(first_samples(tilting_link(samples=401), 50))
+    assert row(said, "1")[:3] == ["1", "100.0", "%"]
+    assert "\n  all " not in said
+    assert "longest touch" not in said
+
+
+def test_a_link_without_clearance_has_no_such_table() -> None:
+    assert "Link in" not in run_text(rigid_link(turns=1, samples=401))

@@ -55,7 +55,7 @@ def test_round_trip_is_exact(rigid, saved):
     assert_same(rigid, load(saved))
 
 
-@pytest.mark.parametrize("make", [results.pendulum, results.slider])
+@pytest.mark.parametrize("make", [results.pendulum, results.slider, results.tilting_link])
 def test_round_trip_of_other_mechanisms(make, tmp_path):
     save(make(), tmp_path)
     assert_same(make(), load(tmp_path))
@@ -116,6 +116,92 @@ def test_names_of_bodies_are_made_fit_for_files(tmp_path):
     save(replace(results.pendulum(), scene=results.scene_from(text)), tmp_path)
     assert (tmp_path / "trajectory_rod_1.end.csv").is_file()
     assert list(load(tmp_path).scene.bodies) == ["rod 1"]
+
+
+# --- sleeves
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link(samples=801)
+
+
+@pytest.fixture
+def tilted(tilting, tmp_path):
+    save(tilting, tmp_path / "tilted")
+    return tmp_path / "tilted"
+
+
+def test_round_trip_of_a_sleeve_nothing_touches(tilting, tmp_path):
+    still = results.first_samples(tilting, 100)  # the first lap, in which the link is free
+    assert len(still.sleeves["sleeve"].touches.begin) == 0
+    save(still, tmp_path)
+    assert_same(still, load(tmp_path))
+    assert not list(tmp_path.glob("touches_*"))
+
+
+def test_summary_tells_how_much_a_link_touched(tilting, tilted):
+    told = json.loads((tilted / "summary.json").read_text(encoding="utf-8"))["sleeves"]["sleeve"]
+    touches = tilting.sleeves["sleeve"].touches
+    assert told["touches"] == len(touches.begin) == 10
+    assert told["impacts"] == 6
+    assert told["impulse_N_s"] == pytest.approx(touches.impulse.sum())
+    assert told["energy_lost_J"] == pytest.approx(touches.energy_lost.sum())
+    parts = [value for key, value in told.items() if key.startswith("part_of_time")]
+    assert len(parts) == 4
+    assert sum(parts) == pytest.approx(1)
+
+
+def test_a_row_for_every_touch(tilting, tilted):
+    table = np.genfromtxt(tilted / "touches_sleeve.csv", delimiter=",", names=True)
+    assert table.dtype.names == (
+        "begin_s",
+        "end_s",
+        "crank_angle_rad",
+        "pair",
+        "impulse_N_s",
+        "energy_lost_J",
+        "peak_force_N",
+        "approach_speed_m_per_s",
+    )
+    sleeve = tilting.sleeves["sleeve"]
+    np.testing.assert_allclose(table["begin_s"], sleeve.touches.begin, rtol=1e-11)
+    np.testing.assert_allclose(table["crank_angle_rad"], results.SPEED * sleeve.touches.begin)
+    first = sleeve.pairs[int(table["pair"][0]) - 1]  # in lap 2 the link tilts upwards first
+    assert first == "sleeve: rod 1 on upper corner of the end"
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("pair", np.zeros(10)),
+        ("pair", np.full(10, 8)),
+        ("pair", np.full(10, -1)),
+        ("begin", np.zeros(9)),
+        ("begin", np.zeros(10, dtype=int)),
+        ("end", np.zeros((10, 1))),
+        ("force", np.zeros((801, 7))),
+        ("impulse", None),
+    ],
+)
+def test_touches_that_do_not_fit(tilted, key, value):
+    with np.load(tilted / "result.npz") as stored:
+        arrays = dict(stored)
+    assert f"sleeves_0_{key}" in arrays
+    del arrays[f"sleeves_0_{key}"]
+    given = {} if value is None else {f"sleeves_0_{key}": value}
+    np.savez(tilted / "result.npz", **arrays, **given)
+    with pytest.raises(StorageError, match="damaged"):
+        load(tilted)
+
+
+@pytest.mark.parametrize("changes", [{"sides": [1.0]}, {"names": ["one"]}, {"deepest_m": None}])
+def test_pairs_that_do_not_fit(tilted, changes):
+    pairs = json.loads((tilted / "summary.json").read_text())["pairs"]["sleeve"]
+    kept = {key: value for key, value in (pairs | changes).items() if value is not None}
+    changed_summary(tilted, pairs={"sleeve": kept})
+    with pytest.raises(StorageError, match="damaged"):
+        load(tilted)
 
 
 # --- damaged and foreign files

@@ -21,6 +21,7 @@ from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.terminal import DONE, INTERRUPTED, complain
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
+"""Those of `effects`, which is too slow to import for a help text."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,7 +78,7 @@ def _add_simulate(commands: Any) -> None:
         exudyn-flexlink simulate models/no_clearance.yaml
         exudyn-flexlink simulate models/no_clearance.yaml --set run.turns=2 --out runs/short
         exudyn-flexlink simulate models/no_clearance.yaml --engine lagrangian --impact impulse
-        exudyn-flexlink simulate models/clearance.yaml --without friction,damping
+        exudyn-flexlink simulate models/clearance_friction.yaml --without friction,damping
         exudyn-flexlink simulate models/clearance.yaml --set run.turns=1 --horizon""",
     )
     _add_model(parser)
@@ -88,7 +89,7 @@ def _add_simulate(commands: Any) -> None:
     parser.add_argument(
         "--horizon",
         action="store_true",
-        help="run once more, at half the tolerance or step: up to when can S be trusted pointwise?",
+        help="run once more, twice as accurately: up to when can S be trusted pointwise?",
     )
     _add_output(parser, "runs/<name of the model>")
 
@@ -98,12 +99,12 @@ def _add_compare(commands: Any) -> None:
         commands,
         "compare",
         compare_command,
-        "run both engines on a model, or a model with and without an effect: how do they differ?",
+        "compare both engines on a model, or a model with and without an effect",
         """\
         exudyn-flexlink compare models/smooth.yaml --set run.turns=2 --tolerance 1e-5
         exudyn-flexlink compare models/no_clearance.yaml --set accuracy.tolerance=1e-6
         exudyn-flexlink compare models/no_clearance.yaml --impact impulse --out runs/impulse
-        exudyn-flexlink compare models/clearance.yaml --without clearance""",
+        exudyn-flexlink compare models/clearance.yaml --without clearance --set run.turns=1""",
     )
     _add_model(parser)
     parser.add_argument(
@@ -148,7 +149,8 @@ def _add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
         action="extend",
         default=[],
         metavar="EFFECT[,EFFECT]",
-        help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs)",
+        help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
+        "stays); may be repeated",
     )
 
 

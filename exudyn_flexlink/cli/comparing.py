@@ -8,12 +8,23 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.simulating import FINER, changed, read_scene, retuned, run, write
+from exudyn_flexlink.cli.simulating import (
+    FINER,
+    LAGRANGIAN_ALONE,
+    asks_for_lagrangian,
+    changed,
+    present,
+    read_scene,
+    retuned,
+    run,
+    write,
+)
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, names_in
 
 if TYPE_CHECKING:
     from exudyn_flexlink.compare import Comparison
     from exudyn_flexlink.result import Result
+    from exudyn_flexlink.scene import Scene
 
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
 
@@ -26,12 +37,14 @@ def compare_command(options: argparse.Namespace) -> int:
     target: Path = options.out or Path("runs") / f"{options.model.stem}-compare"
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
+    if options.without and options.engine != "lagrangian" and asks_for_lagrangian(options):
+        return complain(LAGRANGIAN_ALONE, BAD_INPUT)
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with staged_folder(target) as folder:
             found = _without_effects(options) if options.without else _both_engines(options)
             _write(found, folder, options)
-    except (SceneError, StorageError) as error:
+    except (SceneError, StorageError, CannotCompareError) as error:
         return complain(str(error), BAD_INPUT)
     return _tell(found, target, options)
 
@@ -53,20 +66,48 @@ def _both_engines(options: argparse.Namespace) -> Comparison:
 
 
 def _without_effects(options: argparse.Namespace) -> Comparison:
-    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b)."""
+    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b).
+
+    Raises:
+        CannotCompareError: there is nothing to compare.
+
+    """
     from exudyn_flexlink.compare import compare_variants
     from exudyn_flexlink.loading import load_scene
 
     engine = options.engine or "exudyn"
     given = load_scene(options.model, options.settings, options.allow_outside)
     whole = changed(given, options.impact, [])
-    ideal = changed(given, options.impact, options.without)
-    what = " and ".join(dict.fromkeys(options.without))
+    effects = present(given, options.without)
+    if not effects:
+        raise CannotCompareError("nothing to compare: both scenes would be the same")
+    ideal = changed(given, options.impact, effects)
+    what = " and ".join(effects)
+    _require_one_point(whole, ideal, what)
     first = _whole(run(ideal, engine, options, f"without {what}"))
     second = _whole(run(whole, engine, options, f"with {what}"))
     near = retuned(whole, second, FINER)
     again = _whole(run(near, engine, options, f"with {what}, for the horizon"))
     return compare_variants(first, second, (f"without {what}", f"with {what}"), again)
+
+
+class CannotCompareError(ValueError):
+    """A scene and the same without some effects have nothing to be compared in."""
+
+
+def _require_one_point(whole: Scene, ideal: Scene, what: str) -> None:
+    """Refuse two scenes that are not watched at the same point.
+
+    Raises:
+        CannotCompareError: that is so.
+
+    """
+    from exudyn_flexlink.observables import watched_point
+
+    point, other = watched_point(whole), watched_point(ideal)
+    if point != other:
+        message = f"the point watched is {point}, but {other} without {what}"
+        raise CannotCompareError(f"can't compare: {message}")
 
 
 def _whole(result: Result) -> Result:

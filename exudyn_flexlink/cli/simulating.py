@@ -23,8 +23,19 @@ if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
     from exudyn_flexlink.scene import Scene
 
+FEWEST_PER_CONTACT = 3  # steps that a scene may ask for
 FINER = 0.5  # times the accuracy of a run: a neighbouring one
-_ACCURACY = ("tolerance", "step", "relative_tolerance", "absolute_tolerance")
+LAGRANGIAN_ALONE = (
+    "relative and absolute tolerance are for '--engine lagrangian'; "
+    "for Exudyn set accuracy.tolerance"
+)
+_ACCURACY = {
+    "tolerance": 0.0,
+    "step": 0.0,
+    "relative_tolerance": 3e-14,
+    "absolute_tolerance": 1e-20,
+}
+"""What decides the accuracy of a run, and the least that a scene may ask for."""
 
 
 def simulate_command(options: argparse.Namespace) -> int:
@@ -33,9 +44,8 @@ def simulate_command(options: argparse.Namespace) -> int:
     from exudyn_flexlink.storage import StorageError, staged_folder
 
     target: Path = options.out or Path("runs") / options.model.stem
-    if options.engine == "exudyn" and any(map(_for_lagrangian, options.settings)):
-        message = "relative and absolute tolerance are for '--engine lagrangian'"
-        return complain(f"{message}; for Exudyn set accuracy.tolerance", BAD_INPUT)
+    if options.engine == "exudyn" and asks_for_lagrangian(options):
+        return complain(LAGRANGIAN_ALONE, BAD_INPUT)
     try:
         scene = read_scene(options, options.impact)
         if options.impact is not None and not scene.contacts:
@@ -44,33 +54,51 @@ def simulate_command(options: argparse.Namespace) -> int:
         with staged_folder(target) as folder:
             result = run(scene, options.engine, options)
             write(result, folder, figures=not options.no_plots)
-            told = _horizon(scene, result, options) if options.horizon else ""
+        told = _horizon(scene, result, options) if options.horizon else ""
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
     return _tell(result, target, told, options.quiet)
 
 
 def _horizon(scene: Scene, result: Result, options: argparse.Namespace) -> str:
-    """Run once more, more accurately; say up to when both agree."""
-    from exudyn_flexlink.report import sensitivity_text
+    """Run once more, more accurately; say up to when both agree. Nothing if there is no whole run.
+
+    What the first run gave is written by then: a failure of the second takes nothing away.
+    """
+    from exudyn_flexlink.report import failure_text, sensitivity_text
     from exudyn_flexlink.sensitivity import sensitivity
 
+    if not result.outcome.completed:
+        return ""
     near = retuned(scene, result, FINER)
     again = run(near, options.engine, options, "again, for the horizon")
+    if not again.outcome.completed:
+        return f"No horizon known: the second run did not end. There {failure_text(again)}"
     return sensitivity_text(sensitivity(result, again))
 
 
 def retuned(scene: Scene, result: Result, factor: float) -> Scene:
-    """Return the scene with the tolerances or the step of a run, times a factor."""
+    """Return the scene with the tolerances or the step of a run, times a factor.
+
+    Steps in contact, which decide more than the tolerance once walls are touched, go along.
+    """
     settings = result.settings
-    other = {key: factor * float(settings[key]) for key in _ACCURACY if key in settings}
+    other: dict[str, float] = {
+        key: max(least, factor * float(settings[key]))
+        for key, least in _ACCURACY.items()
+        if key in settings
+    }
+    if "steps_per_contact" in settings:
+        per_contact = round(float(settings["steps_per_contact"]) / factor)
+        other["steps_per_contact"] = max(FEWEST_PER_CONTACT, per_contact)
     given = scene.accuracy.model_dump(exclude_none=True)
     return scene.changed(accuracy=type(scene.accuracy).model_validate(given | other))
 
 
-def _for_lagrangian(setting: str) -> bool:
+def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     """Tell whether a setting of the command line means nothing to Exudyn."""
-    return setting.startswith(("accuracy.relative_tolerance", "accuracy.absolute_tolerance"))
+    keys = ("accuracy.relative_tolerance", "accuracy.absolute_tolerance")
+    return any(setting.startswith(keys) for setting in options.settings)
 
 
 def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
@@ -89,7 +117,7 @@ def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
 
 
 def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
-    """Return the scene with another kind of impact, and without some effects.
+    """Return the scene with another kind of impact, and without some effects, which its title says.
 
     Raises:
         SceneError: what is left can't be.
@@ -97,12 +125,24 @@ def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
     """
     if impact is None and not without:
         return scene
-    from exudyn_flexlink.effects import absent, idealise, with_impact
+    from exudyn_flexlink.effects import idealise, with_impact
 
-    for name in absent(scene, dict.fromkeys(without)):
-        complain(f"hint: '--without {name}' changes nothing: the scene has none")
-    scene = idealise(scene, without)
+    effects = present(scene, without)
+    if effects:
+        scene = idealise(scene, effects)
+        scene = scene.changed(title=f"{scene.title} (without {', '.join(effects)})")
     return scene if impact is None else with_impact(scene, impact)
+
+
+def present(scene: Scene, effects: list[str]) -> list[str]:
+    """Return the effects that the scene has, each once; give a hint for every other."""
+    from exudyn_flexlink.effects import absent
+
+    wanted = list(dict.fromkeys(effects))
+    missing = absent(scene, wanted)
+    for name in missing:
+        complain(f"hint: '--without {name}' changes nothing: the scene has no {name}")
+    return [name for name in wanted if name not in missing]
 
 
 def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
@@ -150,10 +190,10 @@ def _tell(result: Result, target: Path, told: str, quiet: bool) -> int:
 
     if not quiet:
         print(run_text(result))
-        if told:
-            print(f"\n{told}")
         print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
-        sys.stdout.flush()  # so that what follows on stderr stands below it
+    if told:
+        print(told if quiet else f"\n{told}")
+    sys.stdout.flush()  # so that what follows on stderr stands below it
     for warning in result.warnings:
         complain(f"warning: {warning}")
     if result.outcome.completed:

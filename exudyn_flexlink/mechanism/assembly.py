@@ -62,12 +62,17 @@ class Assembly:
 
 
 class CannotMoveError(ValueError):
-    """A drive, or the initial speed of a part, contradicts the joints and those before it."""
+    """A drive, or the initial speed of a part, contradicts the joints and those before it.
 
-    def __init__(self, drive: str | None, part: int | None) -> None:
+    `drive` is its name, or None; else `part` is the part, and `axis` 0 or 1 for its velocity along
+    x or y and 2 for its angular speed.
+    """
+
+    def __init__(self, drive: str | None, part: int | None = None, axis: int | None = None) -> None:
         super().__init__(f"the mechanism can't follow {drive or part}")
         self.drive = drive
         self.part = part
+        self.axis = axis
 
 
 def assemble(mechanism: Mechanism, start: Start) -> Assembly:
@@ -138,10 +143,12 @@ def _velocities(
         least, follows = _least(rows @ moved, right)
         if follows:
             return np.asarray((moved @ least).reshape(q.shape))
-    names = [*((motor.name, None) for motor in motors), *((None, part) for part, _, _ in wanted)]
     reach = range(driven + 1, len(rows))
     first = next((i for i in reach if not _least(rows[:i], right[:i])[1]), len(rows))
-    raise CannotMoveError(*names[first - driven - 1])
+    if first <= len(jacobian):
+        raise CannotMoveError(motors[first - driven - 1].name)
+    part, axis, _ = wanted[first - len(jacobian) - 1]
+    raise CannotMoveError(None, part, axis)
 
 
 def _given(start: Start) -> list[tuple[int, int, float]]:

@@ -86,7 +86,7 @@ def _on_corner(channel: Channel, rod: int, mouth: str, x: float, side: float) ->
 def deepest_allowed(channel: Channel) -> float:
     """Penetration (m) beyond which the link has broken through the wall rather than pressed on it.
 
-    The clearance, or a tenth of the shortest rod where that is more: a link that deep is held by
-    nothing that the penalty law means.
+    The clearance, or a hundredth of the guide's length where that is more: a link that deep is held
+    by nothing that a penalty law means.
     """
-    return max(channel.clearance, 0.1 * min(channel.lengths))
+    return max(channel.clearance, 0.01 * channel.length)

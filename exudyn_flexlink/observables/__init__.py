@@ -1,4 +1,4 @@
-"""What a Result means: crank angle, path of a point, response of a struck body, strikes.
+"""What a Result means: crank angle, path of a point, response of a struck body, strikes, touches.
 
 Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angles in rad; N is the
 number of samples.
@@ -9,37 +9,52 @@ from exudyn_flexlink.observables.deviations import Deviation, deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
+from exudyn_flexlink.observables.perturbation import on_axis, perturbation
 from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
 from exudyn_flexlink.observables.strikes import IMPACT, SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
+    TWO_POINTS,
     ContactStates,
+    ContactTotals,
     LapContacts,
+    PairTotals,
     State,
     contact_states,
+    contact_totals,
     lap_contacts,
+    lap_starts,
+    pair_totals,
     sleeves_with_play,
 )
 
 __all__ = [
     "IMPACT",
     "SAME_STRIKE",
+    "TWO_POINTS",
     "ContactStates",
+    "ContactTotals",
     "Deviation",
     "LapContacts",
     "LeverResponse",
+    "PairTotals",
     "PointPath",
     "State",
     "Strike",
     "between_samples",
     "contact_states",
+    "contact_totals",
     "crank_angle",
     "crank_joint",
     "deviation",
     "joint_angle",
     "lap_contacts",
+    "lap_starts",
     "laps",
     "lever_response",
+    "on_axis",
+    "pair_totals",
     "path",
+    "perturbation",
     "point_anchor",
     "relative_energy_residual",
     "settled",

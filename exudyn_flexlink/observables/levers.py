@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,12 @@ class LeverResponse:
     def angle_at(self, time: FloatArray) -> FloatArray:
         """Angle at any instants, rad, between samples too: see `between_samples`."""
         return between_samples(self.time, self.angle, self.rate, time)
+
+    def between(self, begin: float, end: float) -> LeverResponse:
+        """Samples from `begin` to before `end` (s) alone; may be none."""
+        inside = (self.time >= begin) & (self.time < end)
+        arrays = ("time", "angle", "rate", "tip_displacement")
+        return replace(self, **{name: getattr(self, name)[inside] for name in arrays})
 
     @property
     def least(self) -> tuple[float, float]:

@@ -1,22 +1,22 @@
-"""How a link stands in its guide over time: free, on one point, on two; and lap by lap.
+"""How a link stands in its guide over time: free, on one point, on two; in all and lap by lap.
 
 The four cases of a translational joint with clearance (Flores, Ambrosio, Claro and Lankarani,
 Kinematics and dynamics of multibody systems with imperfect joints, 2008): no contact, one corner,
 two corners on the same side, two on opposite sides. Here every pair of `SleeveHistory` that presses
-is a point of contact.
+is a point of contact, so that a node in the mouth and the corner beside it count as two.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import IntEnum
-from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.observables.crank import crank_angle
-from exudyn_flexlink.result import Result, SleeveHistory
+from exudyn_flexlink.observables.crank import crank_angle, lap_of
+from exudyn_flexlink.result import Result, SleeveHistory, Touches
 
 FloatArray = NDArray[np.float64]
 
@@ -30,43 +30,101 @@ class State(IntEnum):
     OPPOSITE_SIDES = 3
 
 
+TWO_POINTS = (State.SAME_SIDE, State.OPPOSITE_SIDES)
+"""Two points or more."""
+
+
 @dataclass(frozen=True)
 class ContactStates:
-    """The state `state` (K,) holds from `time[k]` to `time[k + 1]` (K + 1,), s."""
+    """What holds from `time[k]` to `time[k + 1]` (K + 1,), s: `state` and number of `points` (K,).
+
+    A run of one instant has no time for any state: K = 0.
+    """
 
     time: FloatArray
     state: NDArray[np.int64]
+    points: NDArray[np.int64]
 
     def fractions(self, start: float = -np.inf, end: float = np.inf) -> dict[State, float]:
-        """Part of the time from `start` to `end` (s) that each state holds; together 1."""
-        edges = np.clip(self.time, max(start, self.time[0]), min(end, self.time[-1]))
-        spans = np.diff(edges)
-        whole = max(float(spans.sum()), 1e-300)
+        """Part of the time from `start` to `end` (s) that each state holds; together 1.
+
+        All 0 if that is no time at all.
+        """
+        spans = self._spans(start, end)
+        whole = float(spans.sum()) or 1.0
         return {case: float(spans[self.state == case].sum()) / whole for case in State}
 
     def at(self, time: FloatArray) -> NDArray[np.int64]:
         """State at instants (N,), s."""
+        if not len(self.state):
+            return np.full(np.shape(time), State.FREE, dtype=np.int64)
         k = np.searchsorted(self.time, time, side="right") - 1
         return self.state[np.clip(k, 0, len(self.state) - 1)]
 
-    def longest(self, cases: set[State]) -> tuple[float, float] | None:
-        """Begin and end (s) of the longest time in one of the cases; None if there is none."""
-        inside = np.isin(self.state, list(cases))
-        spans = np.where(inside, np.diff(self.time), 0.0)
-        k = int(np.argmax(spans)) if len(spans) else 0
-        return (float(self.time[k]), float(self.time[k + 1])) if spans[k] > 0 else None
+    def longest(self, cases: Collection[State]) -> tuple[float, float] | None:
+        """Begin and end (s) of the longest time in any of the cases; None if there is none."""
+        found = self.stretches(cases)
+        if not len(found):
+            return None
+        begin, end = found[int(np.argmax(found[:, 1] - found[:, 0]))]
+        return float(begin), float(end)
+
+    def stretches(self, cases: Collection[State]) -> FloatArray:
+        """Begin and end (K, 2) s of every time that is spent in any of the cases, in order."""
+        inside = np.isin(self.state, list(cases)).astype(int)
+        change = np.diff(inside, prepend=0, append=0)
+        edges = (np.flatnonzero(change > 0), np.flatnonzero(change < 0))
+        return np.stack([self.time[edge] for edge in edges], axis=1)
+
+    def impacts(self, start: float = -np.inf, end: float = np.inf) -> int:
+        """How often the link, free until then, meets its guide from `start` to before `end` (s)."""
+        met = np.flatnonzero((self.state[1:] > 0) & (self.state[:-1] == 0)) + 1
+        return int(np.sum((self.time[met] >= start) & (self.time[met] < end)))
+
+    def _spans(self, start: float, end: float) -> FloatArray:
+        """How long each state holds within a stretch of time, s."""
+        return np.asarray(np.diff(np.clip(self.time, start, max(start, end))))
 
 
 @dataclass(frozen=True)
-class LapContacts:
-    """What happened in one lap of the crank, or the part of it that was run."""
+class ContactTotals:
+    """What happened in a stretch of time.
 
-    lap: int
+    `touches` counts every touch of a pair, `impacts` how often the free link met its guide;
+    `longest` (s) is the longest touch of one pair.
+    """
+
     fractions: dict[State, float]
     touches: int
+    impacts: int
     impulse: float  # N s
     energy_lost: float  # J
     longest: float  # s
+
+    @property
+    def two_points(self) -> float:
+        """Part of the time on two points or more, whichever their sides."""
+        return sum(self.fractions[case] for case in TWO_POINTS)
+
+
+@dataclass(frozen=True)
+class LapContacts(ContactTotals):
+    """What happened in one lap of the crank, or the part of it that was run."""
+
+    lap: int
+
+
+@dataclass(frozen=True)
+class PairTotals:
+    """What one pair did: its name, how often and how long it touched, and what passed there."""
+
+    pair: str
+    side: float
+    touches: int
+    time: float  # s
+    impulse: float  # N s
+    energy_lost: float  # J
+    peak_force: float  # N
 
 
 def contact_states(result: Result, joint: str) -> ContactStates:
@@ -89,7 +147,20 @@ def contact_states(result: Result, joint: str) -> ContactStates:
         [State.OPPOSITE_SIDES, State.SAME_SIDE, State.ONE_POINT],
         State.FREE,
     )
-    return ContactStates(edges, state.astype(np.int64))
+    return ContactStates(edges, state.astype(np.int64), upper + lower)
+
+
+def contact_totals(
+    result: Result, joint: str, start: float = -np.inf, end: float = np.inf
+) -> ContactTotals:
+    """Contacts of a sleeve from `start` to `end` (s); what begins at `end` counts no more.
+
+    Raises:
+        ValueError: the result has no sleeve `joint`.
+
+    """
+    states, touches = contact_states(result, joint), _sleeve(result, joint).touches
+    return ContactTotals(*_totals(states, touches, start, end))
 
 
 def lap_contacts(result: Result, joint: str) -> list[LapContacts]:
@@ -100,29 +171,79 @@ def lap_contacts(result: Result, joint: str) -> list[LapContacts]:
 
     """
     states, touches = contact_states(result, joint), _sleeve(result, joint).touches
-    turned = np.abs(crank_angle(result) - crank_angle(result)[0]) / (2 * pi)
-    count = max(1, ceil(float(turned.max()) - 1e-9))
-    grown = np.maximum.accumulate(turned)
+    starts = lap_starts(result)
+    ends = [*starts[1:], np.inf]
+    return [
+        LapContacts(*_totals(states, touches, start, end), lap)
+        for lap, (start, end) in enumerate(zip(starts, ends, strict=True), start=1)
+    ]
+
+
+def lap_starts(result: Result) -> list[float]:
+    """Instants (s) at which the laps begin: the crank has made 0, 1, .. turns for the first time.
+
+    Raises:
+        ValueError: the scene has no revolute joint.
+
+    """
+    angle = crank_angle(result)
+    made = np.maximum.accumulate(np.abs(angle - angle[0]) / (2 * np.pi))
+    whole = range(int(lap_of(angle).max()))
+    return [float(result.time[0]), *(_first(made, n, result.time) for n in whole[1:])]
+
+
+def pair_totals(result: Result, joint: str) -> list[PairTotals]:
+    """Pairs of a sleeve that touched at all, those that touched longest first.
+
+    Raises:
+        ValueError: the result has no sleeve `joint`.
+
+    """
+    history = _sleeve(result, joint)
+    touches = history.touches
     found = []
-    for lap in range(1, count + 1):
-        start, end = (float(np.interp(n, grown, result.time)) for n in (lap - 1, lap))
-        mine = (touches.begin >= start) & ((touches.begin < end) | (lap == count))
+    for k in np.unique(touches.pair).tolist():
+        mine = touches.pair == k
         found.append(
-            LapContacts(
-                lap,
-                states.fractions(start, end),
+            PairTotals(
+                history.pairs[k],
+                history.sides[k],
                 int(mine.sum()),
+                float((touches.end - touches.begin)[mine].sum()),
                 float(touches.impulse[mine].sum()),
                 float(touches.energy_lost[mine].sum()),
-                float((touches.end - touches.begin)[mine].max(initial=0.0)),
+                float(touches.peak_force[mine].max()),
             )
         )
-    return found
+    return sorted(found, key=lambda pair: -pair.time)
 
 
 def sleeves_with_play(result: Result) -> list[str]:
     """Names of the sleeves whose link may touch or not."""
     return [name for name, sleeve in result.sleeves.items() if any(sleeve.sides)]
+
+
+def _totals(
+    states: ContactStates, touches: Touches, start: float, end: float
+) -> tuple[dict[State, float], int, int, float, float, float]:
+    """Fields of `ContactTotals`, in order."""
+    mine = (touches.begin >= start) & (touches.begin < end)
+    return (
+        states.fractions(start, end),
+        int(mine.sum()),
+        states.impacts(start, end),
+        float(touches.impulse[mine].sum()),
+        float(touches.energy_lost[mine].sum()),
+        float((touches.end - touches.begin)[mine].max(initial=0.0)),
+    )
+
+
+def _first(made: FloatArray, turns: float, time: FloatArray) -> float:
+    """First instant (s) at which `made` (N,), never falling, reaches a number of turns."""
+    k = int(np.searchsorted(made, turns))
+    if k >= len(made):
+        return float(time[-1])
+    return float(np.interp(turns, made[k - 1 : k + 1], time[k - 1 : k + 1]))
 
 
 def _pressing(edges: FloatArray, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:

@@ -12,6 +12,7 @@ from exudyn_flexlink.plots.drawing import mechanism
 from exudyn_flexlink.plots.frame import ENGINE_COLOURS
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
+from exudyn_flexlink.plots.sleeve import guide_contact
 from exudyn_flexlink.result import Result
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "energy",
     "figures",
     "forces",
+    "guide_contact",
     "lever",
     "mechanism",
     "polar",
@@ -32,6 +34,7 @@ _FIGURES = {
     "polar": polar,
     "lever": lever,
     "mechanism": mechanism,
+    "guide_contact": guide_contact,
     "energy": energy,
     "forces": forces,
 }

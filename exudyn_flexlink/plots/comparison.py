@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 from exudyn_flexlink.compare import Comparison
 from exudyn_flexlink.plots.frame import (
     BLACK,
-    BLUE,
     CAPTION_COLUMNS,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
-    RED,
     SKY,
     along,
     engine_colour,
@@ -51,7 +49,7 @@ def comparison(compared: Comparison) -> Figure | None:
     runs = compared.first, compared.second
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
     notes = [f"{s.name}: {stopped(s.result)}" for s in runs if not s.result.outcome.completed]
-    title = runs[0].result.scene.title
+    title = runs[1].result.scene.title
     count = 3 + (len(compared.levers) > 0) + len(compared.levers)
     figure = framed_figure(title, subject, notes, _caption(compared), 0.3 + 1.6 * count)
     rows = figure.subplots(count, 1, sharex=True)
@@ -76,7 +74,8 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
     alike = links[0] == links[1]
     told = [(links[0], GREY)] if alike else []
     for seen, own, style in zip(runs, links, _styles(compared), strict=True):
-        words = [seen.accuracy] if alike else [own, seen.accuracy]
+        engine = seen.result.engine
+        words = ["" if engine in seen.name else engine, "" if alike else own, seen.accuracy]
         told.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
     return [
         (line, colour) for text, colour in told for line in textwrap.wrap(text, CAPTION_COLUMNS)
@@ -84,10 +83,13 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
 
 
 def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The first run is a broad pale band, on which the second is a thin line."""
+    """The first run is a broad pale band, on which the second is a thin line.
+
+    Two engines have their own colours; two runs of one engine have neither of them.
+    """
     one, other = engine_colour(compared.first.result), engine_colour(compared.second.result)
     if one == other:
-        one, other = BLUE, RED
+        one, other = GREEN, BLACK
     return (
         {"color": one, "linewidth": 3.4, "alpha": 0.45},
         {"color": other, "linewidth": 1.0},

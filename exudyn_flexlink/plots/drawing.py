@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import ceil
 from typing import Any
 
@@ -13,7 +13,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import GROUND, Mechanism, anchor_position, build_mechanism
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Channel,
+    Mechanism,
+    anchor_position,
+    build_mechanism,
+)
 from exudyn_flexlink.observables import (
     crank_angle,
     lever_response,
@@ -41,6 +48,7 @@ from exudyn_flexlink.scene import FlexibleBody, RigidBody, Scene
 
 FloatArray = NDArray[np.float64]
 
+_WALL: dict[str, Any] = {"color": "#A9A9A9", "linewidth": 2.0, "zorder": 2}
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
 COLUMNS = 2
 LEGEND = 2.6  # inches, of legend and labels beside the panels
@@ -82,7 +90,8 @@ def mechanism(result: Result, instants: Sequence[float] | None = None) -> Figure
         axes.set_xlabel(f"x ({unit})")
     for axes in panels[:, 0]:
         axes.set_ylabel(f"y ({unit})")
-    handles = _legend(result.scene, point)
+    walled = {model.parts[channel.guide.part].body for channel in _with_play(model)}
+    handles = _legend(result.scene, point, walled)
     panels[0, -1].legend(handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0))
     return figure
 
@@ -158,6 +167,10 @@ def _draw(axes: Axes, result: Result, model: Mechanism, index: int, factor: floa
         axes.plot(*(factor * slot.curve.samples[1]).T, color=PURPLE, linewidth=1.0, zorder=1)
     for i, body in enumerate(result.scene.bodies):
         style = _body_style(result.scene, body, i)
+        walls = [c for c in _with_play(model) if c.guide.part in model.parts_of(body)]
+        if walls:
+            _draw_walls(axes, result.poses[index], walls, factor)
+            continue
         for line in _lines(result, model, body, slice(index, index + 1)):
             axes.plot(*(factor * line[0]).T, **style)
     for pin in model.pins:
@@ -166,6 +179,20 @@ def _draw(axes: Axes, result: Result, model: Mechanism, index: int, factor: floa
             axes.plot(
                 factor * at.x, factor * at.y, "^", color=BLACK, markersize=7, mfc="white", zorder=5
             )
+
+
+def _with_play(model: Mechanism) -> list[Channel]:
+    """Guides with clearance: they are drawn as their two walls."""
+    return [channel for channel in model.channels if channel.clearance > 0]
+
+
+def _draw_walls(axes: Axes, q: FloatArray, channels: Sequence[Channel], factor: float) -> None:
+    for channel in channels:
+        at = channel.guide
+        for y in (at.y + channel.clearance, at.y - channel.clearance):
+            ends = [Anchor(at.part, x, y) for x in (at.x, at.x + channel.length)]
+            wall = factor * np.array([anchor_position(end, q) for end in ends])
+            axes.plot(*wall.T, **_WALL)
 
 
 def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
@@ -181,11 +208,14 @@ def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
     return style | ({"marker": "o", "markersize": 4} if isinstance(spec, RigidBody) else {})
 
 
-def _legend(scene: Scene, point: str) -> list[Line2D]:
+def _legend(scene: Scene, point: str, walled: Collection[str]) -> list[Line2D]:
+    """Entries for all that is drawn; `walled` bodies are guides drawn as two walls."""
     handles = []
     for i, body in enumerate(scene.bodies):
-        style = _body_style(scene, body, i)
-        handles.append(Line2D([], [], label=body, **style))
+        if body in walled:
+            handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
+            continue
+        handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
     if any(joint.type == "slot" for joint in scene.joints.values()):
         handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label="track"))
     handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label=f"path of {point}"))

@@ -17,6 +17,7 @@ from exudyn_flexlink.observables import (
     crank_angle,
     laps,
     path,
+    sleeves_with_play,
     strikes,
     turns,
     watched_point,
@@ -36,6 +37,7 @@ from exudyn_flexlink.plots.frame import (
     subscripted,
     ticks_in_degrees,
 )
+from exudyn_flexlink.plots.sleeve import strip, strip_height
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
@@ -69,8 +71,13 @@ def coordinates(result: Result, point: str | None = None) -> Figure | None:
     if len(result.time) < 2:
         return None
     point = point or watched_point(result.scene)
-    figure = new_figure(result, f"Coordinates of {point}", 4.4)
-    axes = figure.subplots()
+    strips = sleeves_with_play(result)
+    heights = [4.0, *(strip_height(result) for _ in strips)]
+    subject = f"Coordinates of {point}" + ("; below, how the link touches its guide" * bool(strips))
+    figure = new_figure(result, subject, 0.4 + sum(heights))
+    axes, *below = figure.subplots(
+        len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
+    )[:, 0]
     position = path(result, point).position
     factor, unit = length_unit(float(np.max(np.abs(position))))
     if turns(result):
@@ -83,6 +90,11 @@ def coordinates(result: Result, point: str | None = None) -> Figure | None:
     axes.set_ylabel(f"coordinates of {point} ({unit})")
     axes.axhline(0, color=GREY, linewidth=0.8)
     legend_outside(axes)
+    for lower, joint in zip(below, strips, strict=True):
+        strip(lower, result, joint)
+        lower.set_xlabel(axes.get_xlabel())
+    if below:
+        axes.set_xlabel("")
     return figure
 
 

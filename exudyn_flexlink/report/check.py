@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from math import isfinite, pi, sqrt
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
@@ -11,6 +11,7 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Assembly,
+    Channel,
     FaceContact,
     Mechanism,
     RigidPart,
@@ -20,8 +21,11 @@ from exudyn_flexlink.mechanism import (
     contact_mass,
     contact_step,
     end_of_run,
+    pairs,
     turn_goal,
+    wall_half_period,
 )
+from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
     Body,
@@ -46,8 +50,8 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _joints(scene),
         _springs(scene, assembly.mechanism),
         _drives(scene),
-        _contacts(scene),
-        _effects(scene, assembly.mechanism),
+        _contacts(scene, assembly.mechanism),
+        effects_lines(scene, assembly.mechanism),
         [f"Degrees of freedom: {assembly.degrees_of_freedom}"],
         *(
             _link_frequencies(scene, name)
@@ -110,14 +114,11 @@ def _joined(joint: Joint) -> str:
 
 
 def _fit(sleeve: SleeveJoint) -> str:
-    if sleeve.law is None:
-        return "on its axis, rod 1 aligned"
-    walls = f"walls k {number(sleeve.law.stiffness)} N/m"
-    if sleeve.law.friction:
-        walls += f", friction {number(sleeve.law.friction)}"
     if sleeve.supported:
-        return f"every rod inside held on its axis, {walls}"
-    return f"clearance {number(sleeve.clearance)} m on each side, {walls}"
+        return "every rod inside held on its axis"
+    if sleeve.clearance > 0:
+        return f"clearance {number(sleeve.clearance)} m on each side"
+    return "on its axis, rod 1 aligned"
 
 
 def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
@@ -149,62 +150,31 @@ def _drives(scene: Scene) -> list[str]:
     return ["Drives", *table(rows)] if rows else []
 
 
-def _contacts(scene: Scene) -> list[str]:
+def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     rows = [
-        [
-            name,
-            f"{contact.point} on the line from {contact.line[0]} to {contact.line[1]}",
-            _stiffness(contact.law),
-            f"restitution {number(contact.law.restitution)}",
-        ]
-        for name, contact in scene.contacts.items()
+        [name, f"{c.point} on the line from {c.line[0]} to {c.line[1]}", *_law(c.law)]
+        for name, c in scene.contacts.items()
     ]
+    for channel in mechanism.channels:
+        sleeve = scene.joints[channel.name]
+        assert isinstance(sleeve, SleeveJoint)  # which channels are made of
+        assert sleeve.law is not None
+        rows.append([channel.name, _walls(sleeve, len(pairs(channel))), *_law(sleeve.law)])
     return ["Contacts", *table(rows)] if rows else []
 
 
-def _stiffness(law: Law) -> str:
-    return f"k {number(law.stiffness)} N/m" if isinstance(law, ContactLaw) else "rigid, by impulse"
+def _walls(sleeve: SleeveJoint, count: int) -> str:
+    if sleeve.supported:
+        return f"{sleeve.link} on the axis of {sleeve.guide}, held at up to {count} points"
+    return f"{sleeve.link} on the walls of {sleeve.guide}, {count} pairs can touch"
 
 
-# --- effects --------------------------------------------------------------------------------
-
-
-def _effects(scene: Scene, mechanism: Mechanism) -> list[str]:
-    """Which effects the scene asks for: what is not in it, no engine computes."""
-    flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
-    loose = [n for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.clearance > 0]
-    held = [n for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.supported]
-    lossy = [n for n, c in scene.contacts.items() if c.law.restitution < 1]
-    gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
-    rows = [
-        _effect("flexibility", flexible),
-        _effect("clearance", loose),
-        _effect("support in the guide", held),
-        _effect("impact", list(scene.contacts)),
-        _effect("friction", _rough(scene)),
-        _effect("damping", [*_damped(mechanism), *lossy]),
-        _effect("gravity", gravity if any(scene.gravity) else []),
-    ]
-    return ["Effects", *table(rows)]
-
-
-def _rough(scene: Scene) -> list[str]:
-    """Names of the joints and contacts with friction."""
-    laws: dict[str, Law | None] = {
-        n: j.law for n, j in scene.joints.items() if isinstance(j, SleeveJoint)
-    }
-    laws |= {name: contact.law for name, contact in scene.contacts.items()}
-    return [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
-
-
-def _effect(name: str, causes: Sequence[str]) -> list[str]:
-    return [name, "simulated", ", ".join(causes)] if causes else [name, "not in this scene", ""]
-
-
-def _damped(mechanism: Mechanism) -> list[str]:
-    """Springs with damping; the hinges of a link count as one, under the link's name."""
-    damped = [spring.name for spring in mechanism.springs if spring.damping > 0]
-    return list(dict.fromkeys(name.split(" hinge ")[0] for name in damped))
+def _law(law: Law) -> list[str]:
+    restitution = f"restitution {number(law.restitution)}"
+    if not isinstance(law, ContactLaw):
+        return ["rigid, by impulse", restitution, ""]
+    friction = f"friction {number(law.friction)}" if law.friction > 0 else ""
+    return [f"k {number(law.stiffness)} N/m", restitution, friction]
 
 
 # --- frequencies ----------------------------------------------------------------------------
@@ -295,9 +265,10 @@ def _inertia_about(joint: str, index: int, mechanism: Mechanism) -> float:
 def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
     in_contact, fixed_step = estimated_steps(assembly, scene)
-    contacts = assembly.mechanism.contacts
+    mechanism = assembly.mechanism
     rows = [["time", _time(scene, duration)]]
-    rows += [[contact.name, _contact_duration(assembly, contact)] for contact in contacts]
+    rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.contacts]
+    rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     if fixed_step is not None:
         about = "" if duration is None else f", about {duration / fixed_step:,.0f} steps"
         rows.append(["step", f"{number(fixed_step)} s, fixed{about}"])
@@ -334,6 +305,13 @@ def _contact_duration(assembly: Assembly, contact: FaceContact) -> str:
         return "impacts take no time: a rigid contact, by impulse"
     half = contact.law.half_period(mass)
     return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
+
+
+def _wall_duration(assembly: Assembly, channel: Channel) -> str:
+    half = f"{number(wall_half_period(assembly, channel))} s"
+    if channel.clearance > 0:
+        return f"a contact with a wall lasts about {half} or longer, on the lightest node"
+    return f"the lightest node swings on its axis with half a period of {half}"
 
 
 def _mass_at(assembly: Assembly, contact: FaceContact) -> float:

@@ -7,6 +7,7 @@ from math import isfinite
 
 from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
+from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.text import number, table
 
 MOST_STRIKES = 12  # more than that scroll the rest of the table away
@@ -17,12 +18,13 @@ def comparison_text(comparison: Comparison) -> str:
     both = comparison.first, comparison.second
     contacts = dict.fromkeys(pair.contact for pair in comparison.strikes)
     blocks = [
-        [f"Comparison of {both[0].name} and {both[1].name}: {both[0].result.scene.title}"],
+        [f"Comparison {_of(both[0])} and {both[1].name}: {both[1].result.scene.title}"],
         _deviations(comparison),
         [horizon_text(comparison)],
         _beyond(comparison),
         _levers(comparison),
         *(_strikes(comparison, contact) for contact in contacts),
+        _sleeves(comparison),
         _runs(comparison),
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -33,7 +35,7 @@ def horizon_text(comparison: Comparison) -> str:
     end = f"{comparison.time[-1]:.5g} s"
     if comparison.limit is None:
         return f"Compared pointwise up to t = {end}, the end; no horizon was looked for"
-    again = f"a run of {comparison.second.name} at other tolerances"
+    again = f"a run {_of(comparison.second)} at other tolerances"
     if comparison.horizon is None:
         return (
             f"Compared pointwise up to t = {end}, the end: "
@@ -55,6 +57,11 @@ def excess_text(comparison: Comparison, tolerance: float) -> str:
         f"{comparison.point} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
         f"more than the {tolerance:.3g} m allowed"
     )
+
+
+def _of(seen: Seen) -> str:
+    """Return 'of exudyn' for an engine; 'with clearance', the name of a scene, as it stands."""
+    return seen.name if seen.name.startswith("with") else f"of {seen.name}"
 
 
 def _deviations(comparison: Comparison) -> list[str]:
@@ -119,6 +126,17 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
     return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
 
 
+def _sleeves(comparison: Comparison) -> list[str]:
+    """How links stood in their guides, up to the end of the shorter run."""
+    one, other = comparison.first, comparison.second
+    rows = [
+        row
+        for joint in comparison.sleeves
+        for row in contact_rows(joint, one.contact.get(joint), other.contact.get(joint))
+    ]
+    return ["Link in its guide", *table([["", one.name, other.name], *rows])] if rows else []
+
+
 _OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {
     "time": (lambda strike: strike.begin, ".7f", "s"),
     "impulse": (lambda strike: strike.impulse, ".5g", "N s"),
@@ -150,6 +168,7 @@ def _runs(comparison: Comparison) -> list[str]:
         *table(
             [
                 ["", *(seen.name for seen in both)],
+                ["engine", *(seen.result.engine for seen in both)],
                 ["accuracy", *(seen.accuracy for seen in both)],
                 ["energy balance, off by", *(_energy(seen) for seen in both)],
                 ["steps", *(number(seen.result.checks.steps) for seen in both)],

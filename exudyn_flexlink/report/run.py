@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import degrees, inf, isfinite
 
-import numpy as np
-
 from exudyn_flexlink.observables import (
-    LapContacts,
     LeverResponse,
-    State,
     Strike,
-    contact_states,
-    crank_joint,
-    lap_contacts,
     lever_response,
     relative_energy_residual,
     sleeves_with_play,
     strikes,
     struck_bodies,
 )
-from exudyn_flexlink.report.text import STATE_NAMES, number, table
+from exudyn_flexlink.report.contacts import sleeve_lines
+from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import SleeveJoint
 
-MOST_LAPS = 12
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 
 
@@ -35,7 +26,7 @@ def run_text(result: Result) -> str:
         [_ending(result), *_cost(result)],
         *(_strikes(result, contact) for contact in result.scene.contacts),
         _responses(result),
-        *(_sleeve(result, joint) for joint in sleeves_with_play(result)),
+        *(sleeve_lines(result, joint) for joint in sleeves_with_play(result)),
         _errors(result),
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -94,11 +85,9 @@ def _strike(strike: Strike, response: LeverResponse, until: float) -> list[str]:
 
 def _peak(response: LeverResponse, begin: float, end: float) -> float:
     """Return the angle (rad) farthest from rest between two instants, between samples too."""
-    inside = (response.time >= begin) & (response.time < end)
-    if not np.any(inside):
+    part = response.between(begin, end)
+    if not len(part.time):
         return 0.0
-    arrays = ("time", "angle", "rate", "tip_displacement")
-    part = replace(response, **{name: getattr(response, name)[inside] for name in arrays})
     return max(part.least[0], part.greatest[0], key=abs)
 
 
@@ -110,44 +99,6 @@ def _responses(result: Result) -> list[str]:
         (low, _), (high, _) = response.least, response.greatest
         rows.append([body, f"from {low:+.5f} to {high:+.5f} rad"])
     return ["Angle of struck bodies", *table(rows)] if rows else []
-
-
-def _sleeve(result: Result, joint: str) -> list[str]:
-    """How the link stood in its guide, lap by lap and in all."""
-    if crank_joint(result.scene) is None:
-        parts = contact_states(result, joint).fractions()
-        rows = [[STATE_NAMES[state], f"{100 * parts[state]:.1f} %"] for state in State]
-        return [f"Link in '{joint}', parts of the time", *table(rows)]
-    rows = [
-        ["lap", *(STATE_NAMES[state] for state in State), "touches", "impulse", "energy lost"],
-        *(_lap(lap) for lap in lap_contacts(result, joint)[:MOST_LAPS]),
-    ]
-    more = len(lap_contacts(result, joint)) - MOST_LAPS
-    return [
-        f"Link in '{joint}', parts of the time",
-        *table(rows),
-        *([f"  and {more} laps more"] if more > 0 else []),
-        *_depth(result, joint),
-    ]
-
-
-def _depth(result: Result, joint: str) -> list[str]:
-    """Penetration against clearance: where it is no small part, the walls are too soft."""
-    sleeve, deepest = result.scene.joints[joint], result.sleeves[joint].deepest
-    assert isinstance(sleeve, SleeveJoint)
-    part = f"{100 * deepest / sleeve.clearance:.2g} % of the clearance"
-    return table([["deepest in a wall", f"{deepest:.2g} m, {part}"]])
-
-
-def _lap(lap: LapContacts) -> list[str]:
-    parts = [f"{100 * lap.fractions[state]:.1f} %" for state in State]
-    return [
-        str(lap.lap),
-        *parts,
-        str(lap.touches),
-        f"{lap.impulse:.3g} N s",
-        f"{lap.energy_lost:.2g} J",
-    ]
 
 
 def _errors(result: Result) -> list[str]:

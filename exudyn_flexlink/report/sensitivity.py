@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import log
 
-from exudyn_flexlink.report.text import STATE_NAMES, number, table
-from exudyn_flexlink.sensitivity import RunStatistics, Sensitivity
+from exudyn_flexlink.report.contacts import contact_rows
+from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.sensitivity import Perturbed, RunStatistics, Sensitivity
 
 
 def sensitivity_text(found: Sensitivity) -> str:
@@ -18,17 +19,22 @@ def sensitivity_text(found: Sensitivity) -> str:
         )
     if found.horizon is None:
         return "\n".join(lines)
-    rows = [["Whole run", "this run", "the other"]]
-    rows += [list(row) for row in _statistics(found.first, found.second, found.point)]
+    rows = [[f"Up to t = {found.end:.5g} s", "this run", "the other"]]
+    rows += _statistics(found.first, found.second, found.point)
     return "\n".join([*lines, "", *table(rows)])
 
 
 def _trusted(found: Sensitivity) -> str:
-    other = "a run at half the tolerance or step"
+    other = "a run twice as accurate"
     if found.horizon is None:
         return (
             f"{found.point} can be trusted to {found.largest:.2g} m throughout, to t = "
             f"{found.end:.5g} s: {other} differs by no more."
+        )
+    if found.largest <= found.limit:
+        return (
+            f"{found.point} can be trusted to {found.largest:.2g} m up to t = {found.horizon:.5g} s"
+            f", where a run stopped: until there {other} differs by no more."
         )
     return (
         f"{found.point} can be trusted pointwise up to t = {found.horizon:.5g} s: there {other} is "
@@ -36,20 +42,26 @@ def _trusted(found: Sensitivity) -> str:
     )
 
 
-def _statistics(one: RunStatistics, other: RunStatistics, point: str) -> list[tuple[str, str, str]]:
+def _statistics(one: RunStatistics, other: RunStatistics, point: str) -> list[list[str]]:
     rows = []
-    for i, axis in enumerate("xy"):
-        pair = (one.rms[i], other.rms[i])
-        rows.append((f"ripple of {point} in {axis}, rms", *(f"{x:.3g} m" for x in pair)))
-    for i, axis in enumerate("xy"):
-        pair = (one.strongest[i], other.strongest[i])
-        rows.append((f"strongest line in {axis}", *(f"{x:.3g} Hz" for x in pair)))
-    for body in one.levers:
+    if one.perturbed is not None and other.perturbed is not None:
+        rows += _perturbed(one.perturbed, other.perturbed, point)
+    for body in [body for body in one.levers if body in other.levers]:
         for i, word in enumerate(("least", "greatest")):
             pair = (one.levers[body][i], other.levers[body][i])
-            rows.append((f"{word} angle of {body}", *(f"{number(x)} rad" for x in pair)))
-    for joint, parts in one.contact.items():
-        for state, name in STATE_NAMES.items():
-            pair = (parts[state], other.contact[joint][state])
-            rows.append((f"{joint}: {name}", *(f"{100 * x:.1f} %" for x in pair)))
-    return [(str(a), str(b), str(c)) for a, b, c in rows]
+            rows.append([f"{word} angle of {body}", *(f"{number(x)} rad" for x in pair)])
+    for joint, totals in one.contact.items():
+        rows += contact_rows(joint, totals, other.contact.get(joint))
+    return rows
+
+
+def _perturbed(one: Perturbed, other: Perturbed, point: str) -> list[list[str]]:
+    rows = []
+    for i, axis in enumerate("xy"):
+        off = f"{point} off its ideal path, {axis}"
+        both = (one, other)
+        rows.append([f"{off}, rms", *(f"{p.rms[i]:.3g} m" for p in both)])
+        rows.append([f"{off}, largest", *(f"{p.peak[i]:.3g} m" for p in both)])
+        lines = [", ".join(f"{f:.3g}" for f in p.lines[i]) or "none" for p in both]
+        rows.append([f"strongest lines in {axis}, +-{one.resolution / 2:.2g} Hz", *lines])
+    return rows

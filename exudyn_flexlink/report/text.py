@@ -4,15 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from exudyn_flexlink.observables import State
-
-STATE_NAMES = {
-    State.FREE: "free",
-    State.ONE_POINT: "one point",
-    State.SAME_SIDE: "two points, same side",
-    State.OPPOSITE_SIDES: "two points, opposite sides",
-}
-
 
 def number(value: float) -> str:
     """Return a number with 4 digits; whole ones in full, since 20000 reads better than 2e+04."""

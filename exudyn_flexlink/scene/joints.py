@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from exudyn_flexlink.quantities import Angle, NonNegativeLength
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
+    Flag,
     MovingPointName,
     Name,
     Part,
@@ -67,7 +69,7 @@ class SleeveJoint(Part):
     guide: Name = Field(description="name of the body slid along, from its start to its end")
     link: Name = Field(description="name of the body that slides: rod or flexible")
     clearance: NonNegativeLength = Field(0.0, description="on each side, between guide and link")
-    supported: bool = Field(
+    supported: Flag = Field(
         False,
         description="without clearance: every rod inside the guide is held on its axis by the law, "
         "not the first alone",
@@ -76,10 +78,25 @@ class SleeveJoint(Part):
         None, description="force between link and walls; with clearance or 'supported'"
     )
 
+    @field_validator("law", mode="before")
+    @classmethod
+    def _walls_give_way(cls, law: Any) -> Any:
+        if isinstance(law, Mapping) and law.get("type") == "impulse":
+            refuse(
+                "the walls of a sleeve need a penalty law",
+                "e.g. law: {stiffness: 1.0e5, restitution: 0.5}",
+                at="type",
+            )
+        return law
+
     @model_validator(mode="after")
     def _walls_need_a_law(self) -> SleeveJoint:
         if self.clearance > 0 and self.supported:
-            refuse("a supported link has no clearance", "give one of the two", at="supported")
+            refuse(
+                "a supported link has no clearance",
+                "give 'clearance' or 'supported', not both",
+                at="supported",
+            )
         walls = self.clearance > 0 or self.supported
         if walls and self.law is None:
             refuse(
@@ -88,8 +105,8 @@ class SleeveJoint(Part):
             )
         if not walls and self.law is not None:
             refuse(
-                "an ideal sleeve has no walls to touch",
-                "give a clearance, or 'supported: true'",
+                "a sleeve without clearance has no walls to press on",
+                "give a clearance, or 'supported: true'; else leave the law out",
                 at="law",
             )
         return self

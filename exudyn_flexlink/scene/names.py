@@ -178,8 +178,9 @@ class _Check:
         elif isinstance(guide, RigidBody):
             (x0, y0), (x1, y1) = guide.points["start"], guide.points["end"]
             if x1 <= x0 or abs(y1 - y0) > 1e-12:
-                message = f"the line from start to end of '{joint.guide}' must be its x-axis"
-                yield Mistake((*path, "guide"), message, "the same y, the larger x at the end")
+                message = f"the line from start to end of '{joint.guide}' must run along its x-axis"
+                hint = "give both points the same y, and the end the larger x"
+                yield Mistake((*path, "guide"), message, hint)
 
     def springs(self) -> Iterator[Mistake]:
         for name, spring in _valid(self.parts.springs):

@@ -31,7 +31,6 @@ class Initial(Part):
     speeds: Named[AngularSpeed] = Field(
         default_factory=FrozenMapping, description="angular speeds of bodies"
     )
-
     velocities: Named[Velocity] = Field(
         default_factory=FrozenMapping,
         description="[x, y] of bodies: of a rod's start, of a rigid body's own origin",

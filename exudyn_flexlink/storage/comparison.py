@@ -13,7 +13,7 @@ from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
 from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
 from exudyn_flexlink.storage.tables import write_csv
-from exudyn_flexlink.storage.writing import plain, strike_data
+from exudyn_flexlink.storage.writing import contact_data, plain, strike_data
 
 FloatArray = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
     return {
         "program": PROGRAM,
         "format": FORMAT,
-        "title": comparison.first.result.scene.title,
+        "title": comparison.second.result.scene.title,
         "point": comparison.point,
         "end_s": comparison.time[-1],
         "horizon_s": comparison.horizon,
@@ -72,6 +72,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         },
         "beyond_the_horizon": _beyond(comparison),
         "strikes": [_strikes(comparison, pair) for pair in comparison.strikes],
+        "sleeves": {joint: _contacts(comparison, joint) for joint in comparison.sleeves},
         "runs": {seen.name: _run(seen) for seen in (comparison.first, comparison.second)},
     }
 
@@ -121,6 +122,13 @@ def _strikes(comparison: Comparison, pair: StrikePair) -> dict[str, Any]:
 
 def _strike(strike: Strike | None) -> dict[str, Any] | None:
     return None if strike is None else strike_data(strike)
+
+
+def _contacts(comparison: Comparison, joint: str) -> dict[str, Any]:
+    """Contacts of a link with its guide in both runs; None in one without clearance."""
+    runs = comparison.first, comparison.second
+    found = {seen.name: seen.contact.get(joint) for seen in runs}
+    return {name: None if own is None else contact_data(own) for name, own in found.items()}
 
 
 def _run(seen: Seen) -> dict[str, Any]:

@@ -178,7 +178,15 @@ def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> Slee
     names, sides = tuple(pairs["names"]), tuple(map(float, pairs["sides"]))
     force = arrays.take(f"{prefix}_force", len(names))
     columns = [arrays.column(f"{prefix}_{field.name}") for field in fields(Touches)]
-    if len({len(column) for column in columns}) > 1 or len(sides) != len(names):
+    pair, times = columns[0], columns[1:]
+    fit = (
+        len({len(column) for column in columns}) == 1
+        and len(sides) == len(names)
+        and pair.dtype.kind == "i"
+        and all(column.dtype.kind == "f" for column in times)
+        and bool(np.all((pair >= 0) & (pair < len(names))))
+    )
+    if not fit:
         raise ValueError(f"the touches of '{prefix}' do not fit")
     deepest = _number(pairs["deepest_m"])
     return SleeveHistory(names, sides, force, Touches(*columns), deepest)

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.observables import (
+    ContactTotals,
     State,
     Strike,
-    contact_states,
+    contact_totals,
     lever_response,
     sleeves_with_play,
     strikes,
@@ -100,7 +101,9 @@ def _summary(result: Result) -> dict[str, Any]:
         "checks": asdict(result.checks),
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
         "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},
-        "sleeves": {name: _sleeve(result, name) for name in sleeves_with_play(result)},
+        "sleeves": {
+            name: contact_data(contact_totals(result, name)) for name in sleeves_with_play(result)
+        },
         "timings": dict(result.timings),
         "settings": dict(result.settings),
         "versions": dict(result.versions),
@@ -134,16 +137,15 @@ def strike_data(strike: Strike) -> dict[str, Any]:
     return {f"{key}{_UNITS.get(key, '')}": value for key, value in _fields(strike).items()}
 
 
-def _sleeve(result: Result, joint: str) -> dict[str, float]:
-    """How much a link touched its guide, for the reader of the summary."""
-    touches = result.sleeves[joint].touches
-    states = contact_states(result, joint)
-    parts = states.fractions()
+def contact_data(totals: ContactTotals) -> dict[str, float]:
+    """How much a link touched its guide, by name and unit."""
     return {
-        "touches": len(touches.begin),
-        "impulse_N_s": float(touches.impulse.sum()),
-        "energy_lost_J": float(touches.energy_lost.sum()),
-        **{f"part_of_time_{state.name.lower()}": parts[state] for state in State},
+        **{f"part_of_time_{state.name.lower()}": totals.fractions[state] for state in State},
+        "touches": totals.touches,
+        "impacts": totals.impacts,
+        "impulse_N_s": totals.impulse,
+        "energy_lost_J": totals.energy_lost,
+        "longest_touch_s": totals.longest,
     }
 
 

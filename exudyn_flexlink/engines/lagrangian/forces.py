@@ -56,10 +56,10 @@ class Forces:
         c = self.rig.constants
         if not len(c.channel):
             return np.zeros((len(self.motions), 2))
-        still = np.zeros(len(c.inertias))
+        unused, chain = np.zeros(len(c.inertias)), chain_of(c)
         return np.array(
-            [add_wall_forces(m.q, m.v, m.root, chain_of(c), still.copy()) for m in self.motions]
-        )
+            [add_wall_forces(m.q, m.v, m.root, chain, unused) for m in self.motions]
+        ).reshape(-1, 2)
 
     def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""

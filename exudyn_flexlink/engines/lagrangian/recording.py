@@ -17,7 +17,6 @@ from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.events import Dense
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.lagrangian.touching import WallWatch
-from exudyn_flexlink.engines.lagrangian.walls import GAP
 from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
@@ -76,13 +75,13 @@ class Recorder:
 
     def after(self, t: float, y: FloatArray, crossed: bool) -> None:
         """Keep the sample at a step's end if one is due, and check the state."""
+        if crossed:
+            for watch in self.watches:
+                watch.jump(t, y)
         due = self._next < len(self.grid) and self.grid[self._next] <= t
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
         self._events = len(self.system.events)
-        if crossed:
-            for watch in self.watches:
-                watch.jump(t, y)
         q, v, root = self.system.coordinates(t, y)
         self._block.append((q, v, (*root, self.system.track.place), self._row(t, y)))
         if len(self._block) == BLOCK:
@@ -111,14 +110,8 @@ class Recorder:
         dissipated, supplied, _, works = self.system.totals(y)
         acts = [contact.side is Side.PRESSED for contact in self.system.contacts]
         free = [contact.side is not Side.BEHIND for contact in self.system.contacts]
-        return np.array(
-            [dissipated, supplied, *works, *acts, *free, self._stored_in_walls(t, y)], dtype=float
-        )
-
-    def _stored_in_walls(self, t: float, y: FloatArray) -> float:
-        depths = -self.system.wall_states(t, y)[:, GAP]
-        laws = [channel.law for channel in self.system.rig.mechanism.channels]
-        return float(sum(law.stored_energy(depths).sum() for law in laws))
+        in_walls = sum(watch.stored(t, y) for watch in self.watches)
+        return np.array([dissipated, supplied, *works, *acts, *free, in_walls], dtype=float)
 
     def flush(self) -> None:
         """Check the states of the block."""

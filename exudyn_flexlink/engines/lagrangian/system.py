@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
 ROUNDING_OF_TURNS = 1e-9  # rad
-LOOKS_AT_WALLS = 0.25  # of the half period of a wall's stiffness: the longest step with walls
+LOOKS_AT_WALLS = 0.5  # of the half period of a wall's stiffness: the longest step with walls
 ROUNDS = 50  # of impacts that follow from one
 
 
@@ -82,6 +82,7 @@ class System:
         self._ramp = None if motor is None else motor.ramp
         self._turning = 0.0
         self._root = rig.layout.root
+        self._chain = chain_of(rig.constants)
         halves = [wall_half_period(rig.assembly, channel) for channel in mechanism.channels]
         self._longest = min((LOOKS_AT_WALLS * half for half in halves), default=inf)
 
@@ -164,7 +165,7 @@ class System:
         if not len(self.rig.constants.channel):
             return np.zeros((0, 5))
         q, v, root = self.coordinates(t, y)
-        return wall_states(q, v, root, chain_of(self.rig.constants))
+        return wall_states(q, v, root, self._chain)
 
     # --- guards -------------------------------------------------------------------------------
 

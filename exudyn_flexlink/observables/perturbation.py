@@ -1,0 +1,72 @@
+"""How far a point is from where an ideal mechanism would have it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import Anchor, Mechanism, anchor_position, build_mechanism
+from exudyn_flexlink.observables.interpolation import between_samples
+from exudyn_flexlink.observables.points import path, point_anchor
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import FlexibleBody, RodBody, SleeveJoint, split_point
+
+FloatArray = NDArray[np.float64]
+
+
+def perturbation(
+    result: Result, point: str, time: FloatArray, smooth: Result | None = None
+) -> FloatArray | None:
+    """Distance (N, 2) m of 'body.point', in x and y, from its ideal place at instants (N,) s.
+
+    The ideal place is that of the same point in the run `smooth`; without one, that on a straight
+    link on the axis of its guide (see `on_axis`). None if there is neither.
+
+    Raises:
+        ValueError: one of the scenes has no such point.
+
+    """
+    if smooth is not None:
+        return _position(result, point, time) - _position(smooth, point, time)
+    ideal = on_axis(result, point)
+    if ideal is None:
+        return None
+    off = path(result, point).position - ideal
+    return np.stack([np.interp(time, result.time, column) for column in off.T], axis=1)
+
+
+def on_axis(result: Result, point: str) -> FloatArray | None:
+    """Where the end of a link would be, (N, 2) m, if it lay straight on the axis of its guide.
+
+    Its start is taken where it is along the guide; what it and the link are off the axis, and what
+    the link is bent, is what the place misses. None if the point is no end of a link in a guide.
+    """
+    body, inner = split_point(point)
+    scene = result.scene
+    spec = scene.bodies.get(body)
+    joints = [
+        name
+        for name, joint in scene.joints.items()
+        if isinstance(joint, SleeveJoint) and joint.link == body
+    ]
+    if not joints or inner != "end" or not isinstance(spec, (RodBody, FlexibleBody)):
+        return None
+    mechanism = build_mechanism(scene)
+    guide = _guide(mechanism, joints[0])
+    start = anchor_position(point_anchor(scene, mechanism, f"{body}.start"), result.poses)
+    origin, angle = anchor_position(guide, result.poses), result.poses[:, guide.part, 2]
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    reach = np.sum((start - origin) * along, axis=-1) + spec.length
+    return np.asarray(origin + reach[:, None] * along)
+
+
+def _guide(mechanism: Mechanism, joint: str) -> Anchor:
+    """Anchor of a sleeve on its guide, whose x-axis is the guide's axis."""
+    anchors = {slide.name: slide.guide for slide in mechanism.slides}
+    anchors |= {channel.name: channel.guide for channel in mechanism.channels}
+    return anchors[joint]
+
+
+def _position(result: Result, point: str, time: FloatArray) -> FloatArray:
+    seen = path(result, point)
+    return between_samples(seen.time, seen.position, seen.velocity, time)

@@ -1,0 +1,55 @@
+"""Which effects a scene asks for: what is not in it, no engine computes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from exudyn_flexlink.mechanism import Mechanism
+from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, Scene, SleeveJoint
+
+
+def effects_lines(scene: Scene, mechanism: Mechanism) -> list[str]:
+    """Return a line for each effect: whether it is simulated, and by which parts of the scene.
+
+    Losses of impacts are told apart from damping, the viscous one of hinges and springs.
+    """
+    flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
+    sleeves = {n: j for n, j in scene.joints.items() if isinstance(j, SleeveJoint)}
+    laws = _laws(scene)
+    gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
+    rows = [
+        _effect("flexibility", flexible),
+        _effect("clearance", [n for n, j in sleeves.items() if j.clearance > 0]),
+        _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
+        _effect("impact", list(scene.contacts)),
+        _effect("friction", [n for n, law in laws.items() if _rough(law)]),
+        _effect("damping", _damped(mechanism)),
+        _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
+        _effect("gravity", gravity if any(scene.gravity) else []),
+    ]
+    return ["Effects", *table(rows)]
+
+
+def _laws(scene: Scene) -> dict[str, Law]:
+    """Laws of all that can touch, by the name of the sleeve or the contact."""
+    laws: dict[str, Law] = {
+        n: j.law
+        for n, j in scene.joints.items()
+        if isinstance(j, SleeveJoint) and j.law is not None
+    }
+    return laws | {name: contact.law for name, contact in scene.contacts.items()}
+
+
+def _rough(law: Law) -> bool:
+    return isinstance(law, ContactLaw) and law.friction > 0
+
+
+def _damped(mechanism: Mechanism) -> list[str]:
+    """Springs with damping; the hinges of a link count as one, under the link's name."""
+    damped = [spring.name for spring in mechanism.springs if spring.damping > 0]
+    return list(dict.fromkeys(name.split(" hinge ")[0] for name in damped))
+
+
+def _effect(name: str, causes: Sequence[str]) -> list[str]:
+    return [name, "simulated", ", ".join(causes)] if causes else [name, "not in this scene", ""]

@@ -1,0 +1,285 @@
+"""What can touch in a sleeve: numbers, gaps against hand computation, rates against differences."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.effects import idealise
+from exudyn_flexlink.engines.lagrangian import walls
+from exudyn_flexlink.engines.lagrangian.equations import chain_of
+from exudyn_flexlink.engines.lagrangian.run import prepare
+from exudyn_flexlink.laws import Friction, RestitutionPenalty
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.mechanism import approach, node_anchor, pair_sides, pairs
+from exudyn_flexlink.source import parse_document
+
+MODELS = Path(__file__).parents[1] / "models"
+
+
+def assembled(*settings, model="clearance.yaml"):
+    return assemble_scene(load_scene(MODELS / model, settings))
+
+
+def test_pairs_are_numbered_as_documented():
+    channel = assembled().mechanism.channels[0]
+    names = [contact.name for contact in pairs(channel)]
+    assert len(names) == len(set(names)) == 2 * 11 + 4 * 10 == len(pair_sides(channel))
+    assert names[0] == "sleeve: node 1 on upper wall"
+    assert names[2 * 10 + 1] == "sleeve: node 11 on lower wall"
+    assert names[22 + 4 * 9 + 3] == "sleeve: rod 10 on lower corner of the end"
+    assert pair_sides(channel)[:3] == (1, -1, 1)
+    held = assembled(model="supported.yaml").mechanism.channels[0]
+    assert len(pairs(held)) == 11 + 20
+    assert set(pair_sides(held)) == {0}
+
+
+def test_a_link_on_the_axis_is_a_clearance_away_from_everything():
+    assembly = assembled()
+    state = assembly.state
+    for contact in pairs(assembly.mechanism.channels[0]):
+        at = approach(contact, state.q, state.v)
+        assert at.gap == pytest.approx(5e-3, abs=1e-15)
+        assert at.gap_rate == pytest.approx(0, abs=1e-12)  # at rest relative to the guide
+
+
+def test_gaps_of_a_tilted_link():
+    """Rod 1 from (40, 1) mm turned by 0.05 rad in the guide: node 2 is higher by l sin 0.05."""
+    assembly = assembled()
+    q = assembly.state.q.copy()
+    channel = assembly.mechanism.channels[0]
+    start, angle = np.array([0.04, 1e-3]), 0.05
+    for i, part in enumerate(channel.rods):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        q[part] = [*(start + 0.007 * i * along), angle]
+    touch = {c.name: approach(c, q, np.zeros_like(q)) for c in pairs(channel)}
+    upper = touch["sleeve: node 3 on upper wall"]
+    assert upper.gap == pytest.approx(5e-3 - 1e-3 - 0.014 * np.sin(angle), abs=1e-15)
+    assert upper.place == pytest.approx(0.02 + 0.014 * np.cos(angle), abs=1e-15)
+    corner = touch["sleeve: rod 10 on upper corner of the end"]
+    # The corner (0.11, 0.005) from the line through P: across it, n = (-sin, cos).
+    across = -np.sin(angle) * 0.07 + np.cos(angle) * 4e-3
+    assert corner.gap == pytest.approx(across, abs=1e-15)
+    lower = touch["sleeve: rod 10 on lower corner of the end"]
+    assert lower.gap == pytest.approx(np.sin(angle) * 0.07 + np.cos(angle) * 6e-3, abs=1e-15)
+
+
+@pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
+def test_rates_are_those_of_the_gaps(model):
+    assembly = assembled("bodies.link.rods=3", model=model)
+    random = np.random.default_rng(2)
+    q = assembly.state.q + random.uniform(-0.02, 0.02, assembly.state.q.shape)
+    v = random.uniform(-1, 1, q.shape)
+    h = 1e-6
+    for contact in pairs(assembly.mechanism.channels[0]):
+        ahead, behind = approach(contact, q + h * v, v), approach(contact, q - h * v, v)
+        at = approach(contact, q, v)
+        assert at.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * h), abs=1e-8)
+        assert at.place_rate == pytest.approx((ahead.place - behind.place) / (2 * h), abs=1e-8)
+
+
+def test_a_given_angle_or_velocity_is_kept():
+    tilted = assembled("initial={angles: {link: 0.02}}")
+    assert tilted.state.q[1, 2] == pytest.approx(0.02)
+    assert tilted.degrees_of_freedom == 12
+    drifting = assembled("initial={speeds: {link: 11}}")
+    assert drifting.state.v[1:11, 2] == pytest.approx(11)
+    assert drifting.state.q[1:11, 2] == pytest.approx(0)
+
+
+def test_the_start_is_that_without_clearance():
+    one, other = assembled().state, assembled(model="no_clearance.yaml").state
+    assert one.q == pytest.approx(other.q, abs=1e-15)
+    assert one.v == pytest.approx(other.v, abs=1e-12)
+
+
+STIFF = "joints.sleeve.law={stiffness: 1.0e5, restitution: 0.5, friction: 0.3, slip_speed: 0.5}"
+
+
+@pytest.mark.parametrize("model", ["clearance.yaml", "supported.yaml"])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
+    """Forces by `mechanism.approach` and the law; generalised forces by differences of gaps."""
+    run = prepare(load_scene(MODELS / model, [STIFF, "bodies.link.rods=3"]))
+    rig, random = run.rig, np.random.default_rng(seed)
+    q, v = (start.copy() for start in rig.start)
+    wild = 0.4 if model == "clearance.yaml" else 0.1
+    free = slice(1, len(q))
+    q[free] += random.uniform(-wild, wild, len(q) - 1)
+    v[:] = random.uniform(-3, 3, len(q))
+    channel = replace(rig.mechanism.channels[0])
+
+    def root_of(q):
+        track = run.system.track
+        return track.at(float(q[rig.layout.root])) if rig.layout.play else track.root(float(q[0]))
+
+    def touches(q, v):
+        poses, rates = rig.poses(q[None], v[None], np.array([root_of(q)]))
+        return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
+
+    chain = chain_of(rig.constants)
+    states = walls.wall_states(q, v, root_of(q), chain)
+    assert states.shape == (len(pairs(channel)), 5)
+    expected = np.zeros(len(q))
+    h = 1e-6
+    for k, (at, contact) in enumerate(zip(touches(q, v), pairs(channel), strict=True)):
+        length = np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
+        press = channel.law.force(-at.gap, -at.gap_rate) if 0 <= at.place <= length else 0.0
+        rub = channel.friction.force(press, at.place_rate)
+        assert states[k, walls.PRESS] == pytest.approx(float(press), rel=1e-9, abs=1e-9)
+        assert states[k, walls.RUB] == pytest.approx(float(rub), rel=1e-9, abs=1e-9)
+        for j in range(len(q)):
+            step = np.zeros(len(q))
+            step[j] = h
+            ahead, behind = touches(q + step, v)[k], touches(q - step, v)[k]
+            expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
+            expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
+    found = np.zeros(len(q))
+    walls.add_wall_forces(q, v, root_of(q), chain, found)
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max()))
+
+
+def test_nodes_are_where_the_rods_are():
+    assembly = assembled("bodies.link.layout=half_ends")
+    channel = assembly.mechanism.channels[0]
+    assert sum(channel.lengths) == pytest.approx(0.07)
+    assert node_anchor(channel, len(channel.rods)).x == channel.lengths[-1]
+
+
+# --- numbering --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rods", [1, 2, 7])
+def test_every_number_has_the_name_and_the_side_that_the_module_promises(rods):
+    channel = assembled(f"bodies.link.rods={rods}").mechanism.channels[0]
+    named = [contact.name.removeprefix("sleeve: ") for contact in pairs(channel)]
+    sides = pair_sides(channel)
+    assert len(named) == len(sides) == 2 * (rods + 1) + 4 * rods
+    words = {1: "upper", -1: "lower"}
+    for node in range(rods + 1):
+        for k, side in enumerate((1, -1)):
+            assert named[2 * node + k] == f"node {node + 1} on {words[side]} wall"
+            assert sides[2 * node + k] == side
+    for rod in range(rods):
+        first = 2 * (rods + 1) + 4 * rod
+        for k, (mouth, side) in enumerate((m, s) for m in ("start", "end") for s in (1, -1)):
+            assert named[first + k] == f"rod {rod + 1} on {words[side]} corner of the {mouth}"
+            assert sides[first + k] == side
+    held = assembled(f"bodies.link.rods={rods}", model="supported.yaml").mechanism.channels[0]
+    named = [contact.name.removeprefix("sleeve: ") for contact in pairs(held)]
+    assert named == [
+        *(f"node {node + 1} on axis" for node in range(rods + 1)),
+        *(f"rod {r + 1} on middle of the {m}" for r in range(rods) for m in ("start", "end")),
+    ]
+
+
+def test_a_rigid_link_is_one_rod():
+    scene = idealise(load_scene(MODELS / "clearance.yaml"), ["flexibility"])
+    channel = assemble_scene(scene).mechanism.channels[0]
+    assert channel.lengths == (0.07,)
+    assert len(pairs(channel)) == 2 * 2 + 4
+
+
+def test_every_pair_has_the_law_of_the_sleeve():
+    channel = assembled(model="clearance_friction.yaml").mechanism.channels[0]
+    for contact in pairs(channel):
+        assert contact.walled
+        assert contact.law == RestitutionPenalty(1e5, 0.5)
+        assert contact.friction == Friction(0.15, 1e-3)
+    assert assembled().mechanism.channels[0].friction is None
+
+
+# --- geometry ---------------------------------------------------------------------------------
+
+OFFSET = """title: a rod in a channel of a rigid body that starts beside the body's origin
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+bodies:
+  box: {type: rigid, mass: 1, inertia: 1, points: {start: [-0.1, 0.02], end: [0.2, 0.02]}}
+  rod: {type: rod, length: 0.4, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+joints:
+  pin: {type: revolute, points: [ground, box.centre], at: [0, 0]}
+  sleeve: {type: sleeve, guide: box, link: rod, clearance: 10 mm,
+           law: {stiffness: 1.0e5, restitution: 0.5}}
+run: {duration: 0.1}
+accuracy: {tolerance: 1.0e-4}
+"""
+
+
+def placed(rod, box=(0.0, 0.0, 0.0)):
+    """Pairs of the rod in the box, by name, at a pose of the rod in the box's axes."""
+    mechanism = assemble_scene(scene_of(parse_document(OFFSET, "test"))).mechanism
+    x, y, turned = box
+    c, s = np.cos(turned), np.sin(turned)
+    q = np.array([box, [x + c * rod[0] - s * rod[1], y + s * rod[0] + c * rod[1], rod[2] + turned]])
+    (channel,) = mechanism.channels
+    return {
+        p.name.removeprefix("sleeve: "): approach(p, q, np.zeros_like(q)) for p in pairs(channel)
+    }
+
+
+@pytest.mark.parametrize("box", [(0, 0, 0), (0.3, -0.2, 1.1), (1, 2, -3.0)])
+def test_gaps_and_places_are_those_of_the_guides_axes(box):
+    touch = placed((0.0, 0.023, 0.0), box)
+    # 3 mm above the axis y = 0.02, 0.1 m behind the mouth at x = -0.1.
+    assert touch["node 1 on upper wall"].gap == pytest.approx(0.01 - 0.003, abs=1e-15)
+    assert touch["node 1 on lower wall"].gap == pytest.approx(0.01 + 0.003, abs=1e-15)
+    assert touch["node 1 on upper wall"].place == pytest.approx(0.1, abs=1e-15)
+    # The end is 0.2 m beyond the mouth at x = 0.2, whose corner the rod passes.
+    assert touch["node 2 on upper wall"].place == pytest.approx(0.5, abs=1e-15)
+    corner = touch["rod 1 on upper corner of the end"]
+    assert corner.gap == pytest.approx(0.007, abs=1e-15)
+    assert corner.place == pytest.approx(0.2, abs=1e-15)
+    assert touch["rod 1 on upper corner of the start"].place == pytest.approx(-0.1, abs=1e-15)
+
+
+@pytest.mark.parametrize("tilt", [0.03, -0.03])
+def test_the_corner_a_tilted_rod_leans_on(tilt):
+    """At x = 0.2 the rod through (0, 0.02) is at tan(tilt) 0.2, its distance less by the cosine."""
+    touch = placed((0.0, 0.02, tilt))
+    upper, lower = (touch[f"rod 1 on {side} corner of the end"] for side in ("upper", "lower"))
+    for at, side in ((upper, 1), (lower, -1)):
+        expected = (0.01 - side * np.tan(tilt) * 0.2) * np.cos(tilt)
+        assert at.gap == pytest.approx(expected, abs=1e-15)
+        # The normal pushes the corner from the rod: outwards, seen from the axis.
+        assert side * at.normal[1] > 0.99
+    place = 0.2 / np.cos(tilt) + (0.01 - np.tan(tilt) * 0.2) * np.sin(tilt)
+    assert upper.place == pytest.approx(place, abs=1e-15)
+    wall = touch["node 2 on upper wall"]
+    assert wall.gap == pytest.approx(0.01 - 0.4 * np.sin(tilt), abs=1e-15)
+    assert wall.normal == pytest.approx([0, -1], abs=1e-15)
+
+
+@pytest.mark.parametrize("above", [2e-4, -2e-4])
+def test_what_is_held_on_the_axis_is_pushed_back_from_either_side(above):
+    assembly = assembled(model="supported.yaml")
+    channel = assembly.mechanism.channels[0]
+    q, v = assembly.state.q.copy(), np.zeros_like(assembly.state.q)
+    for part in channel.rods:
+        q[part, 1] += above
+        v[part, 1] = 0.3
+    touch = {p.name: approach(p, q, v) for p in pairs(channel)}
+    node = touch["sleeve: node 4 on axis"]
+    assert node.gap == pytest.approx(-2e-4, abs=1e-15)
+    assert node.normal[1] == pytest.approx(-np.sign(above))
+    assert node.gap_rate == pytest.approx(-0.3 * np.sign(above))
+    # The middle of the mouth below the rod is pushed up by it, hence the rod down.
+    middle = touch["sleeve: rod 10 on middle of the end"]
+    assert middle.gap == pytest.approx(-2e-4, abs=1e-15)
+    assert middle.normal[1] == pytest.approx(np.sign(above))
+
+
+def test_the_slip_along_a_wall_is_that_of_the_points_that_touch():
+    """A guide that turns carries its wall: the node slips against it, not against the ground."""
+    assembly = assembled()
+    channel = assembly.mechanism.channels[0]
+    q, v = assembly.state.q.copy(), np.zeros_like(assembly.state.q)
+    q[1:11, 1] += 3e-3
+    v[0, 2] = 10.0  # the guide turns about (0.02, 0), the link stands still
+    node = approach(pairs(channel)[0], q, v)
+    # The guide's own point at the node, 3 mm above its axis and 20 mm from its start, moves by
+    # -10 * 3e-3 m/s along the axis and 10 * 20e-3 m/s across it.
+    assert node.gap == pytest.approx(2e-3, abs=1e-15)
+    assert node.place_rate == pytest.approx(0.03)
+    assert node.gap_rate == pytest.approx(0.2)  # the upper wall lifts off

@@ -1,0 +1,99 @@
+"""What `check` says of sleeves, and of the effects that a scene has."""
+
+from math import pi, sqrt
+from pathlib import Path
+
+import pytest
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.effects import EFFECTS, absent, idealise
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.report import check_text
+from exudyn_flexlink.scene import Scene
+
+MODELS = Path(__file__).parents[1] / "models"
+MASS_PER_LENGTH = 7850 * 10e-3 * 0.5e-3  # kg/m, of the link
+
+
+def model(name: str, *settings: str) -> Scene:
+    return load_scene(MODELS / f"{name}.yaml", settings)
+
+
+def said_of(scene: Scene) -> str:
+    return check_text(scene, assemble_scene(scene))
+
+
+def simulated(scene: Scene) -> set[str]:
+    """Effects that `check` lists as simulated."""
+    lines = said_of(scene).split("\nEffects\n")[1].split("\n\n")[0].splitlines()
+    return {line.split("  ")[1] for line in lines if " simulated" in line}
+
+
+@pytest.mark.parametrize("name", ["clearance", "clearance_friction", "supported", "no_clearance",
+                                  "rigid", "smooth"])  # fmt: skip
+def test_effects_said_to_be_simulated_are_those_that_can_be_left_out(name: str) -> None:
+    scene = model(name)
+    assert simulated(scene) & set(EFFECTS) == set(EFFECTS) - set(absent(scene, EFFECTS))
+    for effect in EFFECTS:
+        left = simulated(idealise(scene, [effect]))
+        assert effect not in left
+        assert left <= simulated(scene)
+
+
+def test_restitution_is_no_damping() -> None:
+    bare = idealise(model("clearance"), ["damping"])
+    assert "restitution below 1" in simulated(bare)
+    assert "restitution below 1" not in simulated(model("smooth"))
+    settings = ["contacts.strike.law.restitution=1", "joints.sleeve.law.restitution=1"]
+    assert "restitution below 1" not in simulated(model("clearance", *settings))
+
+
+def test_walls_are_told_with_their_law_and_the_pairs_that_can_touch() -> None:
+    said = said_of(model("clearance_friction"))
+    assert "link in guide, clearance 0.005 m on each side\n" in said
+    (walls,) = [line for line in said.splitlines() if "pairs can touch" in line]
+    # 11 nodes on two walls, 10 rods on four corners.
+    assert walls.split("  ")[1:3] == ["sleeve", "link on the walls of guide, 62 pairs can touch"]
+    assert walls.split("touch")[1].split() == [
+        "k", "100000", "N/m", "restitution", "0.5", "friction", "0.15"
+    ]  # fmt: skip
+    assert "Degrees of freedom: 12\n" in said  # 9 hinges, the lever, the link's place and angle
+
+
+def test_a_supported_link_is_told_with_what_holds_it() -> None:
+    said = said_of(model("supported"))
+    assert "link in guide, every rod inside held on its axis\n" in said
+    assert "link on the axis of guide, held at up to 31 points  k 100000 N/m" in said
+    assert "Degrees of freedom: 10\n" in said
+
+
+def half_period(said: str) -> float:
+    words = next(line for line in said.splitlines() if "contact with a wall" in line).split()
+    return float(words[words.index("about") + 1])
+
+
+def test_a_touch_of_a_wall_lasts_half_a_period_of_the_lightest_node() -> None:
+    """A free rod opposes m / 4 to a force at its end; its guide gives way like m l^2 / 3 / l^2."""
+    text = (
+        "bodies={guide: {type: rod, length: 0.09, material: steel, section: {width: 1, "
+        "thickness: 1}}, link: {type: rod, length: 0.07, material: steel, section: "
+        "{width: 10 mm, thickness: 0.5 mm}}}"
+    )
+    loose = ["joints={sleeve: {type: sleeve, guide: guide, link: link, clearance: 5 mm, "
+             "law: {stiffness: 1.0e5, restitution: 0.5}}, "
+             "crank: {type: revolute, points: [ground, guide.start], at: [0, 0]}}"]  # fmt: skip
+    scene = model("smooth", text, *loose)
+    mass = MASS_PER_LENGTH * 0.07 / 4
+    assert half_period(said_of(scene)) == pytest.approx(pi * sqrt(mass / 1e5), rel=1e-3)
+    stiff = model("smooth", text, *loose, "joints.sleeve.law.stiffness=9e5")
+    assert half_period(said_of(stiff)) == pytest.approx(pi * sqrt(mass / 9e5), rel=1e-3)
+
+
+def test_check_leaves_effects_out(capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(MODELS / "clearance_friction.yaml")
+    assert main(["check", path, "--without", "friction,clearance", "--without", "impact"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "(without friction, clearance, impact)\n" in shown.out
+    assert "lever" not in shown.out.split("Bodies")[1]
+    assert "Contacts" not in shown.out

@@ -1,0 +1,139 @@
+"""Clearance between link and guide: both engines against an independent integration and each other.
+
+tests/data/clearance_*.csv hold the series and say how well they are known. Beyond half a second the
+motion is sensitive: there only statistics are compared.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import State, contact_states, deviation, lever_response, path
+from exudyn_flexlink.storage import read_series
+
+HERE = Path(__file__).parent
+MODEL = HERE.parent / "models" / "clearance.yaml"
+FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
+TIGHT = ("accuracy.tolerance=1e-6",)
+SERIES = {"clearance_n5_beam": FIVE, "clearance_n10_paper": ()}
+
+
+@cache
+def run(engine, *settings):
+    result = simulate(load_scene(MODEL, settings), engine)
+    assert result.outcome.completed, result.outcome
+    return result
+
+
+@cache
+def along(engine, name):
+    """A tight run along a reference series."""
+    end = {"clearance_n5_beam": 0.15, "clearance_n10_paper": 0.42}[name]
+    return run(engine, *SERIES[name], *TIGHT, f"run={{duration: {end}, sample: 1 ms}}")
+
+
+def off(engine, name):
+    series = read_series(HERE / "data" / f"{name}.csv")
+    return deviation(along(engine, name), series.time, series.position, series.lever_angle)
+
+
+@pytest.mark.parametrize(("engine", "limit"), [("exudyn", 1e-6), ("lagrangian", 2e-9)])
+def test_s_with_five_stiff_rods(engine, limit):
+    assert off(engine, "clearance_n5_beam").largest < limit
+
+
+@pytest.mark.parametrize(
+    ("engine", "early", "late"), [("exudyn", 1e-6, 2e-5), ("lagrangian", 1.3e-9, 2.4e-6)]
+)
+def test_s_with_ten_rods(engine, early, late):
+    """Through 37 touches, the last of them on both sides of the strike."""
+    found = off(engine, "clearance_n10_paper")
+    assert found.until(0.3).largest < early
+    assert found.largest < late
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_s_at_some_instants(engine):
+    """Numbers of ../shared/physics.md section 6, known to 1e-8 m."""
+    result = along(engine, "clearance_n5_beam")
+    at = np.searchsorted(result.time, np.array([0.02, 0.05, 0.1]) - 1e-9)
+    x = path(result, "link.end").position[at, 0]
+    assert x == pytest.approx([0.10825545, 0.09943675, 0.07176758], abs=1e-6)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_parts_of_the_time_free_on_one_point_and_on_two(engine):
+    parts = contact_states(along(engine, "clearance_n10_paper"), "sleeve").fractions()
+    two = parts[State.SAME_SIDE] + parts[State.OPPOSITE_SIDES]
+    assert 100 * parts[State.FREE] == pytest.approx(65.8, abs=1)
+    assert 100 * parts[State.ONE_POINT] == pytest.approx(28.2, abs=1)
+    assert 100 * two == pytest.approx(6.0, abs=1)
+
+
+def test_the_lever_at_the_accuracy_the_model_ships_with():
+    response = lever_response(run("exudyn", "run.turns=1"), "strike")
+    assert response.least[0] == pytest.approx(-0.14155, rel=3e-3)
+    assert response.greatest[0] == pytest.approx(0.10322, rel=3e-3)
+
+
+def test_the_lever_with_five_stiff_rods():
+    response = lever_response(run("exudyn", *FIVE, "run.turns=1"), "strike")
+    assert response.least[0] == pytest.approx(-0.166, abs=0.003)
+
+
+def test_the_engines_find_the_same_touches():
+    one, other = (
+        along(engine, "clearance_n10_paper").sleeves["sleeve"]
+        for engine in ("exudyn", "lagrangian")
+    )
+    assert one.pairs == other.pairs
+    assert one.sides == other.sides
+    touches, judged = one.touches, other.touches
+    assert touches.pair.tolist() == judged.pair.tolist()
+    early = np.abs(touches.begin - judged.begin) * judged.approach_speed
+    assert early.max() < 1e-6  # m: what the tolerance asks for
+    assert touches.impulse == pytest.approx(judged.impulse, rel=0.03, abs=1e-7)
+    assert touches.energy_lost.sum() == pytest.approx(judged.energy_lost.sum(), rel=5e-3)
+    assert one.deepest == pytest.approx(other.deepest, rel=1e-2)
+
+
+def test_energy_is_accounted_for():
+    for engine, limit in (("exudyn", 1e-5), ("lagrangian", 1e-9)):
+        checks = along(engine, "clearance_n10_paper").checks
+        assert checks.energy_residual < limit * checks.largest_kinetic_energy
+        assert checks.constraint_error < 1e-12
+
+
+VARIANTS = {
+    "friction": ("joints.sleeve.law.friction=0.15",),
+    "free guide under a torque": ("drives.motor={type: torque, joint: crank, value: 0.004}",),
+    "gravity": ("gravity=[1, -9.81]",),
+    "half ends, backwards": ("bodies.link.layout=half_ends", "drives.motor.value=-10"),
+    "supported": ("joints.sleeve={type: sleeve, guide: guide, link: link, supported: true, "
+                  "law: {stiffness: 1.0e5, restitution: 0.5}}",),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_the_engines_agree(name):
+    settings = (
+        "bodies.link.rods=3",
+        *TIGHT,
+        "run={duration: 0.25, sample: 1 ms}",
+        *VARIANTS[name],
+    )
+    exudyn, judge = run("exudyn", *settings), run("lagrangian", *settings)
+    times = np.arange(0, 0.25, 1e-3)
+    at, there = (np.searchsorted(r.time, times - 1e-9) for r in (exudyn, judge))
+    one, other = (path(r, "link.end").position[i] for r, i in ((exudyn, at), (judge, there)))
+    assert np.linalg.norm(one - other, axis=1).max() < 5e-6
+    for forces, judged in ((exudyn.slot_forces, judge.slot_forces),
+                           (exudyn.joint_forces, judge.joint_forces),
+                           (exudyn.drive_torques, judge.drive_torques)):  # fmt: skip
+        for key in judged:
+            apart = np.abs(forces[key][at] - judged[key][there]).mean()
+            assert apart < 0.1 * np.abs(judged[key]).mean() + 1e-6, key

@@ -1,0 +1,214 @@
+"""A scene without some of its effects: a scene in, a checked scene out."""
+
+import json
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exudyn_flexlink.cli import EFFECT_NAMES
+from exudyn_flexlink.effects import EFFECTS, absent, idealise
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.scene import check_document, parse_scene
+from exudyn_flexlink.source import parse_document
+
+MODELS = Path(__file__).parents[1] / "models"
+FILES = sorted(MODELS.glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return load_scene(MODELS / "clearance_friction.yaml")
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_each_effect_goes_and_stays_away(whole, effect):
+    without = idealise(whole, [effect])
+    assert without != whole
+    assert effect in absent(without, EFFECTS)
+    assert idealise(without, [effect]) == without
+    assert assemble_scene(without).redundant == 0
+
+
+def test_the_order_does_not_matter(whole):
+    bare = idealise(whole, EFFECTS)
+    assert set(absent(bare, EFFECTS)) == set(EFFECTS)
+    for order in permutations(EFFECTS):
+        scene = whole
+        for effect in order:
+            scene = idealise(scene, [effect])
+        assert scene == bare
+
+
+def test_without_an_effect_the_models_become_one_another(whole):
+    def data(scene):
+        return {key: value for key, value in scene.to_data().items() if key != "title"}
+
+    def model(name):
+        return data(load_scene(MODELS / f"{name}.yaml"))
+
+    assert data(idealise(whole, ["friction"])) == model("clearance")
+    assert data(idealise(whole, ["clearance"])) == model("no_clearance")
+    assert data(idealise(whole, ["clearance", "flexibility"])) == model("rigid")
+    smooth = idealise(load_scene(MODELS / "no_clearance.yaml",
+                                 ["bodies.link.hinges.stiffness=beam"]), ["impact"])  # fmt: skip
+    assert data(smooth) == model("smooth")
+
+
+def test_without_damping_nothing_is_lost_before_the_strike(whole):
+    free = idealise(whole, ["damping", "friction", "clearance", "impact"])
+    assert all(spring.damping == 0 for spring in assemble_scene(free).mechanism.springs)
+    assert free.bodies["link"].rods == whole.bodies["link"].rods
+
+
+def test_a_struck_body_that_does_more_stays():
+    settings = ["drives.turn={type: torque, joint: pivot, value: 1.0e-4}"]
+    scene = idealise(load_scene(MODELS / "no_clearance.yaml", settings), ["impact"])
+    assert "lever" in scene.bodies
+    assert scene.contacts == {}
+
+
+def test_an_effect_that_does_not_exist(whole):
+    with pytest.raises(ValueError, match=r"no effect 'frction'; there is: clearance, "):
+        idealise(whole, ["frction"])
+
+
+def test_what_a_rod_keeps_of_a_flexible_body(whole):
+    rigid = idealise(whole, ["flexibility"])
+    one, other = (assemble_scene(scene).mechanism for scene in (whole, rigid))
+    masses = [sum(m.parts[i].mass for i in m.parts_of("link")) for m in (one, other)]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-12)
+    assert np.isclose(other.channels[0].lengths[0], 0.07)
+
+
+# --- what goes with the impact ----------------------------------------------------------------
+
+TWO_RODS = """title: a hammer and an anvil
+materials:
+  steel: {density: 7850, youngs_modulus: 200 GPa}
+bodies:
+  hammer: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+  anvil: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+  spare: {type: rod, length: 0.1, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+joints:
+  one: {type: revolute, points: [ground, hammer.end], at: [0, 0]}
+  two: {type: revolute, points: [ground, anvil.start], at: [-0.3, -0.1]}
+  three: {type: revolute, points: [ground, spare.start], at: [0, 0]}
+springs:
+  of_anvil: {type: torsional, joint: two, stiffness: 1}
+  of_spare: {type: torsional, joint: three, stiffness: 1}
+contacts:
+  hit: {type: point_on_line, point: hammer.start, line: [anvil.start, anvil.end],
+        law: {stiffness: 1.0e4, restitution: 0.5}}
+initial:
+  angles: {anvil: 0, hammer: 0}
+  speeds: {anvil: 0, hammer: 1}
+run: {duration: 0.1}
+accuracy: {tolerance: 1.0e-4}
+"""
+
+
+def two_rods(old="", new=""):
+    assert old in TWO_RODS
+    return scene_of(parse_document(TWO_RODS.replace(old, new), "test"))
+
+
+def test_only_the_struck_body_goes_with_the_impact_and_all_that_names_it():
+    bare = idealise(two_rods(), ["impact"])
+    assert list(bare.bodies) == ["hammer", "spare"]
+    assert list(bare.joints) == ["one", "three"]
+    assert list(bare.springs) == ["of_spare"]
+    assert bare.contacts == {}
+    assert bare.initial.angles == {"hammer": 0}
+    assert bare.initial.speeds == {"hammer": 1}
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("run: {duration: 0.1}", "run: {turns: 1, of: two, at_most: 0.1}"),
+        ("contacts:", "drives:\n  d: {type: torque, joint: two, value: 1}\ncontacts:"),
+        ("[ground, spare.start], at: [0, 0]", "[anvil.end, spare.start]"),
+        (
+            "materials:",
+            "curves:\n  c: {type: circle, centre: [-0.3, -0.1], radius: 0.2}\nmaterials:",
+        ),
+    ],
+    ids=["turns that end the run", "drive", "another body", "slot"],
+)
+def test_a_struck_body_stays_where_something_else_needs_it(old, new):
+    if "curves" in new:
+        slot = "  track: {type: slot, point: anvil.end, curve: c}\nsprings:"
+        text = TWO_RODS.replace(old, new).replace("springs:", slot)
+        scene = check_document(parse_document(text, "test")).to_scene()
+    else:
+        scene = two_rods(old, new)
+    bare = idealise(scene, ["impact"])
+    assert set(bare.bodies) == set(scene.bodies)
+    assert bare.contacts == {}
+
+
+def test_bodies_that_strike_each_other_stay_where_there_are_no_others():
+    both = (
+        "  back: {type: point_on_line, point: anvil.end, line: [hammer.start, hammer.end],\n"
+        "         side: right, law: {stiffness: 1.0e4, restitution: 0.5}}\ninitial:"
+    )
+    lines = [line for line in TWO_RODS.splitlines() if "spare" not in line]
+    text = "\n".join(lines).replace("initial:", both)
+    scene = scene_of(parse_document(text, "test"))
+    assert set(idealise(scene, ["impact"]).bodies) == {"hammer", "anvil"}
+
+
+# --- what stays -------------------------------------------------------------------------------
+
+
+def test_restitution_stays_without_damping(whole):
+    undamped = idealise(whole, ["damping"])
+    assert undamped.contacts == whole.contacts
+    assert undamped.joints == whole.joints
+
+
+def test_a_spring_without_damping_has_none_to_leave_out():
+    """Whether that is said with a number or by silence."""
+    for said in ("", ", damping: 0", ", damping_ratio: 0"):
+        scene = two_rods("joint: two, stiffness: 1", f"joint: two, stiffness: 1{said}")
+        assert absent(scene, ["damping"]) == ["damping"]
+    scene = two_rods("joint: two, stiffness: 1", "joint: two, stiffness: 1, damping: 0.1")
+    assert absent(scene, ["damping"]) == []
+    assert idealise(scene, ["damping"]).springs["of_anvil"].damping is None
+
+
+@pytest.mark.parametrize("layout", ["equal", "half_ends"])
+@pytest.mark.parametrize("slender", ["true", "false"])
+def test_a_rigid_link_has_the_mass_and_the_inertia_of_the_flexible_one(layout, slender):
+    settings = [f"bodies.link.layout={layout}", f"bodies.link.slender={slender}"]
+    flexible = load_scene(MODELS / "clearance.yaml", settings)
+    rigid = idealise(flexible, ["flexibility"])
+    assert rigid.bodies["link"].slender == (slender == "true")
+    (one,) = (p for p in assemble_scene(rigid).mechanism.parts if p.body == "link")
+    assembly = assemble_scene(flexible)
+    rods = [(i, p) for i, p in enumerate(assembly.mechanism.parts) if p.body == "link"]
+    start = assembly.state.q[rods[0][0], :2]
+    # Rods in one line, about the start of the first: Steiner.
+    arms = [np.linalg.norm(assembly.state.q[i, :2] - start) + p.centre[0] for i, p in rods]
+    about = sum(p.inertia + p.mass * a**2 for (_, p), a in zip(rods, arms, strict=True))
+    assert one.inertia_about_origin == pytest.approx(about, rel=1e-12)
+    assert one.mass == pytest.approx(sum(p.mass for _, p in rods), rel=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from(sorted(EFFECTS)), max_size=8), st.sampled_from(FILES))
+def test_any_list_of_effects_does_what_its_set_does(effects, path):
+    scene = load_scene(path)
+    bare = idealise(scene, effects)
+    assert bare == idealise(scene, set(effects))
+    assert bare == idealise(idealise(scene, effects), reversed(effects))
+    assert parse_scene(parse_document(json.dumps(bare.to_data()), "test")) == bare
+    assert bare.document is scene.document
+
+
+def test_the_command_line_knows_every_effect():
+    assert tuple(EFFECTS) == EFFECT_NAMES

@@ -1,0 +1,172 @@
+"""How long a run can be trusted: made-up runs that part as they are told to."""
+
+from dataclasses import replace
+from math import exp, log, nan, pi, sqrt
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.observables import State
+from exudyn_flexlink.report import sensitivity_text
+from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.sensitivity import growth_rate, run_statistics, sensitivity
+
+RATE, SEED = 14.0, 1e-9  # 1/s, m: a factor of 1e6 in a second
+
+
+def still():
+    return results.block(np.zeros_like, np.zeros_like)
+
+
+def parting(rate=RATE, seed=SEED, largest=1.0):
+    """A block that leaves the still one exponentially, until it is `largest` m away."""
+
+    def off(t):
+        return np.minimum(seed * np.exp(rate * t), largest)
+
+    return results.block(off, lambda t: np.where(off(t) < largest, rate * off(t), 0.0))
+
+
+def shaken(*, rms=2e-3, frequency=40.0, weak=0.0, turns=2.0):
+    """The paper's rigid link whose end vibrates in x, and a hundredth of that power at 90 Hz."""
+    run = results.rigid_link(turns=turns, samples=int(2000 * turns) + 1)
+    way = rms * sqrt(2) * np.sin(2 * pi * frequency * run.time)
+    way += weak * np.sin(2 * pi * 90 * run.time)
+    poses = run.poses.copy()
+    poses[:, 1:11, 0] += way[:, None]
+    rates = np.gradient(poses, run.time, axis=0)
+    return run, replace(run, poses=poses, rates=rates)
+
+
+# --- horizon and growth
+
+
+def test_the_horizon_is_where_the_runs_differ_by_the_limit():
+    found = sensitivity(still(), parting(), limit=1e-4)
+    assert found.horizon == pytest.approx(log(1e-4 / SEED) / RATE, abs=0.01)  # samples: 10 ms
+    assert found.growth == pytest.approx(RATE, rel=1e-3)
+    assert found.largest == pytest.approx(SEED * exp(RATE), rel=1e-6)
+    assert found.end == 1.0
+
+
+def test_saturation_does_not_lower_the_growth_rate():
+    found = sensitivity(still(), parting(rate=40.0, largest=1e-3), limit=1e-4)
+    assert found.horizon == pytest.approx(log(1e-4 / SEED) / 40, abs=0.01)
+    assert found.growth == pytest.approx(40, rel=1e-2)
+
+
+def test_dips_of_the_separation_do_not_count():
+    time = np.linspace(0, 1, 1001)
+    apart = SEED * np.exp(RATE * time) * np.abs(np.sin(60 * time))
+    assert growth_rate(time, apart, 1e-4) == pytest.approx(RATE, rel=0.05)
+
+
+def test_runs_that_do_not_part_have_no_horizon():
+    found = sensitivity(still(), still(), limit=1e-4)
+    assert (found.horizon, found.growth, found.largest) == (None, None, 0.0)
+
+
+def test_a_constant_difference_does_not_grow():
+    time = np.linspace(0, 1, 101)
+    assert growth_rate(time, np.full(101, 1e-5), 1e-4) is None
+
+
+def test_the_limit_follows_from_the_room_the_point_takes():
+    moving = results.block(lambda t: 0.2 * t, lambda t: np.full_like(t, 0.2))
+    assert sensitivity(moving, moving).limit == pytest.approx(1e-3 * 0.2)
+
+
+def test_a_run_that_stopped_is_trusted_no_further():
+    stopped = results.first_samples(parting(), 31)
+    found = sensitivity(still(), stopped, limit=1e-4)
+    assert found.horizon == found.end == pytest.approx(0.3)
+    assert "where a run stopped" in sensitivity_text(found)
+
+
+def test_a_separation_that_is_no_number_is_no_agreement():
+    broken = parting(rate=0.0, seed=0.0)
+    poses = broken.poses.copy()
+    poses[50:] = nan
+    found = sensitivity(still(), replace(broken, poses=poses), limit=1e-4)
+    assert found.horizon == pytest.approx(0.5, abs=0.011)
+
+
+# --- statistics
+
+
+def test_vibration_about_the_guides_axis():
+    _, run = shaken()
+    seen = run_statistics(run).perturbed
+    # The end is measured from where the link's start, moved as well, is along the guide: what is
+    # left of a motion along x is that across the guide, sin^2 of its angle in x.
+    assert seen.rms[0] == pytest.approx(2e-3 * sqrt(3 / 8), rel=2e-2)
+    assert seen.lines[0][0] == pytest.approx(40, abs=seen.resolution)
+
+
+def test_vibration_about_a_smooth_run():
+    smooth, run = shaken(weak=1e-3)
+    seen = run_statistics(run, smooth).perturbed
+    assert seen.rms[0] == pytest.approx(sqrt(4e-6 + 1e-6 / 2), rel=1e-2)
+    assert 2e-3 * sqrt(2) < seen.peak[0] < 2e-3 * sqrt(2) + 1e-3 + 1e-6
+    assert seen.lines[0] == pytest.approx((40, 90), abs=seen.resolution / 2)
+    assert seen.rms[1] < 1e-12
+    assert seen.lines[1] == ()
+
+
+def test_weak_lines_are_not_named():
+    smooth, run = shaken(weak=1e-4)
+    assert len(run_statistics(run, smooth).perturbed.lines[0]) == 1
+
+
+def test_the_resolution_is_that_of_half_the_run():
+    _, run = shaken()
+    half = run.time[-1] / 2
+    assert run_statistics(run).perturbed.resolution == pytest.approx(1 / half, rel=2e-2)
+
+
+def test_only_what_both_runs_have_lived_through_counts():
+    smooth, run = shaken(turns=2.0)
+    whole, part = run_statistics(run, smooth), run_statistics(run, smooth, end=0.2)
+    assert part.levers["lever"][0] == 0.0  # the first strike is at 0.314 s
+    assert whole.levers["lever"][0] < -0.1
+
+
+def test_where_no_ideal_path_is_known():
+    assert run_statistics(still()).perturbed is None
+
+
+def test_parts_of_the_time_in_contact():
+    found = run_statistics(results.tilting_link())
+    assert found.contact["sleeve"].fractions[State.SAME_SIDE] > 0.05
+    early = run_statistics(results.tilting_link(), end=0.5)
+    assert early.contact["sleeve"].fractions[State.FREE] == pytest.approx(1)
+
+
+# --- what is said
+
+
+def test_what_is_said_of_runs_that_part():
+    tilting = results.tilting_link()
+    moved = tilting.poses.copy()
+    moved[:, :, 0] += np.minimum(SEED * np.exp(RATE * tilting.time), 1e-2)[:, None]
+    said = sensitivity_text(sensitivity(tilting, replace(tilting, poses=moved), 1e-4))
+    assert "link.end can be trusted pointwise up to t = 0.82" in said
+    assert "Beyond it trust statistics only." in said
+    assert "like exp(14 t): tenfold every 0.16 s" in said
+    rows = [line.split() for line in said.splitlines()]
+    assert next(row for row in rows if row[:2] == ["sleeve:", "touches"])[2:] == ["10", "10"]
+    assert any("off its ideal path, y, largest" in line for line in said.splitlines())
+
+
+def test_what_is_said_of_runs_that_agree():
+    said = sensitivity_text(sensitivity(still(), still(), 1e-4))
+    assert said.startswith("block.nose can be trusted to 0 m throughout, to t = 1 s")
+    assert "\n" not in said
+
+
+def test_a_scene_without_the_lever_can_stand_beside_one_with_it():
+    smooth, run = shaken()
+    ended = Outcome(True, float(run.time[-1]))
+    bare = replace(smooth, outcome=ended, scene=smooth.scene.changed(contacts={}))
+    assert "sleeve" not in sensitivity_text(sensitivity(run, bare, 1e-6))

@@ -1,0 +1,275 @@
+"""How a link stands in its guide: a link that tilts in closed form, and touches made by hand."""
+
+from dataclasses import replace
+from math import asin, cos, pi
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import (
+    TWO_POINTS,
+    State,
+    contact_states,
+    contact_totals,
+    lap_contacts,
+    lap_starts,
+    laps,
+    on_axis,
+    pair_totals,
+    path,
+    perturbation,
+    sleeves_with_play,
+)
+from exudyn_flexlink.result import SleeveHistory, Touches
+
+LAP = 2 * pi / results.SPEED  # s
+# Where the sine of the crank angle must be beyond for a point to touch: see results.tilting_link.
+TILTED, LYING, CORNER, NODE = 1 / 3, 1 / 1.2, 1 / 1.8, 1 / 1.2
+
+
+def beyond(sine: float) -> float:
+    """Part of a lap in which the sine of its angle is beyond +- `sine`."""
+    return 1 - 2 * asin(sine) / pi
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link()
+
+
+def made(*touches, sides=(1.0, -1.0, 1.0, -1.0), end=1.0):
+    """A run with touches (pair, begin, end); impulse 1, 2, 3 .. N s, each loses 0.5 J."""
+    base = results.slider()
+    columns = np.array(touches, dtype=float).reshape(-1, 3).T
+    count = np.arange(1.0, len(touches) + 1)
+    found = Touches(columns[0].astype(int), columns[1], columns[2], count, 0.5 + 0 * count,
+                    10 * count, count)  # fmt: skip
+    names = tuple(f"sleeve: pair {k}" for k in range(len(sides)))
+    sleeve = SleeveHistory(names, sides, np.zeros((len(base.time), len(sides))), found, 0.0)
+    return replace(base, sleeves={"sleeve": sleeve}, time=base.time * end)
+
+
+# --- states over time
+
+
+def test_the_four_cases_and_how_many_points(tilting):
+    """Each lap shows its own case, for as long as the sine says."""
+    states = contact_states(tilting, "sleeve")
+    expected = [
+        {},
+        {State.ONE_POINT: beyond(TILTED)},
+        {State.SAME_SIDE: beyond(LYING)},
+        {State.ONE_POINT: beyond(CORNER) - beyond(NODE), State.OPPOSITE_SIDES: beyond(NODE)},
+    ]
+    for lap, cases in enumerate(expected):
+        found = states.fractions(lap * LAP, (lap + 1) * LAP)
+        wanted = {case: cases.get(case, 0.0) for case in State}
+        wanted[State.FREE] = 1 - sum(cases.values())
+        assert found == pytest.approx(wanted, abs=2e-4), f"lap {lap + 1}"
+    assert set(states.points[states.state == State.SAME_SIDE]) == {2}
+    assert set(states.points[states.state == State.OPPOSITE_SIDES]) == {2}
+    assert len(states.points) == len(states.state) == len(states.time) - 1
+
+
+def test_parts_of_the_time_make_one(tilting):
+    states = contact_states(tilting, "sleeve")
+    assert sum(states.fractions().values()) == pytest.approx(1)
+    assert sum(states.fractions(0.7, 1.9).values()) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "state", "points"),
+    [
+        ([], State.FREE, 0),
+        ([0], State.ONE_POINT, 1),
+        ([1], State.ONE_POINT, 1),
+        ([0, 2], State.SAME_SIDE, 2),
+        ([1, 3], State.SAME_SIDE, 2),
+        ([0, 1], State.OPPOSITE_SIDES, 2),
+        ([0, 1, 2], State.OPPOSITE_SIDES, 3),
+        ([0, 2, 4], State.SAME_SIDE, 3),
+    ],
+)
+def test_sides_of_what_touches_decide(pairs, state, points):
+    run = made(*((k, 0.2, 0.6) for k in pairs), sides=(1.0, -1.0, 1.0, -1.0, 1.0))
+    states = contact_states(run, "sleeve")
+    assert states.fractions(0.2, 0.6)[state] == pytest.approx(1)
+    assert states.at(np.array([0.4]))[0] == state
+    k = np.searchsorted(states.time, 0.4) - 1
+    assert states.points[k] == points
+    assert states.at(np.array([0.1, 0.8])).tolist() == [State.FREE, State.FREE]
+
+
+def test_touches_that_overlap_and_meet():
+    run = made((0, 0.1, 0.5), (1, 0.3, 0.4), (2, 0.5, 0.7), (0, 0.7, 0.7))
+    states = contact_states(run, "sleeve")
+    assert states.time.tolist() == [0, 0.1, 0.3, 0.4, 0.5, 0.7, 1.0]
+    one, both = State.ONE_POINT, State.OPPOSITE_SIDES
+    assert states.state.tolist() == [State.FREE, one, both, one, one, State.FREE]
+    assert states.stretches([one]).tolist() == [[0.1, 0.3], [0.4, 0.7]]
+    assert states.longest([one]) == (0.4, 0.7)
+    assert states.longest([one, both]) == (0.1, 0.7)
+    assert states.longest([State.SAME_SIDE]) is None
+
+
+def test_the_link_meets_its_guide_from_free_flight_only():
+    run = made((0, 0.0, 0.05), (0, 0.1, 0.3), (1, 0.2, 0.4), (2, 0.6, 0.7))
+    states = contact_states(run, "sleeve")
+    assert states.impacts() == 2  # at 0.1 and 0.6; at 0 it was not free before
+    assert states.impacts(0.1, 0.6) == 1
+    assert states.impacts(0.6, 1.0) == 1
+
+
+def test_what_still_touches_as_the_run_ends():
+    states = contact_states(made((0, 0.4, 1.0)), "sleeve")
+    assert states.state[-1] == State.ONE_POINT
+    assert states.fractions()[State.ONE_POINT] == pytest.approx(0.6)
+
+
+def test_a_run_of_one_instant_has_no_state(tilting):
+    first = results.first_samples(tilting, 1)
+    states = contact_states(first, "sleeve")
+    assert len(states.state) == 0
+    assert set(states.fractions().values()) == {0.0}
+    assert states.longest(State) is None
+    assert states.at(np.zeros(2)).tolist() == [State.FREE, State.FREE]
+    (lap,) = lap_contacts(first, "sleeve")
+    assert (lap.touches, lap.impacts) == (0, 0)
+
+
+def test_a_result_without_such_a_sleeve(tilting):
+    for look in (contact_states, contact_totals, lap_contacts, pair_totals):
+        with pytest.raises(ValueError, match="no sleeve 'tube'"):
+            look(tilting, "tube")
+
+
+def test_sleeves_with_play_are_those_with_walls(tilting):
+    assert sleeves_with_play(tilting) == ["sleeve"]
+    held = replace(tilting.sleeves["sleeve"], sides=(0.0,) * 8)
+    assert sleeves_with_play(replace(tilting, sleeves={"sleeve": held})) == []
+    assert sleeves_with_play(results.pendulum()) == []
+
+
+# --- totals, by laps and by pairs
+
+
+def test_laps_of_the_tilting_link(tilting):
+    found = lap_contacts(tilting, "sleeve")
+    assert [lap.lap for lap in found] == [1, 2, 3, 4]
+    assert [lap.touches for lap in found] == [0, 2, 4, 4]  # upper and lower, half a lap each
+    assert [lap.impacts for lap in found] == [0, 2, 2, 2]
+    assert found[1].two_points == 0
+    assert found[2].two_points == pytest.approx(beyond(LYING), abs=2e-4)
+    half = LAP * beyond(TILTED) / 2
+    assert found[1].longest == pytest.approx(half, rel=1e-3)
+    # Two halves of F = k (3 mm sin - 1 mm) cos(tilt), with tilts so small that the cosine is one.
+    a = asin(TILTED)
+    area = 3e-3 * 2 * cos(a) - 1e-3 * (pi - 2 * a)
+    assert found[1].impulse == pytest.approx(2 * 1e5 * area / results.SPEED, rel=2e-3)
+    assert found[1].energy_lost == pytest.approx(0.1 * found[1].impulse)
+
+
+def test_laps_add_up_to_the_whole_run(tilting):
+    whole, parts = contact_totals(tilting, "sleeve"), lap_contacts(tilting, "sleeve")
+    assert whole.touches == sum(lap.touches for lap in parts)
+    assert whole.impacts == sum(lap.impacts for lap in parts)
+    assert whole.impulse == pytest.approx(sum(lap.impulse for lap in parts))
+    for case in State:
+        mean = np.mean([lap.fractions[case] for lap in parts])
+        assert whole.fractions[case] == pytest.approx(mean, abs=1e-9)
+
+
+def test_a_touch_belongs_to_the_time_in_which_it_begins():
+    run = made((0, 0.1, 0.6), (1, 0.5, 0.7))
+    first, second = contact_totals(run, "sleeve", 0, 0.5), contact_totals(run, "sleeve", 0.5, 1)
+    assert (first.touches, second.touches) == (1, 1)
+    assert (first.impulse, second.impulse) == (1.0, 2.0)
+    assert first.fractions[State.ONE_POINT] == pytest.approx(0.8)
+    assert second.fractions[State.OPPOSITE_SIDES] == pytest.approx(0.2)
+    assert second.longest == pytest.approx(0.2)
+
+
+def test_laps_begin_with_whole_turns(tilting):
+    assert lap_starts(tilting) == pytest.approx([0, LAP, 2 * LAP, 3 * LAP])
+
+
+def test_a_crank_that_swings_back_begins_no_lap_twice(tilting):
+    """It turns 1.5 times forward, half a turn back, and on again."""
+    turned = np.interp(tilting.time / tilting.time[-1], [0, 0.3, 0.4, 1], [0, 1.5, 1.0, 4.0])
+    poses = tilting.poses.copy()
+    poses[:, 0, 2] = 2 * pi * turned
+    starts = lap_starts(replace(tilting, poses=poses))
+    end = tilting.time[-1]
+    assert starts == pytest.approx([0, 0.2 * end, 0.6 * end, 0.8 * end])
+
+
+def test_the_last_lap_that_is_cut_short(tilting):
+    part = results.first_samples(tilting, 2501)  # of 4001: two and a half laps
+    assert [lap.lap for lap in lap_contacts(part, "sleeve")] == [1, 2, 3]
+    assert int(laps(part).max()) == 3
+    assert lap_contacts(part, "sleeve")[2].touches == 2
+
+
+def test_pairs_that_touch_longest_come_first(tilting):
+    found = pair_totals(tilting, "sleeve")
+    corners, nodes = found[:2], found[2:]
+    assert {pair.pair for pair in corners} == {
+        f"sleeve: rod 1 on {side} corner of the end" for side in ("upper", "lower")
+    }
+    assert {pair.pair for pair in nodes} == {
+        f"sleeve: node 1 on {side} wall" for side in ("upper", "lower")
+    }
+    assert {(pair.side, pair.touches) for pair in corners} == {(1.0, 3), (-1.0, 3)}
+    each = (beyond(TILTED) + beyond(LYING) + beyond(CORNER)) * LAP / 2
+    assert [pair.time for pair in corners] == pytest.approx([each, each], rel=1e-3)
+    assert corners[0].peak_force == pytest.approx(200, rel=5e-3)  # k (3 mm - 1 mm)
+
+
+def test_totals_of_a_pair():
+    (pair,) = pair_totals(made((2, 0.1, 0.2), (2, 0.5, 0.9)), "sleeve")
+    assert (pair.pair, pair.side, pair.touches) == ("sleeve: pair 2", 1.0, 2)
+    assert (pair.impulse, pair.energy_lost, pair.peak_force) == (3.0, 1.0, 20.0)
+    assert pair.time == pytest.approx(0.5)
+
+
+def test_two_points_are_those_of_either_kind():
+    assert set(TWO_POINTS) == {State.SAME_SIDE, State.OPPOSITE_SIDES}
+
+
+# --- how far S is from its ideal place
+
+
+def test_the_end_of_a_tilted_link_is_off_its_ideal_place(tilting):
+    """In the guide's axes: l (cos(tilt) - 1) along it, offset + l sin(tilt) across."""
+    off = perturbation(tilting, "link.end", tilting.time)
+    theta = results.SPEED * tilting.time
+    lap = np.minimum(np.floor(theta / (2 * pi) + 1e-9) + 1, 4)
+    start, slope = results.off_axis(lap, np.sin(theta))
+    tilt = np.arctan(slope)
+    along = results.LINK * (np.cos(tilt) - 1)
+    across = start + results.LINK * np.sin(tilt)
+    c, s = np.cos(theta), np.sin(theta)
+    expected = np.stack([c * along - s * across, s * along + c * across], axis=1)
+    np.testing.assert_allclose(off, expected, atol=1e-12)
+
+
+def test_a_straight_link_on_the_axis_is_where_it_should_be():
+    rigid = results.rigid_link(samples=101)
+    np.testing.assert_allclose(
+        on_axis(rigid, "link.end"), path(rigid, "link.end").position, atol=1e-12
+    )
+
+
+def test_only_the_end_of_a_link_has_an_ideal_place(tilting):
+    assert on_axis(tilting, "link.start") is None
+    assert on_axis(tilting, "guide.end") is None
+    assert perturbation(results.slider(), "block.nose", np.zeros(1)) is None
+
+
+def test_a_smooth_run_is_the_ideal_where_there_is_one(tilting):
+    straight = results.rigid_link(samples=401, scene=load_scene(results.MODEL, ["run.turns=2"]))
+    moved = replace(straight, poses=straight.poses + np.array([3e-3, -4e-3, 0]))
+    off = perturbation(moved, "link.end", np.linspace(0, 0.5, 7), straight)
+    np.testing.assert_allclose(off, np.tile([3e-3, -4e-3], (7, 1)), atol=1e-12)
