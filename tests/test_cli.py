@@ -410,11 +410,11 @@ def test_no_second_run_for_one_that_fails(run_of: Callable[[Fake], None], capsys
 def test_a_second_run_that_fails_takes_nothing_away(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
-    calls: list[Scene] = []
-    fake = keeper(calls)
+    seen: list[Accuracy] = []
+    fake = parting(9.0, seen)
     run_of(
         lambda scene, engine, progress=None: (
-            stopped(fake(scene, engine)) if calls else fake(scene, engine)
+            stopped(fake(scene, engine)) if seen else fake(scene, engine)
         )
     )
     assert main(["simulate", NO_CLEARANCE, *QUIET, "--horizon"]) == 0

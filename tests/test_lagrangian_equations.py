@@ -145,7 +145,7 @@ def test_contact_gap_its_gradient_and_its_acceleration():
     def gap(angles):
         return equations.touches(angles, v, track.root(angles[0]), c)[0][0, 0]
 
-    states, gradients = equations.touches(q, v, track.root(q[0]), c)
+    states, gradients, _ = equations.touches(q, v, track.root(q[0]), c)
     one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
     numeric = [one @ [gap(q + k * 1e-4 * row) for k in six] / 1e-4 for row in np.eye(len(q))]
     assert gradients[0] == pytest.approx(numeric, rel=1e-8, abs=1e-11)

@@ -1,5 +1,6 @@
 """From a file to a checked scene: mistakes of every kind at once."""
 
+from math import cos, radians, sin
 from pathlib import Path
 
 import pytest
@@ -89,3 +90,39 @@ def test_a_checked_document_keeps_what_is_valid() -> None:
     with pytest.raises(SceneError) as found:
         checked.to_scene()
     assert found.value.mistakes == SceneError(checked.document, checked.mistakes).mistakes
+
+
+# --- links that start in a wall ---------------------------------------------------------------
+
+CLEARANCE = MODEL.with_name("clearance.yaml")
+
+
+def test_of_all_nodes_in_a_wall_the_deepest_is_named() -> None:
+    # P is 20 mm from C, the end some 60 mm further is still inside the guide of 90 mm.
+    short = "bodies.link.length=0.06"
+    depth = 0.06 * sin(radians(10)) - 0.005
+    with pytest.raises(SceneError) as found:
+        load_scene(CLEARANCE, [short, "initial={angles: {guide: 0, link: 10 deg}}"])
+    assert [mistake.path for mistake in found.value.mistakes] == [("joints", "sleeve")]
+    said = f"starts {depth:.3g} m inside its guide's walls: node 11 on upper wall"
+    assert said in str(found.value)
+    with pytest.raises(SceneError, match="node 11 on lower wall"):
+        load_scene(CLEARANCE, [short, "initial={angles: {guide: 0, link: -10 deg}}"])
+
+
+def test_a_link_that_leans_on_a_corner_at_the_start() -> None:
+    # P is 60 mm from C: the mouth is 30 mm ahead, on rod 5, whose nodes are clear of the walls.
+    turned, ahead = radians(10), 0.03
+    depth = ahead * sin(turned) - 0.005 * cos(turned)
+    with pytest.raises(SceneError) as found:
+        load_scene(CLEARANCE, ["initial={angles: {guide: 180 deg, link: 190 deg}}"])
+    said = f"starts {depth:.3g} m inside its guide's walls: rod 5 on upper corner of the end"
+    assert said in str(found.value)
+    assert load_scene(CLEARANCE, ["initial={angles: {guide: 180 deg, link: 189 deg}}"])
+
+
+def test_a_wider_clearance_takes_what_a_narrow_one_refuses() -> None:
+    start = "initial={angles: {guide: 0, link: 10 deg}}"
+    assert load_scene(CLEARANCE, [start, "joints.sleeve.clearance=0.0122"])
+    with pytest.raises(SceneError, match="inside its guide's walls"):
+        load_scene(CLEARANCE, [start, "joints.sleeve.clearance=0.0121"])

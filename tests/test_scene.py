@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from exudyn_flexlink.scene import (
     CircleSpec,
+    ContactLaw,
     EllipseSpec,
     FlexibleBody,
     GeneralSection,
@@ -23,6 +24,7 @@ from exudyn_flexlink.scene import (
     RodBody,
     RoundSection,
     Scene,
+    SleeveJoint,
     SplineSpec,
     apply_settings,
     json_schema,
@@ -68,7 +70,10 @@ bodies:
           section: {type: general, area: 1 mm^2, second_moment: 0.1 mm^4}}
 joints:
   crank: {type: revolute, points: [ground, guide.start], at: [0.02, 0]}
-  sleeve: {type: sleeve, guide: guide, link: link}
+  sleeve: {type: sleeve, guide: guide, link: link, clearance: 5 mm,
+           law: {stiffness: 100 N/mm, restitution: 0.5, friction: 0.15, slip_speed: 2 mm/s}}
+  held: {type: sleeve, guide: guide, link: link, supported: true,
+         law: {type: penalty, stiffness: 1.0e5, restitution: 1}}
   pin: {type: slot, point: link.start, curve: track}
   pivot: {type: revolute, points: [ground, lever.start], at: [-0.138, 0]}
   glue: {type: weld, points: [link.end, bob.hook], angle: 90 deg}
@@ -81,7 +86,8 @@ contacts:
   strike: {type: point_on_line, point: link.end, line: [lever.start, lever.end], side: right,
            law: {stiffness: 20 N/mm, restitution: 0.5}}
 gravity: [0, -9.81]
-initial: {angles: {guide: 0}, guesses: {link: 5 deg}, speeds: {lever: 1 rad/s}}
+initial: {angles: {guide: 0}, guesses: {link: 5 deg}, speeds: {lever: 1 rad/s},
+          velocities: {link: [1 cm/s, 0]}}
 run: {turns: 4, of: crank, sample: 1 ms}
 accuracy: {step: 0.1 ms, steps_per_contact: 20, spectral_radius: 1}
 """
@@ -124,6 +130,47 @@ def test_every_kind_of_part_is_read() -> None:
     assert found.drives["motor"].value == pytest.approx(2 * pi)
     assert found.contacts["strike"].law.transition_speed == 5e-3
     assert found.initial.guesses == {"link": pytest.approx(pi / 36)}
+    assert found.initial.velocities == {"link": (0.01, 0)}
+
+
+def test_the_walls_of_a_sleeve_in_si() -> None:
+    found = scene(EVERYTHING).joints
+    loose, held = found["sleeve"], found["held"]
+    assert isinstance(loose, SleeveJoint)
+    assert isinstance(held, SleeveJoint)
+    assert (loose.clearance, loose.supported) == (5e-3, False)
+    assert loose.law == ContactLaw(
+        stiffness=1e5, restitution=0.5, transition_speed=5e-3, friction=0.15, slip_speed=2e-3
+    )
+    assert (held.clearance, held.supported) == (0, True)
+    assert held.law is not None
+    assert (held.law.friction, held.law.slip_speed) == (0, 1e-3)  # smooth unless it says so
+
+
+@pytest.mark.parametrize(
+    ("sleeve", "words"),
+    [
+        ("clearance: 5 mm", "joints.sleeve: missing 'law', the force between link and walls"),
+        ("supported: true", "joints.sleeve: missing 'law', the force between link and walls"),
+        ("LAW", "joints.sleeve.law: a sleeve without clearance has no walls to press on"),
+        ("clearance: 0, LAW", "joints.sleeve.law: a sleeve without clearance has no walls"),
+        ("clearance: 1, supported: true, LAW", "a supported link has no clearance"),
+        ("clearance: -1, LAW", "joints.sleeve.clearance: must be 0 or greater"),
+        ("supported: 1, LAW", "joints.sleeve.supported: expected true or false, got 1"),
+        ("supported: 'yes', LAW", "joints.sleeve.supported: expected true or false, got 'yes'"),
+        ("clearance: 1, law: 5", "joints.sleeve.law: expected a mapping, got 5"),
+        ("clearance: 1, law: {type: impulse, restitution: 1}", "need a penalty law"),
+        ("clearance: 1, law: {type: spring}", "joints.sleeve.law.type: must be one of penalty"),
+        ("clearance: 1, law: {stiffness: 1, restitution: 1, slip_speed: 0}", "greater than 0"),
+    ],
+)
+def test_what_a_sleeve_must_not_say(sleeve: str, words: str) -> None:
+    law = "law: {stiffness: 1, restitution: 1}"
+    text = PENDULUM.replace("run:", "  sleeve: {type: sleeve, guide: rod, link: strip, "
+                            f"{sleeve.replace('LAW', law)}}}\nrun:")  # fmt: skip
+    text = text.replace("joints:", "  strip: {type: rod, length: 0.1, material: steel, "
+                        "section: {width: 10 mm, thickness: 2 mm}}\njoints:")  # fmt: skip
+    assert words in str(refusal(text))
 
 
 def test_sections_have_the_textbooks_area_and_second_moment() -> None:

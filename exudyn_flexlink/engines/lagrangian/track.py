@@ -10,7 +10,7 @@ that ``e x (gamma - C) = 0`` (x the 2D cross product). Differentiated once and t
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from math import cos, hypot, nan, sin
 
 from exudyn_flexlink.curves import Curve, Evaluator, evaluator, lap_number, pieces_of_laps
 from exudyn_flexlink.engines.lagrangian.equations import Root
@@ -40,16 +40,26 @@ class Track:
         self._winding = self._lap
         self._pieces: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         self._at = self._pieces[self.piece]
+        self._angle, self._there = nan, self.u
+        self._root: Root = (0.0,) * 6
 
     def root(self, theta: float) -> Root:
-        """Components of gamma, gamma', gamma'' at the guide's angle.
-
-        Newton's method to rounding: the answer depends on where it starts only if the axis crosses
-        the piece more than once.
+        """Components of gamma, gamma', gamma'' at the guide's angle; that asked last is kept.
 
         Raises:
             DeadCentreError: the axis misses the track or touches it.
 
+        """
+        if theta != self._angle:
+            self._root = self._cross(theta)
+            self._angle, self._there = theta, self.u
+        self.u = self._there
+        return self._root
+
+    def _cross(self, theta: float) -> Root:
+        """Newton's method to rounding, for where the guide's axis crosses the piece.
+
+        The answer depends on where it starts only if the axis crosses the piece more than once.
         """
         c, s = cos(theta), sin(theta)
         cx, cy = self.centre
@@ -125,5 +135,5 @@ class Track:
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
         self._home = self.u
-        self._at = self._pieces[self.piece]
+        self._at, self._angle = self._pieces[self.piece], nan
         return begun
