@@ -83,6 +83,7 @@ def test_a_given_angle_or_velocity_is_kept():
     tilted = assembled("initial={angles: {link: 0.02}}")
     assert tilted.state.q[1, 2] == pytest.approx(0.02)
     assert tilted.degrees_of_freedom == 12
+    assert tilted.state.v[1:11, 2] == pytest.approx(10)  # it turns with the guide
     drifting = assembled("initial={speeds: {link: 11}}")
     assert drifting.state.v[1:11, 2] == pytest.approx(11)
     assert drifting.state.q[1:11, 2] == pytest.approx(0)

@@ -78,11 +78,11 @@ class CannotMoveError(ValueError):
 def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     """Put the mechanism together at time 0.
 
-    A link with clearance starts on its guide's axis and at rest relative to the guide, as if there
-    were none, unless its angle or its motion is given. Angles in
-    `start.angles` and those of motor-driven parts are held; everything else starts from
-    `start.guesses` (0 where nothing is given) and moves as little as the joints demand. A flexible
-    body starts straight and at one angular speed, unless the joints can't have that.
+    A link with clearance starts on its guide's axis, unless its angle is given, and moves with the
+    guide, as if there were none, unless its motion is given. Angles in `start.angles` and those of
+    motor-driven parts are held; everything else starts from `start.guesses` (0 where nothing is
+    given) and moves as little as the joints demand. A flexible body starts straight and at one
+    angular speed, unless the joints can't have that.
 
     Raises:
         CannotAssembleError: a joint can't close.
@@ -100,7 +100,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
             for spring in mechanism.springs
         )
     )
-    moved = {*start.angles, *start.speeds, *start.velocities}
+    moved = {*start.speeds, *start.velocities}
     v = _velocities(_without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
