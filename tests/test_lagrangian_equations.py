@@ -2,7 +2,8 @@
 
 Kinetic energy, mass matrix and quadratic terms follow here from the positions of the bodies' ends,
 written anew, and from complex steps and central differences of the track's own points; nothing of
-the engine's equations is used for them.
+the engine's equations is used for them. P depends on the guide's angle, or with play between link
+and guide on its own place on the track: `root` is that coordinate.
 """
 
 from pathlib import Path
@@ -22,12 +23,16 @@ CASES = {
     "spline": ("spline_track.yaml", "bodies.link.rods=3", "bodies.link.slender=false"),
     "rigid link": ("rigid.yaml",),
 }
+PLAY = {
+    "play": ("clearance.yaml", "bodies.link.rods=4"),
+    "play, half ends": ("clearance.yaml", "joints.pin.curve=egg", "bodies.link.layout=half_ends"),
+}
 EXTRA = "curves.ring={type: circle, centre: [0, 0], radius: 0.03}"
 STEP = 1e-3  # rad, of central differences of order 6
 
 
 def prepared(case, *settings):
-    name, *own = CASES[case]
+    name, *own = (CASES | PLAY)[case]
     extra = [EXTRA] if "joints.pin.curve=ring" in own else []
     return prepare(load_scene(MODELS / name, [*extra, *own, *settings]))
 
@@ -46,10 +51,20 @@ def track_point(run, theta):
     return piece.point(u)
 
 
-def derivatives(run, theta):
-    """P and its first two derivatives by theta, by central differences of order 6."""
-    run.system.track.root(theta)
-    at = [track_point(run, theta + k * STEP) for k in range(-3, 4)]
+def engine_root(run, q):
+    """The engine's own gamma, gamma', gamma'' at coordinates."""
+    track, layout = run.system.track, run.rig.layout
+    return track.at(q[layout.root]) if layout.play else track.root(q[0])
+
+
+def derivatives(run, value):
+    """P and its first two derivatives by `root`, by central differences of order 6."""
+    track = run.system.track
+    if run.rig.layout.play:
+        at = [track.curve.pieces[track.piece].point(value + k * STEP) for k in range(-3, 4)]
+    else:
+        track.root(value)
+        at = [track_point(run, value + k * STEP) for k in range(-3, 4)]
     one = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60
     two = np.array([2, -27, 270, -490, 270, -27, 2]) / 180
     return at[3], np.tensordot(one, at, 1) / STEP, np.tensordot(two, at, 1) / STEP**2
@@ -58,19 +73,22 @@ def derivatives(run, theta):
 def lumps(run, q, root):
     """Centres of mass of all bodies (complex), their masses and inertias, from positions alone.
 
-    Near `root` P moves as its Taylor polynomial in theta.
+    Near `root` P moves as its Taylor polynomial.
     """
     mechanism, layout = run.rig.mechanism, run.rig.layout
-    turned = q[0] - run.theta
+    turned = q[layout.root] - run.at
     p, p1, p2 = root
     at = p + p1 * turned + p2 * turned**2 / 2
     found = []
-    for i, part in enumerate(layout.rods):
+    # Without play rod 1 has the guide's angle; the order of the coordinates is the engine's.
+    first = 1 if layout.play else 0
+    for i, part in enumerate(layout.rods, start=first):
         rod = mechanism.parts[part]
         along = np.array([np.cos(q[i]), np.sin(q[i])])
         found.append((at + rod.centre[0] * along, q[i], rod))
         at = at + 2 * rod.centre[0] * along
-    for i, pivot in [(0, layout.guide), *enumerate(layout.levers, start=len(layout.rods))]:
+    levers = enumerate(layout.levers, start=first + len(layout.rods))
+    for i, pivot in [(0, layout.guide), *levers]:
         body = mechanism.parts[pivot.part]
         x, y = body.centre[0] - pivot.pin[0], body.centre[1] - pivot.pin[1]
         c, s = np.cos(q[i]), np.sin(q[i])
@@ -94,9 +112,9 @@ def jacobians(run, q, root):
 def random_state(run, seed):
     random = np.random.default_rng(seed)
     q = run.rig.start[0] + random.uniform(-0.3, 0.3, len(run.rig.start[0]))
-    run.theta = q[0] = random.uniform(0.2, 0.25)
+    run.at = q[run.rig.layout.root] = random.uniform(0.2, 0.25)
     v = random.uniform(-20, 20, len(q))
-    return q, v, derivatives(run, q[0])
+    return q, v, derivatives(run, run.at)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -110,19 +128,19 @@ def test_place_of_p_and_its_derivatives(case):
         assert root[4:] == pytest.approx(p2, rel=1e-8, abs=2e-9)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [*CASES, *PLAY])
 @pytest.mark.parametrize("seed", range(3))
 def test_mass_matrix_and_kinetic_energy(case, seed):
     run = prepared(case)
     q, v, root = random_state(run, seed)
     rows = jacobians(run, q, root)
-    engine = equations.mass_matrix(q, run.system.track.root(q[0]), run.rig.constants)
+    engine = equations.mass_matrix(q, engine_root(run, q), run.rig.constants)
     assert engine == pytest.approx(rows.T @ rows, rel=1e-8, abs=1e-8 * engine.max())
     assert engine == pytest.approx(engine.T, abs=0)
     assert 0.5 * v @ engine @ v == pytest.approx(0.5 * np.sum((rows @ v) ** 2), rel=1e-8)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [*CASES, *PLAY])
 @pytest.mark.parametrize("seed", range(3))
 def test_quadratic_terms(case, seed):
     """h = J^T d(J)/dt v, the bias accelerations projected on the speeds."""
@@ -133,27 +151,45 @@ def test_quadratic_terms(case, seed):
     rates = [jacobians(run, q + k * h * v, root) @ v for k in (-3, -2, -1, 1, 2, 3)]
     bias = np.array([-1, 9, -45, 45, -9, 1]) / 60 @ np.array(rates) / h
     terms = rows.T @ bias
-    found = equations.quadratic_terms(q, v, run.system.track.root(q[0]), run.rig.constants)
+    found = equations.quadratic_terms(q, v, engine_root(run, q), run.rig.constants)
     assert found == pytest.approx(terms, rel=1e-8, abs=1e-8 * np.abs(terms).max())
 
 
-def test_contact_gap_its_gradient_and_its_acceleration():
-    run = prepared("ellipse")
+@pytest.mark.parametrize("case", CASES)
+def test_p_asked_again_is_the_same_and_on_the_next_piece_another(case):
+    track = prepared(case).system.track
+    first = track.root(0.3)
+    track.root(0.31)
+    assert track.root(0.31) == track.root(0.31)
+    assert track.root(0.3) == pytest.approx(first, rel=1e-12, abs=1e-14)
+    away = track.u
+    track.root(0.32)
+    track.root(0.3)
+    assert track.u == pytest.approx(away, abs=1e-14)
+    track.next_piece(1)
+    assert track.u == track.curve.pieces[track.piece].start
+
+
+@pytest.mark.parametrize("case", ["ellipse", *PLAY])
+def test_contact_gap_place_gradients_and_acceleration(case):
+    run = prepared(case)
     q, v, _ = random_state(run, 5)
-    c, track = run.rig.constants, run.system.track
+    c = run.rig.constants
 
-    def gap(angles):
-        return equations.touches(angles, v, track.root(angles[0]), c)[0][0, 0]
+    def touch(coordinates, column):
+        root = engine_root(run, coordinates)
+        return equations.touches(coordinates, v, root, c)[0][0, column]
 
-    states, gradients, _ = equations.touches(q, v, track.root(q[0]), c)
+    states, gradients, slides = equations.touches(q, v, engine_root(run, q), c)
     one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
-    numeric = [one @ [gap(q + k * 1e-4 * row) for k in six] / 1e-4 for row in np.eye(len(q))]
-    assert gradients[0] == pytest.approx(numeric, rel=1e-8, abs=1e-11)
-    assert states[0, 2] == pytest.approx(gradients[0] @ v, rel=1e-12)
+    for column, rows in ((0, gradients), (1, slides)):
+        numeric = [
+            one @ [touch(q + k * 1e-4 * row, column) for k in six] / 1e-4 for row in np.eye(len(q))
+        ]
+        assert rows[0] == pytest.approx(numeric, rel=1e-8, abs=1e-11)
+        assert states[0, column + 2] == pytest.approx(rows[0] @ v, rel=1e-12)
     h = 1e-5
-    rates = [
-        equations.touches(q + k * h * v, v, track.root((q + k * h * v)[0]), c)[0][0, 2] for k in six
-    ]
+    rates = [touch(q + k * h * v, 2) for k in six]
     assert states[0, 4] == pytest.approx(one @ rates / h, rel=1e-7)
 
 

@@ -1,0 +1,255 @@
+"""Clearance in the hand-written equations against laws of nature and against `mechanism.contacts`.
+
+The series of an independent integration are met in test_clearance, the kernel's forces one by one
+in test_channels; here are the reactions that follow from them, what is recorded, pieces of the
+track, and guides that rest or turn freely.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism import (
+    EnergyMeter,
+    anchor_position,
+    approach,
+    build_mechanism,
+    pairs,
+)
+from exudyn_flexlink.observables import path
+
+MODELS = Path(__file__).parent.parent / "models"
+PIVOT = np.array([0.02, 0.0])
+FRICTION = "joints.sleeve.law.friction=0.2"
+SHORT = ("contacts={}", "bodies.link.rods=3", "joints.sleeve.clearance=2 mm")
+REST = (*SHORT, "drives.motor.value=0")
+KICKED = {
+    "inside": (*REST, "initial.speeds={link: 40}"),
+    "out of the mouth": (*REST, "initial={angles: {guide: 150 deg}, speeds: {link: -60}}"),
+}
+SAMPLE = 2e-6  # s
+RING = ("curves.ring={type: circle, centre: [0.02, 0], radius: 0.03}", "joints.pin.curve=ring")
+
+
+@cache
+def run(*settings, model="clearance.yaml"):
+    result = simulate(load_scene(MODELS / model, settings), "lagrangian")
+    assert result.outcome.completed, result.outcome
+    return result
+
+
+def kicked(case):
+    """A link that rattles in a guide at rest, sampled finely."""
+    return run(*KICKED[case], FRICTION, f"run={{duration: 15 ms, sample: {SAMPLE}}}")
+
+
+def channel_of(result):
+    return build_mechanism(result.scene).channels[0]
+
+
+def on_guide(result):
+    """Force (N, 2) and moment (N,) about the pivot that the link gives the guide, by `approach`."""
+    force, moment = np.zeros((len(result.time), 2)), np.zeros(len(result.time))
+    channel, history = channel_of(result), result.sleeves["sleeve"]
+    for k, contact in enumerate(pairs(channel)):
+        at = approach(contact, result.poses, result.rates)
+        along = -contact.side * np.stack([-at.normal[:, 1], at.normal[:, 0]], axis=-1)
+        press = history.force[:, k]
+        push = press[:, None] * at.normal
+        if channel.friction is not None:
+            push += channel.friction.force(press, at.place_rate)[:, None] * along
+        # The force acts on the contact's point, and back on its face: one of the two is the guide.
+        push = push if contact.point.part == channel.guide.part else -push
+        x, y = (anchor_position(contact.point, result.poses) - PIVOT).T
+        force += push
+        moment += x * push[:, 1] - y * push[:, 0]
+    return force, moment
+
+
+def largest(values):
+    return np.abs(values).max()
+
+
+# --- what is recorded -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("case", "met"), [("inside", {"node"}), ("out of the mouth", {"node", "rod"})]
+)
+def test_a_touch_lasts_as_long_as_its_force(case, met):
+    result = kicked(case)
+    history = result.sleeves["sleeve"]
+    touches = history.touches
+    names = {history.pairs[k].split()[1] for k in touches.pair}
+    assert names == met
+    assert len(touches.begin) > 3
+    assert np.all(np.diff(touches.begin) >= 0)
+    inside = np.zeros(history.force.shape, dtype=bool)
+    for k, begin, end in zip(touches.pair, touches.begin, touches.end, strict=True):
+        inside[:, k] |= (result.time > begin) & (result.time < end)
+    # What still presses as the run ends, ends there: with that sample.
+    assert np.array_equal(inside[:-1], history.force[:-1] > 0)
+
+
+@pytest.mark.parametrize("case", KICKED)
+def test_impulse_loss_peak_and_speed_of_each_touch(case):
+    """Against quadrature over the samples, and gaps by `approach`."""
+    result = kicked(case)
+    history, channel = result.sleeves["sleeve"], channel_of(result)
+    touches, contacts = history.touches, pairs(channel)
+    for i, k in enumerate(touches.pair.tolist()):
+        begin, end = touches.begin[i], touches.end[i]
+        during = (result.time >= begin) & (result.time <= end)
+        press, time = history.force[during, k], result.time[during]
+        at = approach(contacts[k], result.poses[during], result.rates[during])
+        power = press * at.gap_rate + channel.friction.force(press, at.place_rate) * at.place_rate
+        # A touch may begin and end by a jump, within a sample.
+        impulse, jump = np.trapezoid(press, time), SAMPLE * press.max()
+        assert touches.impulse[i] == pytest.approx(impulse, rel=1e-4, abs=jump)
+        lost, jump = -np.trapezoid(power, time), SAMPLE * np.abs(power).max()
+        assert touches.energy_lost[i] == pytest.approx(lost, rel=1e-4, abs=jump)
+        assert touches.peak_force[i] == pytest.approx(press.max(), rel=1e-2)
+        assert touches.approach_speed[i] == pytest.approx(-at.gap_rate[0], rel=1e-2)
+
+
+@pytest.mark.parametrize("case", KICKED)
+def test_the_touches_lose_what_the_whole_run_loses(case):
+    """Without dampers nothing else takes energy."""
+    undamped = ("bodies.link.hinges.damping=0", "springs={}")
+    for more in ((), (FRICTION,)):
+        result = run(*KICKED[case], *undamped, *more, "run={duration: 15 ms}")
+        touches, energy = result.sleeves["sleeve"].touches, result.energy
+        hinges = EnergyMeter(assemble_scene(result.scene).mechanism).potential(result.poses[-1:])
+        pressed = energy.stored[-1] - float(hinges[0])
+        assert touches.energy_lost.sum() == pytest.approx(energy.dissipated[-1] + pressed, rel=1e-7)
+        assert energy.dissipated[-1] > 1e-5
+
+
+def test_looser_tolerances_blur_a_touch_as_little_as_the_motion():
+    loose = ("accuracy.relative_tolerance=1e-6", "accuracy.absolute_tolerance=1e-8")
+    short = (*KICKED["inside"], "run={duration: 6 ms}")
+    one, other = (run(*short, *more).sleeves["sleeve"].touches for more in ((), loose))
+    assert one.pair.tolist() == other.pair.tolist()
+    assert len(one.pair) > 3
+    assert other.begin == pytest.approx(one.begin, abs=1e-8)
+    assert other.impulse == pytest.approx(one.impulse, rel=1e-3)
+
+
+# --- reactions --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", KICKED)
+def test_a_guide_at_rest_bears_what_the_link_gives_it(case):
+    """Pivot and motor hold the guide against all walls and corners, friction included."""
+    result = kicked(case)
+    force, moment = on_guide(result)
+    assert largest(force) > 5
+    assert largest(result.joint_forces["crank"] + force) < 1e-10 * largest(force)
+    assert largest(result.drive_torques["motor"] + moment) < 1e-10 * largest(moment)
+
+
+def test_the_track_gives_the_link_no_force_along_it():
+    """Momentum of the link alone gives the slot's force; it comes out normal to the ellipse."""
+    result = run(*SHORT, FRICTION, "run={duration: 0.15}")
+    x, y = path(result, "link.start").position.T
+    tangent = np.stack([-y / 0.03**2, x / 0.04**2], axis=-1)
+    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+    force = result.slot_forces["pin"]
+    assert len(result.sleeves["sleeve"].touches.begin) > 3
+    assert largest(np.sum(force * tangent, axis=1)) < 1e-12 * largest(force)
+
+
+def test_a_free_guide_and_its_link_keep_their_angular_momentum():
+    """On a circle about the pivot the track gives no moment; what one gains the other loses."""
+    free = ("drives={}", "initial.speeds={guide: 10, link: 40}")
+    result = run(*SHORT, FRICTION, *RING, *free, "run={duration: 40 ms}")
+    total = np.zeros(len(result.time))
+    for i, part in enumerate(build_mechanism(result.scene).parts):
+        if part.body == "lever":
+            continue
+        (x, y, angle), (vx, vy, turning) = result.poses[:, i].T, result.rates[:, i].T
+        rx = np.cos(angle) * part.centre[0] - np.sin(angle) * part.centre[1]
+        ry = np.sin(angle) * part.centre[0] + np.cos(angle) * part.centre[1]
+        dx, dy = x + rx - PIVOT[0], y + ry - PIVOT[1]
+        ux, uy = vx - turning * ry, vy + turning * rx
+        total += part.mass * (dx * uy - dy * ux) + part.inertia * turning
+    guide = result.rates[:, result.part_names.index("guide"), 2]
+    assert np.ptp(guide) > 0.1  # rad/s
+    assert len(result.sleeves["sleeve"].touches.begin) > 5
+    assert total == pytest.approx(total[0], rel=1e-9)
+
+
+def test_a_motor_torque_turns_the_free_guide():
+    torque = "drives.motor={type: torque, joint: crank, value: 0.004}"
+    result = run(*SHORT, torque, "run={duration: 0.2}")
+    guide = result.poses[:, result.part_names.index("guide"), 2]
+    assert guide[-1] > 0.1
+    assert result.energy.supplied[-1] == pytest.approx(0.004 * (guide[-1] - guide[0]), rel=1e-8)
+    assert result.checks.energy_residual < 1e-9 * result.checks.largest_kinetic_energy
+
+
+# --- the track --------------------------------------------------------------------------------
+
+
+def test_p_keeps_its_velocity_from_one_piece_to_the_next():
+    """From the ellipse to the circle of the egg |dgamma/du| drops from 40 mm to 30 mm."""
+    result = run(*SHORT, "joints.pin.curve=egg", "run={duration: 0.22, sample: 0.2 ms}")
+    start = path(result, "link.start")
+    over = int(np.argmax(start.position[:, 0] < 0))
+    assert over > 10
+    before, after = start.velocity[over - 1 : over + 1]
+    assert np.linalg.norm(after - before) < 0.02 * np.linalg.norm(before)
+    assert result.checks.energy_residual < 1e-10 * result.checks.largest_kinetic_energy
+    assert result.checks.constraint_error < 1e-15
+
+
+def test_a_crank_that_runs_backwards_is_the_mirror_image():
+    """From the ellipse of the egg to its circle, over the end of the piece and over its start."""
+    ends = []
+    for way in (1, -1):
+        start = f"initial.angles.guide={60 * way} deg"
+        turn = (f"drives.motor.value={10 * way}", "run={duration: 0.12, sample: 1 ms}")
+        result = run(*SHORT, "joints.pin.curve=egg", start, *turn)
+        assert path(result, "link.start").position[-1, 0] < -1e-3
+        assert len(result.sleeves["sleeve"].touches.begin) > 0
+        at = np.searchsorted(result.time, np.arange(0, 0.12, 1e-3) - 1e-9)
+        ends.append(path(result, "link.end").position[at])
+    assert ends[0] == pytest.approx(ends[1] * [1, -1], abs=1e-9)
+
+
+def test_p_swings_about_the_seam_of_the_laps():
+    """The link of a guide at rest, both ways over the seam: mirrored kicks mirror the motion."""
+    ends = []
+    for way in (1, -1):
+        kick = f"initial.speeds={{link: {8 * way}}}"
+        result = run(*REST, kick, "run={duration: 0.05, sample: 1 ms}")
+        y = path(result, "link.start").position[:, 1]
+        assert y.min() < -5e-4 < 5e-4 < y.max()
+        assert result.checks.constraint_error < 1e-15
+        assert result.checks.energy_residual < 1e-9 * result.checks.largest_kinetic_energy
+        at = np.searchsorted(result.time, np.arange(0, 0.05, 1e-3) - 1e-9)
+        ends.append(path(result, "link.end").position[at])
+    assert ends[0] == pytest.approx(ends[1] * [1, -1], abs=1e-9)
+
+
+# --- rods held on the axis --------------------------------------------------------------------
+
+
+def test_supported_rods_stay_near_the_axis_and_have_no_touches():
+    held = ("bodies.link.rods=3", "contacts={}", FRICTION)
+    result = run(*held, "run={duration: 0.1}", model="supported.yaml")
+    history = result.sleeves["sleeve"]
+    assert len(history.touches.begin) == 0
+    assert largest(history.force) > 0
+    deepest = max(
+        float(-approach(contact, result.poses, result.rates).gap[history.force[:, k] > 0].min())
+        for k, contact in enumerate(pairs(channel_of(result)))
+        if (history.force[:, k] > 0).any()
+    )
+    assert deepest <= history.deepest * (1 + 1e-6)
+    assert result.checks.largest_penetration == history.deepest
+    assert result.checks.energy_residual < 1e-9 * result.checks.largest_kinetic_energy
