@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.observables import deviation, lever_response
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import read_series
@@ -214,3 +215,35 @@ def test_end_of_an_open_curve_ends_the_run():
     assert not result.outcome.completed
     assert "reached the curve's end" in result.outcome.reason
     assert result.time[-1] == pytest.approx(result.outcome.time)
+
+
+def test_friction_of_a_strike_acts_on_link_and_lever():
+    """The lever's momentum, with push and rub by `approach` and the laws; energy for the link."""
+    scene = load_scene(
+        MODELS / "no_clearance.yaml",
+        ["contacts.strike.law={stiffness: 2.0e4, restitution: 0.5, friction: 0.3}",
+         "bodies.link.rods=3", "initial.angles.guide=175 deg",
+         "run={duration: 17 ms, sample: 1 us}"],
+    )  # fmt: skip
+    result, mechanism = simulate(scene, "lagrangian"), assemble_scene(scene).mechanism
+    (contact,), press = mechanism.contacts, result.contacts["strike"].force
+    at = approach(contact, result.poses, result.rates)
+    rub = contact.friction.force(press, at.place_rate)
+    assert np.abs(rub).max() > 0.2  # N
+    part = contact.start.part
+    lever, psi, rate = mechanism.parts[part], result.poses[:, part, 2], result.rates[:, part, 2]
+    along, across = np.array([np.cos(psi), np.sin(psi)]), np.array([-np.sin(psi), np.cos(psi)])
+
+    force = result.joint_forces["pivot"].T - press * across - rub * along
+    momentum = lever.mass * lever.centre[0] * rate * across
+    gained = momentum[:, -1] - momentum[:, 0]
+    assert np.trapezoid(force, result.time) == pytest.approx(
+        gained, abs=2e-4 * np.abs(gained).max()
+    )
+
+    (spring,) = [s for s in mechanism.springs if part in {s.first, s.second}]
+    moment = rub * at.gap - press * at.place
+    moment -= spring.stiffness * (psi - spring.rest_angle) + spring.damping * rate
+    gained = lever.inertia_about_origin * (rate[-1] - rate[0])
+    assert np.trapezoid(moment, result.time) == pytest.approx(gained, rel=1e-4)
+    assert result.checks.energy_residual < 1e-10 * result.checks.largest_kinetic_energy

@@ -1,8 +1,15 @@
-"""Machine code for the inner functions where numba is installed (extra ``fast``), else Python."""
+"""Machine code for the inner functions where numba is installed (extra ``fast``), else Python.
+
+Compiled functions contain those that they call, but numba keeps one on disk until its own file
+changes. Here it is dropped when any file of this package with compiled functions changes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar, cast
 
@@ -17,9 +24,23 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def compiled(function: F) -> F:
     """Compile the function at its first call, and keep the code on disk; the same without numba."""
-    return function if numba is None else cast(F, numba.njit(cache=True)(function))
+    if numba is None:
+        return function
+    dispatcher = numba.njit(cache=True)(function)
+    with suppress(AttributeError):  # compiling switched off, or kept elsewhere than in files
+        dispatcher._cache._cache_file._source_stamp = _STAMP
+    return cast(F, dispatcher)
 
 
 def version() -> str:
     """Version of numba; empty without it."""
     return "" if numba is None else str(numba.__version__)
+
+
+def fingerprint(folder: Path) -> str:
+    """Fingerprint of all sources in a folder that have compiled functions."""
+    sources = [file.read_bytes() for file in sorted(folder.glob("*.py"))]
+    return sha256(b"".join(source for source in sources if b"\n@compiled" in source)).hexdigest()
+
+
+_STAMP = fingerprint(Path(__file__).parent)

@@ -40,7 +40,7 @@ class Track:
         self._winding = self._lap
         self._pieces: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         self._at = self._pieces[self.piece]
-        self._angle, self._there = nan, self.u
+        self._angle = nan
         self._root: Root = (0.0,) * 6
 
     def root(self, theta: float) -> Root:
@@ -51,9 +51,7 @@ class Track:
 
         """
         if theta != self._angle:
-            self._root = self._cross(theta)
-            self._angle, self._there = theta, self.u
-        self.u = self._there
+            self._root, self._angle = self._cross(theta), theta
         return self._root
 
     def _cross(self, theta: float) -> Root:
