@@ -39,12 +39,14 @@ from exudyn_flexlink.mechanism.schedule import (
     contact_step,
     cut_short,
     end_of_run,
+    formulation,
     half_period,
     sample_times,
     turn_goal,
     wall_half_period,
 )
 from exudyn_flexlink.mechanism.tracks import build_curves
+from exudyn_flexlink.mechanism.tree import is_tree
 
 __all__ = [
     "GROUND",
@@ -84,7 +86,9 @@ __all__ = [
     "deepest_allowed",
     "end_of_run",
     "face_length",
+    "formulation",
     "half_period",
+    "is_tree",
     "joint_residuals",
     "node_anchor",
     "pair_sides",

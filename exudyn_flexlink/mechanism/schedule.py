@@ -13,6 +13,7 @@ from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
 from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import GROUND, Channel, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.tree import is_tree
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -80,6 +81,17 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     first, second = pin.first.part, pin.second.part
     start = float(angle_of(second, assembly.state.q) - angle_of(first, assembly.state.q))
     return TurnGoal(first, second, start, 2 * pi * run.turns)
+
+
+def formulation(scene: Scene, mechanism: Mechanism) -> str:
+    """How Exudyn represents the scene: what it asks for, or the fastest that can.
+
+    A tree is faster, but has its steps chosen by error control; a fixed step is for joints.
+    """
+    asked = scene.accuracy.formulation
+    if asked != "auto":
+        return asked
+    return "tree" if scene.accuracy.step is None and is_tree(mechanism) else "joints"
 
 
 def sample_times(scene: Scene, end: float) -> FloatArray:

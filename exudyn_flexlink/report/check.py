@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     contact_mass,
     contact_step,
     end_of_run,
+    formulation,
     pairs,
     turn_goal,
     wall_half_period,
@@ -275,9 +276,17 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    if in_contact is not None:
+    form = formulation(scene, mechanism)
+    rows.append(["formulation", _FORMULATIONS[form]])
+    if in_contact is not None and form != "tree":
         rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
     return ["Run", *table(rows)]
+
+
+_FORMULATIONS = {
+    "tree": "tree: a coordinate for each joint, error-controlled steps of order 5",
+    "joints": "joints: rigid bodies held by joints, steps of order 2",
+}
 
 
 def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:

@@ -108,9 +108,10 @@ def _errors(result: Result) -> list[str]:
         ["energy balance", f"off by {checks.energy_residual:.2g} J, {share}"],
         ["joints", f"open by {checks.constraint_error:.2g} (m or rad) at most"],
     ]
+    penetration = f"penetration {checks.largest_penetration:.2g} m at most"
     if isfinite(checks.steps_per_contact):
-        penetration = f"penetration {checks.largest_penetration:.2g} m at most"
-        rows.append(
-            ["contacts", f"{number(checks.steps_per_contact)} steps per contact, {penetration}"]
-        )
+        steps = f"{number(checks.steps_per_contact)} steps per contact"
+        rows.append(["contacts", f"{steps}, {penetration}"])
+    elif checks.largest_penetration > 0:
+        rows.append(["contacts", penetration])
     return ["Errors", *table(rows)]

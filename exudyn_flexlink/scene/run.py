@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
@@ -78,6 +78,11 @@ class Accuracy(Part):
         None, description="error allowed in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
+    formulation: Literal["auto", "tree", "joints"] = Field(
+        "auto",
+        description="how Exudyn represents the mechanism: joints: rigid bodies held by joints; "
+        "tree: a coordinate for each joint; auto: the fastest that represents the scene",
+    )
     steps_per_contact: Annotated[int, Strict()] = Field(
         30, ge=3, description="steps that resolve the shortest contact"
     )

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf, isfinite
-from platform import python_version
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.engine import version
+from exudyn_flexlink.engines.exudyn.reporting import (
+    LOCKED_ADVICE,
+    NO_SOLUTION,
+    NO_SOLUTION_ADVICE,
+    Report,
+    contact_events,
+    doubts,
+    result_of,
+    turns_missing,
+)
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories, wall_penetrations
 from exudyn_flexlink.engines.walls import soft_walls
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
@@ -30,32 +37,23 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 ENOUGH_STEPS = 30  # per contact: restitution is then right to 1 %
-ENERGY_WARNING = 1e-2  # of the largest kinetic energy
-NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
-CONSTRAINT_WARNING = 1e-8  # m or rad
 
 
-def finish(
-    prepared: Prepared, complaint: str, iterations: int, clock: tuple[float, float, float]
-) -> Result:
-    """Put the Result together; `clock` holds when the run began, was ready and was solved, s."""
-    from time import perf_counter  # noqa: PLC0415 - only here
+def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
+    """Put the Result together; its timings are still to come."""
+    report = _report(prepared, iterations)
+    warnings = _warnings(prepared, report.checks)
+    mechanism = prepared.assembly.mechanism
+    return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
 
-    recorder, mechanism = prepared.recorder, prepared.assembly.mechanism
-    kept = {key: np.concatenate(value) for key, value in vars(recorder.samples).items()}
+
+def _report(prepared: Prepared, iterations: int) -> Report:
+    kept = {key: np.concatenate(value) for key, value in vars(prepared.recorder.samples).items()}
     count = len(kept["time"])
     poses = kept["q"].reshape(count, -1, 3)
     rates = kept["v"].reshape(count, -1, 3)
-    checks = _checks(prepared, iterations)
-    outcome = _outcome(prepared, complaint)
-    energy = EnergyHistory(*kept["energies"].T)
-    result = Result(
-        scene=prepared.scene,
-        engine="exudyn",
+    return Report(
         settings=_settings(prepared),
-        versions={"exudyn": version(), "numpy": np.__version__, "python": python_version()},
-        timings={},
-        part_names=tuple(part.name for part in mechanism.parts),
         time=kept["time"],
         poses=poses,
         rates=rates,
@@ -64,24 +62,16 @@ def finish(
         slot_forces=_slot_forces(prepared, poses, kept),
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
         sleeves=sleeve_histories(prepared, kept["forces"]),
-        energy=energy,
+        energy=EnergyHistory(*kept["energies"].T),
         events=_events(prepared),
-        checks=checks,
-        warnings=_warnings(prepared, checks),
-        outcome=outcome,
+        checks=_checks(prepared, iterations),
     )
-    began, ready, solved = clock
-    timings = {
-        "prepare": ready - began,
-        "solve": solved - ready,
-        "process": perf_counter() - solved,
-    }
-    return replace(result, timings=timings)
 
 
 def _settings(prepared: Prepared) -> dict[str, float | str]:
     accuracy = prepared.scene.accuracy
     settings: dict[str, float | str] = {
+        "formulation": "joints",
         "integrator": "generalised-alpha, index 3",
         "spectral_radius": accuracy.spectral_radius,
         "steps_per_contact": accuracy.steps_per_contact,
@@ -146,22 +136,8 @@ def _events(prepared: Prepared) -> tuple[Event, ...]:
     loop, contacts = prepared.loop, prepared.recorder.contacts
     # A lap that begins as the run ends is none.
     events = [event for event in loop.events if event.time < loop.end]
-    begun: dict[int, tuple[float, float]] = {}
-    for entry, totals in zip(loop.log.entries, prepared.recorder.totals, strict=True):
-        if entry.index >= len(loop.contacts):
-            continue
-        details = {
-            "approach_speed": entry.approach_speed,
-            "place": entry.touch.place,
-            "gap": entry.touch.gap,
-        }
-        if entry.kind == "contact begins":
-            begun[entry.index] = totals
-        else:
-            impulse, lost = begun.pop(entry.index)
-            details["peak_force"] = entry.peak_force
-            details["impulse"], details["energy_lost"] = totals[0] - impulse, totals[1] - lost
-        events.append(Event(entry.time, entry.kind, contacts[entry.index].name, details))
+    names = [contact.name for contact in contacts[: len(loop.contacts)]]
+    events += contact_events(loop.log.entries, prepared.recorder.totals, names)
     return tuple(sorted(events, key=lambda event: event.time))
 
 
@@ -195,18 +171,7 @@ def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
             "restitution is off by more than 1 %, below about 5 the impact is wrong; "
             "take smaller steps, or give a tolerance instead of a step"
         )
-    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
-    if checks.energy_residual > ENERGY_WARNING * energy:
-        warnings.append(
-            f"the energy balance misses {checks.energy_residual:.3g} J, "
-            f"{checks.energy_residual / energy:.2g} of the largest kinetic energy: "
-            "tighten the tolerance and compare"
-        )
-    if checks.constraint_error > CONSTRAINT_WARNING:
-        warnings.append(
-            f"a joint is violated by {checks.constraint_error:.3g} (m or rad): "
-            "tighten the tolerance"
-        )
+    warnings += doubts(checks)
     walls = zip(prepared.assembly.mechanism.channels, wall_penetrations(prepared), strict=True)
     warnings += soft_walls(walls)
     return tuple(warnings)
@@ -221,12 +186,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     if complaint:
         return Outcome(False, loop.time, _plain(complaint), _advice(complaint))
     if _turns_missing(prepared):
-        return Outcome(
-            False,
-            loop.time,
-            f"'at_most' was reached before joint '{prepared.scene.run.of}' made its turns",
-            "raise 'at_most', or the drive's value",
-        )
+        return Outcome(False, loop.time, *turns_missing(prepared.scene.run.of))
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
         return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
     return Outcome(True, loop.time)
@@ -243,14 +203,9 @@ def _plain(complaint: str) -> str:
     if "singular" in complaint:
         return "the equations became singular: a dead centre, or joints that contradict each other"
     if "step size" in complaint or "Newton" in complaint:
-        return "the solver found no solution even with its smallest step"
+        return NO_SOLUTION
     return complaint.strip().splitlines()[0]
 
 
 def _advice(complaint: str) -> str:
-    if "singular" in complaint:
-        return "look at the mechanism there; start elsewhere, or change lengths so that it passes"
-    return (
-        "tighten the tolerance (or shorten the step), soften the contact, "
-        "or look at the mechanism there: it may be about to lock"
-    )
+    return LOCKED_ADVICE if "singular" in complaint else NO_SOLUTION_ADVICE

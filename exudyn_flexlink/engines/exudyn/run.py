@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, inf
 from time import perf_counter
 from typing import Any
@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.exudyn.stepping import (
     StepChooser,
 )
 from exudyn_flexlink.engines.exudyn.system import System, build_system
+from exudyn_flexlink.engines.exudyn.tree import run as tree_run
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import (
@@ -33,7 +34,9 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     contact_step,
     end_of_run,
+    formulation,
     half_period,
+    is_tree,
     pairs,
     sample_times,
     turn_goal,
@@ -61,19 +64,49 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
     Raises:
-        NotRepresentableError: a contact's law is an impulse.
+        NotRepresentableError: a contact's law is an impulse, or the scene asks for a formulation
+            that can't represent it.
         SceneError: the scene can't be put together.
 
     """
     began = perf_counter()
-    prepared = _prepare(scene, progress)
-    ready = perf_counter()
-    error, iterations = _solve(prepared)
-    solved = perf_counter()
-    if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
-        prepared.recorder.mark(prepared.loop.time)  # stopped early: its last state is kept
-    prepared.recorder.flush()
-    return finish(prepared, error, iterations, (began, ready, solved))
+    _refuse_impulses(scene)
+    assembly = assemble_scene(scene)
+    if formulation(scene, assembly.mechanism) == "tree":
+        tree = tree_run.prepare(scene, assembly, progress)
+        ready = perf_counter()
+        complaint = tree_run.solve(tree)
+        solved = perf_counter()
+        result = tree_run.finish(tree, complaint)
+    else:
+        prepared = _prepare(scene, assembly, progress)
+        ready = perf_counter()
+        error, iterations = _solve(prepared)
+        solved = perf_counter()
+        if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
+            prepared.recorder.mark(prepared.loop.time)  # stopped early: its last state is kept
+        prepared.recorder.flush()
+        result = finish(prepared, error, iterations)
+    timings = {
+        "prepare": ready - began,
+        "solve": solved - ready,
+        "process": perf_counter() - solved,
+    }
+    return replace(result, timings=timings)
+
+
+def formulations(scene: Scene) -> tuple[str, ...]:
+    """Formulations that can represent a scene, the one that `auto` means first.
+
+    Raises:
+        SceneError: the scene can't be put together.
+
+    """
+    assembly = assemble_scene(scene)
+    joints = ("joints",)
+    if not is_tree(assembly.mechanism):
+        return joints
+    return ("tree", *joints) if scene.accuracy.step is None else (*joints, "tree")
 
 
 def _refuse_impulses(scene: Scene) -> None:
@@ -86,9 +119,9 @@ def _refuse_impulses(scene: Scene) -> None:
             )
 
 
-def _prepare(scene: Scene, progress: Callable[[float], None] | None) -> Prepared:
-    _refuse_impulses(scene)
-    assembly = assemble_scene(scene)
+def _prepare(
+    scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None
+) -> Prepared:
     end = end_of_run(scene, assembly.mechanism)
     system = build_system(assembly)
     shortest = contact_step(scene, assembly)

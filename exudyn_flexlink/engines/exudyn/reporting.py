@@ -1,0 +1,129 @@
+"""What both ways of running a scene in Exudyn give back, and how it becomes a Result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from platform import python_version
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.engines.exudyn.engine import version
+from exudyn_flexlink.mechanism import Mechanism
+from exudyn_flexlink.result import (
+    Checks,
+    ContactHistory,
+    EnergyHistory,
+    Event,
+    Outcome,
+    Result,
+    SleeveHistory,
+)
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+ENERGY_WARNING = 1e-2  # of the largest kinetic energy
+NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
+CONSTRAINT_WARNING = 1e-8  # m or rad
+
+NO_SOLUTION = "the solver found no solution even with its smallest step"
+NO_SOLUTION_ADVICE = (
+    "tighten the tolerance (or shorten the step), soften the contact, "
+    "or look at the mechanism there: it may be about to lock"
+)
+LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
+
+
+@dataclass(frozen=True)
+class Report:
+    """The part of a Result that the samples decide; shapes as there."""
+
+    settings: Mapping[str, float | str]
+    time: FloatArray
+    poses: FloatArray
+    rates: FloatArray
+    drive_torques: Mapping[str, FloatArray]
+    joint_forces: Mapping[str, FloatArray]
+    slot_forces: Mapping[str, FloatArray]
+    contacts: Mapping[str, ContactHistory]
+    sleeves: Mapping[str, SleeveHistory]
+    energy: EnergyHistory
+    events: tuple[Event, ...]
+    checks: Checks
+
+
+def result_of(
+    scene: Scene,
+    mechanism: Mechanism,
+    report: Report,
+    warnings: Sequence[str],
+    outcome: Outcome,
+) -> Result:
+    """Put the Result together; its timings are still to come."""
+    return Result(
+        scene=scene,
+        engine="exudyn",
+        versions={"exudyn": version(), "numpy": np.__version__, "python": python_version()},
+        timings={},
+        part_names=tuple(part.name for part in mechanism.parts),
+        warnings=tuple(warnings),
+        outcome=outcome,
+        **vars(report),
+    )
+
+
+def contact_events(
+    entries: Sequence[Entry], totals: Sequence[tuple[float, float]], names: Sequence[str]
+) -> list[Event]:
+    """Events of the contacts, with impulse (N s) and energy lost (J) of every one that ended.
+
+    `totals` are impulse and loss of its contact since time 0 at every entry; contacts beyond
+    `names` are those of sleeves, which tell of themselves.
+    """
+    events = []
+    begun: dict[int, tuple[float, float]] = {}
+    for entry, total in zip(entries, totals, strict=True):
+        if entry.index >= len(names):
+            continue
+        details = {
+            "approach_speed": entry.approach_speed,
+            "place": entry.touch.place,
+            "gap": entry.touch.gap,
+        }
+        if entry.kind == "contact begins":
+            begun[entry.index] = total
+        else:
+            impulse, lost = begun.pop(entry.index)
+            details["peak_force"] = entry.peak_force
+            details["impulse"], details["energy_lost"] = total[0] - impulse, total[1] - lost
+        events.append(Event(entry.time, entry.kind, names[entry.index], details))
+    return events
+
+
+def doubts(checks: Checks) -> list[str]:
+    """Say what makes the numbers of a run doubtful, whatever its formulation."""
+    warnings = []
+    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
+    if checks.energy_residual > ENERGY_WARNING * energy:
+        warnings.append(
+            f"the energy balance misses {checks.energy_residual:.3g} J, "
+            f"{checks.energy_residual / energy:.2g} of the largest kinetic energy: "
+            "tighten the tolerance and compare"
+        )
+    if checks.constraint_error > CONSTRAINT_WARNING:
+        warnings.append(
+            f"a joint is violated by {checks.constraint_error:.3g} (m or rad): "
+            "tighten the tolerance"
+        )
+    return warnings
+
+
+def turns_missing(joint: str | None) -> tuple[str, str]:
+    """Reason and advice for a run that ended before its turns were made."""
+    return (
+        f"'at_most' was reached before joint '{joint}' made its turns",
+        "raise 'at_most', or the drive's value",
+    )

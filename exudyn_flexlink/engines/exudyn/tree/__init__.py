@@ -1,0 +1,1 @@
+"""A scene as a tree of links in minimal coordinates, integrated with error control."""

@@ -1,0 +1,158 @@
+"""The penalty force of a contact on a tree's coordinates, and what the contact does."""
+
+from __future__ import annotations
+
+from enum import Enum
+from math import cos, sin, tanh
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, face_length
+from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
+
+FloatArray = NDArray[np.float64]
+Row = list[tuple[int, float, float]]
+
+
+class Side(Enum):
+    """Where the point is; behind the face it came beside it, and is not held."""
+
+    APART = "apart"
+    PRESSED = "pressed"
+    BEHIND = "behind"
+
+
+class TreeContact:
+    """A point against a face; both may be anywhere in the tree, or on the ground."""
+
+    def __init__(self, layout: TreeLayout, face: FaceContact) -> None:
+        assert isinstance(face.law, RestitutionPenalty)  # `run` refuses others
+        self.face, self.law, self.friction = face, face.law, face.friction
+        self.length = face_length(face)
+        self.side = Side.APART
+        self.peak = 0.0
+        self._point = _Carrier(layout, face.point)
+        self._start = _Carrier(layout, face.start)
+        self._direction = (
+            (face.end.x - face.start.x) / self.length,
+            (face.end.y - face.start.y) / self.length,
+        )
+        self._count = len(layout.links)
+
+    @property
+    def acts(self) -> bool:
+        """Whether it presses."""
+        return self.side is Side.PRESSED
+
+    def touch(self, x: FloatArray, v: FloatArray) -> Touch:
+        """Gap, place and rates at coordinates and speeds of the tree."""
+        return self._look(x.tolist(), v.tolist())[0]
+
+    def _look(
+        self, x: list[float], v: list[float]
+    ) -> tuple[Touch, tuple[float, float], Row, Row, tuple[float, float]]:
+        """Touch, direction of the face, motions of both sides, place of the point."""
+        (px, py), (pu, pv), (_, _), moves = self._point.state(x, v)
+        (sx, sy), (su, sv), (angle, turning), turns = self._start.state(x, v)
+        c, s = cos(angle), sin(angle)
+        ex, ey = self._direction
+        tx, ty = c * ex - s * ey, s * ex + c * ey
+        dx, dy, ux, uy = px - sx, py - sy, pu - su, pv - sv
+        place, lateral, side = tx * dx + ty * dy, tx * dy - ty * dx, self.face.side
+        touch = Touch(
+            side * lateral,
+            place,
+            side * (tx * uy - ty * ux - turning * place),
+            tx * ux + ty * uy + turning * lateral,
+            side,
+        )
+        return touch, (tx, ty), moves, turns, (px, py)
+
+    def force(self, touch: Touch) -> float:
+        """Pressing force, N; none while apart."""
+        if touch.gap >= 0:
+            return 0.0
+        e2 = self.law.restitution**2
+        rising = tanh(-touch.gap_rate / self.law.transition_speed)
+        return -touch.gap * self.law.stiffness * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
+
+    def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[float, float]:
+        """Add the generalised forces; return the pressing force (N) and the power it takes (W)."""
+        touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
+        # At the end of a touch a trial state may be a hair beyond the face: no force pulls.
+        press, rub = self.force(touch), 0.0
+        if self.friction is not None:
+            rub = float(self.friction.force(press, touch.place_rate))
+        side = touch.side
+        fx, fy = -side * press * ty + rub * tx, side * press * tx + rub * ty
+        _add(onto, moves, at, (fx, fy))
+        _add(onto, turns, at, (-fx, -fy))
+        return press, -press * touch.gap_rate - rub * touch.place_rate
+
+    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, float, float]:
+        """Gradient of the gap (links,), and how the force falls with gap and its rate."""
+        touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
+        row, normal = np.zeros(self._count), (-touch.side * ty, touch.side * tx)
+        _add(row, moves, at, normal)
+        _add(row, turns, at, (-normal[0], -normal[1]))
+        e2, vs, k = self.law.restitution**2, self.law.transition_speed, self.law.stiffness
+        rising = tanh(-touch.gap_rate / vs)
+        stiffness = k * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
+        damping = max(-touch.gap, 0.0) * k * (1 - e2) / 2 * (1 - rising * rising) / vs
+        return row, stiffness, damping
+
+
+def _add(onto: FloatArray, moves: Row, at: tuple[float, float], force: tuple[float, float]) -> None:
+    """Add a force at a place, by the links that move it: hinges at (a, b), slides along (a, b)."""
+    for i, a, b in moves:
+        if i >= 0:
+            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0]
+        else:
+            onto[~i] += a * force[0] + b * force[1]
+
+
+class _Carrier:
+    """The links that carry an anchor, from the ground on, in plain floats."""
+
+    def __init__(self, layout: TreeLayout, anchor: Anchor) -> None:
+        self._links: list[tuple[int, int, float, float]] = []
+        self._end = (anchor.x, anchor.y)
+        if anchor.part == GROUND:
+            return
+        last = layout.of_part[anchor.part]
+        for i in layout.path(last):
+            link = layout.links[i]
+            kind = 0 if link.kind == HINGE else 1 if link.kind == ALONG_X else 2
+            self._links.append((i, kind, *link.offset))
+        origin = layout.links[last].origin
+        self._end = (anchor.x - origin[0], anchor.y - origin[1])
+
+    def state(
+        self, x: list[float], v: list[float]
+    ) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float], Row]:
+        """Place, velocity, angle with its rate, and the links with their hinges or axes.
+
+        A slide is told from a hinge by its number's bitwise complement.
+        """
+        px = py = ux = uy = angle = turning = 0.0
+        c, s = 1.0, 0.0
+        row: Row = []
+        for i, kind, ox, oy in self._links:
+            ax, ay = c * ox - s * oy, s * ox + c * oy
+            px, py, ux, uy = px + ax, py + ay, ux - turning * ay, uy + turning * ax
+            if kind == 0:
+                angle, turning = angle + x[i], turning + v[i]
+                c, s = cos(angle), sin(angle)
+                row.append((i, px, py))
+                continue
+            ex, ey = (c, s) if kind == 1 else (-s, c)
+            ax, ay = x[i] * ex, x[i] * ey
+            px, py = px + ax, py + ay
+            ux, uy = ux + v[i] * ex - turning * ay, uy + v[i] * ey + turning * ax
+            row.append((~i, ex, ey))
+        ax, ay = c * self._end[0] - s * self._end[1], s * self._end[0] + c * self._end[1]
+        place, velocity = (px + ax, py + ay), (ux - turning * ay, uy + turning * ax)
+        return place, velocity, (angle, turning), row

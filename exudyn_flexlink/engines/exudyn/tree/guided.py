@@ -1,0 +1,111 @@
+r"""Where a slot holds the slide that carries its point: s as a function of the guide's angle.
+
+With the pivot C, ``w = gamma(u) - C``, the guide's axes e, e^ and x the 2D cross product, the point
+is on the track where ``e x w = b``, and then ``s = e.w - a`` (a ahead of, b beside the slide's own
+zero). Differentiated by the angle, with ``sigma = e x gamma_u``:
+
+    u'  = e.w / sigma
+    s'  = b + (e.gamma_u) u'
+    u'' = (s' - (-e.gamma_u + (e x gamma_uu) u') u') / sigma
+    s'' = sigma u' + (e.gamma_uu) u'^2 + (e.gamma_u) u''
+"""
+
+from __future__ import annotations
+
+from math import cos, hypot, sin
+
+from exudyn_flexlink.curves import Evaluator, evaluator, lap_number, pieces_of_laps
+from exudyn_flexlink.mechanism.tree import GuidedSlot
+from exudyn_flexlink.result import Event
+
+NEWTON_STEPS = 40
+NEAR = 1e-8  # of the parameter
+LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
+
+
+class DeadCentreError(ValueError):
+    """The guide's axis touches the track or misses it: its angle tells no place of the point."""
+
+
+class SlotGuide:
+    """Follows one slot's point from piece to piece; `u` is where it was last."""
+
+    def __init__(self, guided: GuidedSlot, place: float, events: list[Event]) -> None:
+        self.guided = guided
+        self.curve = guided.slot.curve
+        self.events = events
+        self.piece, self.u = self.curve.locate(place)
+        self._home = self.u  # after the last whole step: every search starts there
+        self._laps = pieces_of_laps(self.curve)
+        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
+        self._winding = self._lap
+        self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
+
+    def slide(self, angle: float) -> tuple[float, float, float]:
+        """Coordinate of the slide (m) and its first two derivatives by the guide's angle.
+
+        Raises:
+            DeadCentreError: the axis misses the track or touches it.
+
+        """
+        c, s = cos(angle), sin(angle)
+        (cx, cy), ahead, aside = self.guided.pivot, self.guided.ahead, self.guided.aside
+        at, u = self._at[self.piece], self._home
+        near = False
+        for _ in range(NEWTON_STEPS):
+            x, y, dx, dy, ddx, ddy = at(u)
+            slope = c * dy - s * dx
+            if abs(slope) < LEAST_SLOPE * hypot(dx, dy):
+                raise DeadCentreError("the guide's axis touches the track")
+            step = (c * (y - cy) - s * (x - cx) - aside) / slope
+            if near:  # quadratic: after a step this small the place is exact to rounding
+                break
+            u -= step
+            near = abs(step) <= NEAR * (1 + abs(u))
+        else:
+            raise DeadCentreError("the guide's axis misses the track")
+        self.u = u
+        reach, along = c * (x - cx) + s * (y - cy), c * dx + s * dy
+        first = reach / slope
+        rate = aside + along * first
+        turn = -along + (c * ddy - s * ddx) * first
+        second = (rate - turn * first) / slope
+        bend = slope * first + (c * ddx + s * ddy) * first * first + along * second
+        return reach - ahead, rate, bend
+
+    def settle(self, u: float) -> None:
+        """Search from this place on, where the last step ended."""
+        self.u = self._home = u
+
+    def left(self, u: float) -> tuple[float, float]:
+        """How far a place is from the end and from the start of the present piece."""
+        piece = self.curve.pieces[self.piece]
+        return piece.end - u, u - piece.start
+
+    def place(self, u: float) -> float:
+        """Parameter of the whole curve at the present piece's own."""
+        piece = self.curve.pieces[self.piece]
+        if not self.curve.closed:
+            u = min(max(u, piece.start), piece.end)
+        return float(self.curve.breaks[self.piece] + u - piece.start)
+
+    def next_piece(self, way: int, time: float) -> bool:
+        """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
+        first, last = self._laps[self._lap]
+        after = self.piece + way
+        if not first <= after <= last:
+            if not self.curve.closed:
+                return False
+            before = lap_number(self._winding)
+            self._winding += way
+            number = lap_number(self._winding)
+            if number != before:
+                details = {"lap": float(number)}
+                self.events.append(Event(time, "lap", self.guided.slot.name, details))
+            self._lap = (number - 1) % len(self._laps)
+            first, last = self._laps[self._lap]
+            after = first if way > 0 else last
+        self.piece = after
+        piece = self.curve.pieces[after]
+        self.u = self._home = piece.start if way > 0 else piece.end
+        return True

@@ -1,0 +1,195 @@
+"""From a tree's run to a Result: poses, reactions, events, checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.reporting import Report, contact_events
+from exudyn_flexlink.engines.exudyn.tree.kinematics import Motions, motions
+from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
+from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
+from exudyn_flexlink.engines.exudyn.tree.recording import Recorder
+from exudyn_flexlink.mechanism import anchor_position, approach
+from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass
+class TreeRun:
+    """A run of a tree, before and after it is made."""
+
+    scene: Scene
+    model: TreeModel
+    loop: TreeLoop
+    recorder: Recorder
+    events: list[Event]
+
+
+def report(run: TreeRun) -> Report:
+    """Everything of the run that a Result shows."""
+    return _Reading(run).report()
+
+
+class _Reading:
+    def __init__(self, run: TreeRun) -> None:
+        self.run = run
+        self.model, self.mechanism = run.model, run.model.assembly.mechanism
+        recorder = run.recorder
+        samples = recorder.samples
+        self.time, self.x, self.v = (
+            np.array([getattr(sample, name) for sample in samples]) for name in ("time", "x", "v")
+        )
+        self.places = np.array([s.places for s in samples]).reshape(len(samples), -1)
+        contacts = len(self.mechanism.contacts)
+        self.pressed = np.array(
+            [s.pressed or (False,) * contacts for s in samples], dtype=bool
+        ).reshape(len(samples), -1)
+        self.a, self.left, self.totals = (
+            np.concatenate(rows)
+            for rows in (recorder.accelerations, recorder.left, recorder.totals)
+        )
+        self.moved: Motions = motions(self.model.layout, self.x, self.v, self.a)
+        self.approaches = [
+            approach(contact, self.moved.poses, self.moved.rates)
+            for contact in self.mechanism.contacts
+        ]
+        self.pressing = np.zeros(self.pressed.shape)
+        for k, at in enumerate(self.approaches):
+            law = self.model.contacts[k].law
+            self.pressing[:, k] = self.pressed[:, k] * law.force(-at.gap, -at.gap_rate)
+        self.slot_force = [self._slot(k) for k in range(len(self.model.layout.slots))]
+
+    def report(self) -> Report:
+        poses, rates = self.moved.poses, self.moved.rates
+        energies, _ = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
+        contacts = {}
+        for k, contact in enumerate(self.mechanism.contacts):
+            at = self.approaches[k]
+            contacts[contact.name] = ContactHistory(at.gap, at.place, self.pressing[:, k])
+        names = [guided.slot.name for guided in self.model.layout.slots]
+        return Report(
+            settings=self._settings(),
+            time=self.time,
+            poses=poses,
+            rates=rates,
+            drive_torques=self._torques(),
+            joint_forces=self._joint_forces(),
+            slot_forces=dict(zip(names, self.slot_force, strict=True)),
+            contacts=contacts,
+            sleeves={},
+            energy=EnergyHistory(*energies.T),
+            events=self._events(),
+            checks=self._checks(),
+        )
+
+    def _settings(self) -> dict[str, float | str]:
+        accuracy = self.run.scene.accuracy
+        settings: dict[str, float | str] = {
+            "formulation": "tree",
+            "integrator": "Radau IIA of order 5",
+        }
+        if accuracy.step is not None:
+            settings["step"] = accuracy.step
+        if accuracy.tolerance is not None:
+            settings["tolerance"] = accuracy.tolerance
+        return settings
+
+    def _checks(self) -> Checks:
+        loop, recorder = self.run.loop, self.run.recorder
+        return Checks(
+            energy_residual=recorder.energy_residual,
+            largest_kinetic_energy=recorder.largest_kinetic_energy,
+            constraint_error=recorder.constraint_error,
+            steps=loop.steps,
+            newton_iterations=loop.radau.iterations,
+            smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
+            largest_step=loop.largest_step,
+            steps_per_contact=inf,  # the error is controlled there as everywhere
+            largest_penetration=float(recorder.penetrations.max(initial=0.0)),
+        )
+
+    def _events(self) -> tuple[Event, ...]:
+        names = [contact.name for contact in self.mechanism.contacts]
+        events = [event for event in self.run.events if event.time < self.run.loop.end]
+        # As it begins and ends a contact stores nothing: what it stored as the point slid off is
+        # lost.
+        entries, count = self.run.loop.entries, len(names)
+        noted = zip(entries, self.run.recorder.at_notes, strict=True)
+        totals = [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
+        events += contact_events(entries, totals, names)
+        return tuple(sorted(events, key=lambda event: event.time))
+
+    # --- reactions ----------------------------------------------------------------------------
+
+    def _slot(self, k: int) -> FloatArray:
+        """Force of a slot on its point: along the curve's normal, and what holds the slide."""
+        guided = self.model.layout.slots[k]
+        normal = guided.slot.curve.normal(self.places[:, k])
+        angle = self.x[:, guided.turning]
+        along = normal[:, 0] * np.cos(angle) + normal[:, 1] * np.sin(angle)
+        return np.asarray((self.left[:, guided.sliding] / along)[:, None] * normal)
+
+    def _torques(self) -> dict[str, FloatArray]:
+        """Torque of each drive on its joint's second part, N m."""
+        torques = {}
+        for link, (motor, sign) in self.model.layout.motors.items():
+            torque = self.left[:, link].copy()
+            for guided, force in zip(self.model.layout.slots, self.slot_force, strict=True):
+                if guided.turning == link:
+                    at = anchor_position(guided.slot.anchor, self.moved.poses) - guided.pivot
+                    torque -= at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0]
+            torques[motor.name] = sign * torque
+        for motor, _ in self.model.torques:
+            torques[motor.name] = np.array([motor.ramp.at(t) for t in self.time])
+        return torques
+
+    def _joint_forces(self) -> dict[str, FloatArray]:
+        """Force of each hinge on its second point: Newton's law for all that hangs on it."""
+        layout = self.model.layout
+        given = self._given()
+        forces = {}
+        for name, (link, second) in layout.pins.items():
+            if name not in self.run.scene.joints:
+                continue
+            held = [part for part, own in layout.of_part.items() if link in layout.path(own)]
+            force = sum((self._momentum_rate(part) - given[part] for part in held),
+                        np.zeros((len(self.time), 2)))  # fmt: skip
+            forces[name] = force if second else -force
+        return forces
+
+    def _momentum_rate(self, part: int) -> FloatArray:
+        """Mass times acceleration of a part's centre, less its weight, N."""
+        body = self.mechanism.parts[part]
+        x, y = body.centre
+        pose, rate, bend = (
+            m[:, part] for m in (self.moved.poses, self.moved.rates, self.moved.bends)
+        )
+        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+        arm = np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        turned = np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
+        acceleration = bend[:, :2] + bend[:, 2:] * turned - rate[:, 2:] ** 2 * arm
+        return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
+
+    def _given(self) -> list[FloatArray]:
+        """Forces of slots and contacts on each part, N."""
+        given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
+        for guided, force in zip(self.model.layout.slots, self.slot_force, strict=True):
+            given[guided.slot.anchor.part] += force
+        for k, contact in enumerate(self.mechanism.contacts):
+            at = self.approaches[k]
+            push = self.pressing[:, k, None] * at.normal
+            if contact.friction is not None:
+                rub = contact.friction.force(self.pressing[:, k], at.place_rate)
+                along = contact.side * np.stack([at.normal[:, 1], -at.normal[:, 0]], axis=-1)
+                push = push + rub[:, None] * along
+            if contact.point.part >= 0:
+                given[contact.point.part] += push
+            if contact.start.part >= 0:
+                given[contact.start.part] -= push
+        return given

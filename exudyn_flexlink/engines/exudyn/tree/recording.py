@@ -1,0 +1,211 @@
+"""From the loop's steps to samples, energies and checks.
+
+Samples lie on the polynomial between steps; accelerations and reactions there follow from the
+equations of motion themselves. Energies dissipated and supplied, impulses and works of contacts are
+integrals over the stages of every step, as accurate as the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.tree.kinematics import motions
+from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel, Whole
+from exudyn_flexlink.engines.exudyn.tree.radau import NODES, STAGES, WEIGHTS, Evaluation, Step
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
+
+FloatArray = NDArray[np.float64]
+
+BLOCK = 512  # steps that are worked off together
+
+
+class Sample(NamedTuple):
+    """One kept instant: coordinates, places on the slots' curves, which contacts press."""
+
+    time: float
+    x: FloatArray
+    v: FloatArray
+    places: tuple[float, ...]
+    pressed: tuple[bool, ...]
+
+
+class Recorder:
+    """Takes every step; keeps samples at `grid` (s, increasing) and where it is asked to.
+
+    For each sample `accelerations` and `left` are those of all coordinates and the forces that
+    motors and slots add to them; `totals` the energies dissipated in dampers and supplied by drives
+    (J), then the impulse of each contact (N s), then the work done on each (J), since time 0.
+    `at_notes` are the totals at the instants that were noted.
+    """
+
+    def __init__(self, model: TreeModel, grid: FloatArray) -> None:
+        self.model = model
+        self.grid = grid
+        self.mechanism = model.assembly.mechanism
+        self.meter = EnergyMeter(self.mechanism)
+        self.samples: list[Sample] = []
+        self.accelerations: list[FloatArray] = []  # (samples, links) of each block
+        self.left: list[FloatArray] = []
+        self.totals: list[FloatArray] = []
+        self.at_notes: list[FloatArray] = []
+        self.energy_residual = 0.0
+        self.largest_kinetic_energy = 0.0
+        self.constraint_error = 0.0
+        self.penetrations = np.zeros(len(model.contacts))
+        self._next = 1
+        self._steps: list[Step] = []
+        self._ends: list[Held] = []
+        self._pressed: list[tuple[bool, ...]] = []
+        self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
+        self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
+        self._kept: list[Whole] = []
+        self._notes: list[int] = []  # steps of the block made before each note
+        self._reached = np.zeros(2 + 2 * len(model.contacts))  # totals at the end of the last step
+        self._start_energy: float | None = None
+
+    def begin(self, at: Evaluation) -> None:
+        """Take the state at time 0."""
+        whole: Whole = at.kept
+        self._on_curves = [self._places(whole.places)]
+        held = Held(whole.x, whole.v, whole.b, whole.places)
+        self._check([held], self._reached[None, :], [self._acting()])
+        self._on_curves = []
+        self._keep(whole, 0, 0.0)
+
+    def take(self, step: Step, end: Held) -> None:
+        """Take a step to `end`: the samples within, and what its energies and checks need."""
+        if len(self._steps) == BLOCK:
+            self.flush()
+        last = int(np.searchsorted(self.grid, step.end * (1 + 1e-14), side="right"))
+        if last > self._next:
+            wanted = self.grid[self._next : last]
+            self._next = last
+            for t, q, v in zip(wanted.tolist(), *step.at(wanted), strict=True):
+                at = self.model.evaluate(t, q, v)
+                self._keep(at.kept, len(self._steps), (t - step.t) / step.h)
+        self._steps.append(step)
+        self._pressed.append(self._acting())
+        self._ends.append(end)
+        self._on_curves.append(self._places(end.places))
+
+    def mark(self) -> None:
+        """Keep a sample at the end of the last step, too."""
+        if self._steps and self.samples[-1].time < self._steps[-1].end:
+            step = self._steps[-1]
+            at = self.model.evaluate(step.end, step.finish.q, step.finish.v)
+            self._keep(at.kept, len(self._steps) - 1, 1.0)
+
+    def note(self) -> None:
+        """Keep the totals at the end of the last step."""
+        self._notes.append(len(self._steps))
+
+    def _acting(self) -> tuple[bool, ...]:
+        return tuple(contact.acts for contact in self.model.contacts)
+
+    def _keep(self, at: Whole, step: int, part: float) -> None:
+        self.samples.append(Sample(at.t, at.x, at.v, self._places(at.places), self._acting()))
+        self._kept.append(at)
+        self._between.append((step, part))
+
+    def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
+        guides = self.model.guides
+        return tuple(g.place(u) for g, u in zip(guides, on_pieces, strict=True))
+
+    # --- blocks -------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Work off the block: integrals over its steps, what its samples lack, checks."""
+        steps = self._steps
+        if not steps:
+            return
+        shape = (len(steps), STAGES + 1, -1)
+        nodes = [node for step in steps for node in (step.begin, *step.stages)]
+        free = np.array([a for s in steps for a in (s.start.a, *s.accelerations)])
+        _, left = self.model.left_over([node.kept for node in nodes], free)
+        rates = self._rates_of([node.kept for node in nodes], left).reshape(shape)
+        lengths = np.array([step.h for step in steps])
+        gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
+        reached = self._reached + np.vstack([0 * self._reached, np.cumsum(gained, axis=0)])
+        rows = np.array([row for row, _ in self._between], dtype=int)
+        parts = np.array([part for _, part in self._between])
+        between = np.vander(parts, STAGES + 1, increasing=True) @ NODES
+        sampled = np.einsum("si,sij->sj", between, free.reshape(shape)[rows])
+        accelerations, added = self.model.left_over(self._kept, sampled)
+        self.accelerations.append(accelerations)
+        self.left.append(added)
+        self.totals.append(_cubic(parts, lengths[rows], (reached[rows], reached[rows + 1]),
+                                  (rates[rows, 0], rates[rows, -1])))  # fmt: skip
+        self.at_notes += [reached[row] for row in self._notes]
+        self._check(self._ends, reached[1:], self._pressed)
+        self._reached = reached[-1]
+        self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
+        self._between, self._kept, self._notes = [], [], []
+
+    def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
+        """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""
+        count = len(self.model.contacts)
+        v = np.array([whole.v for whole in kept])
+        rates = np.zeros((len(kept), 2 + 2 * count))
+        rates[:, 0] = (v * v) @ self.model.damping
+        rates[:, 1] = np.sum(left * v, axis=1)
+        for motor, (link, sign) in self.model.torques:
+            rates[:, 1] += [sign * motor.ramp.at(whole.t) * whole.v[link] for whole in kept]
+        pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), count, 2)
+        rates[:, 2 : 2 + count], rates[:, 2 + count :] = pushes[..., 0], pushes[..., 1]
+        return rates
+
+    def _check(
+        self,
+        kept: list[Held],
+        totals: FloatArray,
+        pressed: list[tuple[bool, ...]],
+    ) -> None:
+        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+        found = motions(self.model.layout, x, v, np.zeros_like(x))
+        acted = np.array(pressed, dtype=bool).reshape(len(kept), -1)
+        energies, depths = self.energies(found.poses, found.rates, totals, acted)
+        total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
+        if self._start_energy is None:
+            self._start_energy = float(total[0])
+        on_curves = np.array(self._on_curves).reshape(len(kept), -1)
+        errors = joint_residuals(self.mechanism, found.poses, on_curves)
+        residual = float(np.abs(total - self._start_energy).max())
+        self.energy_residual = max(self.energy_residual, residual)
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
+        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+        np.maximum(self.penetrations, depths.max(axis=0, initial=0.0), out=self.penetrations)
+
+    def energies(
+        self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4), and penetrations."""
+        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
+        count = len(self.model.contacts)
+        lost = totals[:, 0] + totals[:, 2 + count :].sum(axis=1)
+        depths = np.zeros((len(poses), count))
+        for k, contact in enumerate(self.mechanism.contacts):
+            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+            gap = approach(contact, poses, rates).gap
+            depths[:, k] = np.where(pressed[:, k], np.maximum(-gap, 0.0), 0.0)
+            elastic = contact.law.stored_energy(depths[:, k])
+            stored, lost = stored + elastic, lost - elastic
+        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1), depths
+
+
+def _cubic(
+    s: FloatArray,
+    h: FloatArray,
+    values: tuple[FloatArray, FloatArray],
+    rates: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Values at parts s of steps of lengths h, on cubics through values and rates of their ends."""
+    s, h = s[:, None], h[:, None]
+    (y0, y1), (r0, r1) = values, rates
+    slope = (y1 - y0) / h
+    b, c = 3 * slope - 2 * r0 - r1, r0 + r1 - 2 * slope
+    return np.asarray(y0 + h * s * (r0 + s * (b + s * c)))
