@@ -391,7 +391,7 @@ def test_the_horizon_is_where_a_finer_run_parts(
     seen: list[Accuracy] = []
     run_of(parting(1.0, seen))
     assert main(["simulate", NO_CLEARANCE, "--no-plots", "--horizon", *quiet]) == 0
-    assert [accuracy.tolerance for accuracy in seen] == [4e-5, 2e-5]
+    assert [accuracy.tolerance for accuracy in seen] == [1e-6, 5e-7]
     shown = capsys.readouterr().out
     assert "link.end can be trusted pointwise up to t = 1" in shown
     assert shown.startswith("link.end" if quiet else "Completed: ")

@@ -105,7 +105,7 @@ def test_title_engine_and_assumptions(rigid, drawn):
         said = words(figure)
         assert rigid.scene.title in said.replace("\n", " ")
         assert "hinges 'paper', n = 10" in said
-        assert "tolerance 4e-05 m" in said
+        assert "tolerance 1e-06 m" in said
         (engine,) = (text for text in texts(figure) if text.get_text() == "engine: exudyn")
         assert same_color(engine.get_color(), ENGINE_COLOURS["exudyn"])
 
