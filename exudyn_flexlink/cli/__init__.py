@@ -18,6 +18,7 @@ from typing import Any
 from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
 from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.simulating import simulate_command
+from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.terminal import DONE, INTERRUPTED, complain
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
@@ -49,6 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_simulate(commands)
     _add_compare(commands)
+    _add_accuracy(commands)
     _add_check(commands)
     _add_plot(commands)
     _add_schema(commands)
@@ -118,6 +120,43 @@ def _add_compare(commands: Any) -> None:
     _add_without(parser, "compare the model with itself without the effect, in one engine: ")
     _add_engine(parser, "the engine of '--without'; default: exudyn", None)
     _add_output(parser, "runs/<name of the model>-compare")
+
+
+def _add_accuracy(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "accuracy",
+        accuracy_command,
+        "study what accuracy costs in a model: error over processor time, and what limits it",
+        """\
+        exudyn-flexlink accuracy models/smooth.yaml
+        exudyn-flexlink accuracy models/no_clearance.yaml --set run.turns=2 --target 1e-5
+        exudyn-flexlink accuracy models/clearance.yaml --set run.turns=0.5 --budget 300""",
+    )
+    _add_model(parser)
+    parser.add_argument(
+        "--target",
+        type=_length,
+        metavar="M",
+        help="error that is good enough, m; default: the model's tolerance, or 1e-4",
+    )
+    parser.add_argument(
+        "--budget",
+        type=_duration,
+        default=60.0,
+        metavar="SECONDS",
+        help="time the study may take; what does not fit in is left out; default: 60",
+    )
+    _add_impact(parser)
+    _add_without(parser)
+    _add_output(parser, "runs/<name of the model>-accuracy")
+
+
+def _duration(text: str) -> float:
+    return _length(text)
+
+
+_duration.__name__ = "time in s"
 
 
 def _length(text: str) -> float:

@@ -43,15 +43,22 @@ class Bar:
     def __init__(self, what: str) -> None:
         self._what = what
         self._began = time.monotonic()
+        self._done = 0.0
         self._bar: Any = None
 
     def __call__(self, done: float) -> None:
         """Show the part that is done, 0 to 1."""
+        self._done = done
         if self._bar is None:
             if time.monotonic() - self._began < SOON:
                 return
             self._open()
-        self._bar.update(self._bar.task_ids[0], completed=done)
+        self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
+
+    def say(self, what: str) -> None:
+        """Say from now on that `what` is going on."""
+        self._what = what
+        self(self._done)
 
     def close(self) -> None:
         """Take the bar away."""
@@ -63,7 +70,7 @@ class Bar:
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
         from rich.progress import TimeRemainingColumn as TimeLeft
 
-        columns = (TextColumn(self._what), BarColumn(), TaskProgressColumn(), TimeLeft())
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
         self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
                              transient=True)  # fmt: skip
         self._bar.add_task(self._what, total=1.0)

@@ -17,6 +17,14 @@ ENGINES = {
 }
 
 
+def formulations(scene: Scene, engine: str) -> tuple[str, ...]:  # noqa: ARG001
+    """Formulations in which an engine represents a scene, the one it picks itself first.
+
+    Empty where it offers no choice.
+    """
+    return ()
+
+
 class NotRepresentableError(ValueError):
     """An engine can't represent a part of the scene; `path` names it (``("joints", "pin")``)."""
 

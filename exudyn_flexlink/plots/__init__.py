@@ -6,6 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from exudyn_flexlink.plots.accuracy import work_precision
 from exudyn_flexlink.plots.balance import energy, forces
 from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
@@ -27,6 +28,7 @@ __all__ = [
     "mechanism",
     "polar",
     "save_figures",
+    "work_precision",
 ]
 
 _FIGURES = {

@@ -4,6 +4,7 @@
 reader plots first. `load` gives the Result back exactly.
 """
 
+from exudyn_flexlink.storage.accuracy import save_accuracy
 from exudyn_flexlink.storage.comparison import save_comparison
 from exudyn_flexlink.storage.errors import PROGRAM, StorageError
 from exudyn_flexlink.storage.reading import load, read_summary
@@ -21,6 +22,7 @@ __all__ = [
     "read_series",
     "read_summary",
     "save",
+    "save_accuracy",
     "save_comparison",
     "staged_folder",
     "trajectory_columns",

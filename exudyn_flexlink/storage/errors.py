@@ -8,7 +8,7 @@ from pathlib import Path
 PROGRAM = "exudyn-flexlink"
 FORMAT = 2
 SUMMARY, ARRAYS = "summary.json", "result.npz"
-COMPARISON = "comparison.json"
+COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 HISTORIES = ("drive_torques", "joint_forces", "slot_forces")
 
 

@@ -8,7 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from exudyn_flexlink.storage.errors import COMPARISON, SUMMARY, StorageError, cannot_write
+from exudyn_flexlink.storage.errors import (
+    ACCURACY,
+    COMPARISON,
+    SUMMARY,
+    StorageError,
+    cannot_write,
+)
 from exudyn_flexlink.storage.reading import read_json
 
 
@@ -16,9 +22,9 @@ from exudyn_flexlink.storage.reading import read_json
 def staged_folder(target: Path) -> Iterator[Path]:
     """Yield a temporary folder beside `target`; once all is written there, rename it to `target`.
 
-    An existing `target` is replaced if it is empty or holds an earlier run, or comparison, of this
-    program. After any exception or interrupt the temporary folder is removed and `target` is as it
-    was.
+    An existing `target` is replaced if it is empty or holds an earlier run, comparison or study of
+    this program. After any exception or interrupt the temporary folder is removed and `target`
+    is as it was.
 
     Raises:
         StorageError: the target can't be replaced (found before anything is written), or the place
@@ -59,7 +65,9 @@ def _check_replaceable(target: Path) -> None:
     if empty:
         return
     advice = "choose another name, or remove it yourself"
-    own = next((name for name in (SUMMARY, COMPARISON) if (target / name).is_file()), None)
+    own = next(
+        (name for name in (SUMMARY, COMPARISON, ACCURACY) if (target / name).is_file()), None
+    )
     if own is None:
         raise StorageError(f"{target} holds files that are no run of this program; {advice}")
     try:

@@ -1,0 +1,41 @@
+"""What accuracy costs: a work-precision study of one scene, by every method that represents it.
+
+No engine here: whoever starts a study hands in what solves a scene.
+"""
+
+from exudyn_flexlink.accuracy.advice import Advice, advise, dominating, needed, rods_needed
+from exudyn_flexlink.accuracy.errors import Error, Errors, Horizon, agreement, errors, tips
+from exudyn_flexlink.accuracy.judging import NothingRunError, Point, Source, Study, judge
+from exudyn_flexlink.accuracy.methods import BEAM, Method, methods_of
+from exudyn_flexlink.accuracy.sources import beams, flexible, stiffnesses
+from exudyn_flexlink.accuracy.study import RefusedError, Runs, Solve, Solved, study
+
+__all__ = [
+    "BEAM",
+    "Advice",
+    "Error",
+    "Errors",
+    "Horizon",
+    "Method",
+    "NothingRunError",
+    "Point",
+    "RefusedError",
+    "Runs",
+    "Solve",
+    "Solved",
+    "Source",
+    "Study",
+    "advise",
+    "agreement",
+    "beams",
+    "dominating",
+    "errors",
+    "flexible",
+    "judge",
+    "methods_of",
+    "needed",
+    "rods_needed",
+    "stiffnesses",
+    "study",
+    "tips",
+]

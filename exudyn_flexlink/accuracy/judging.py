@@ -1,0 +1,228 @@
+"""Runs of a study to what they say: errors against a reference, a floor, sources of error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors, tips
+from exudyn_flexlink.accuracy.methods import Method
+from exudyn_flexlink.accuracy.sources import (
+    COMPLIANCE_ORDER,
+    MORE_RODS,
+    STIFFER,
+    beams,
+    extrapolated,
+    rod_order,
+)
+from exudyn_flexlink.accuracy.study import Runs, Trial, Varied
+from exudyn_flexlink.observables import watched_point
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of the work-precision figure: processor time (s), errors (m) against the truth."""
+
+    method: Method
+    value: float
+    processor: float
+    repeats: int
+    steps: int
+    errors: Errors
+    claimed: float  # m: the largest error, or the floor if that is higher
+
+    @property
+    def below_floor(self) -> bool:
+        """Whether the references do not agree well enough to tell this error."""
+        return self.claimed > self.errors.worst
+
+    @property
+    def told(self) -> str:
+        """The point in words."""
+        return self.method.told(self.value)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Error at the model's own settings that comes from one cause: time, rods or contact.
+
+    `at_most`: the runs it was told from differ by little more than their errors of time.
+    `order` is that at which it falls with the number of rods, or the stiffness.
+    """
+
+    kind: str
+    errors: Errors
+    order: float = 0.0
+    at_most: bool = False
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study found.
+
+    `reference` and `check` are what errors are judged by and what that was held against, in words
+    (`check` empty: nothing); `independent`: by other equations of motion or another formulation.
+    `floor` (m) is their distance: smaller errors can't be told. `until` (s) is up to when errors
+    are judged, `horizon` why that is not the end.
+    """
+
+    scene: Scene
+    target: float
+    point: str
+    tips: tuple[str, ...]
+    end: float
+    reference: str
+    reference_processor: float
+    check: str
+    independent: bool
+    floor: float
+    horizon: Horizon | None
+    points: tuple[Point, ...]
+    own: Point | None
+    sources: tuple[Source, ...]
+    still: bool
+    runs: Runs
+
+    @property
+    def until(self) -> float:
+        """Instant up to which errors are judged, s."""
+        return self.end if self.horizon is None else self.horizon.sure
+
+
+class NothingRunError(Exception):
+    """No two runs ended, so that there is nothing to compare; the message says why."""
+
+
+def judge(runs: Runs) -> Study:
+    """Judge all runs by a reference.
+
+    Raises:
+        NothingRunError: there are not two runs to compare.
+
+    """
+    truth = _reference(runs)
+    if truth is None:
+        raise NothingRunError(_why_nothing(runs))
+    struck = tips(truth.result)
+    others = [trial for trial in runs.trials if trial is not truth]
+    check, independent = _check(truth, others, struck)
+    horizon = agreement(truth.result, check.result) if check else None
+    end = float(truth.result.time[-1])
+    until = end if horizon is None else horizon.sure
+    floor = errors(check.result, truth.result, until, struck).worst if check else 0.0
+    points = [_point(trial, truth, until, struck, floor) for trial in others]
+    own = _own(runs, truth, points)
+    tight = runs.reference is truth
+    return Study(
+        scene=runs.scene,
+        target=runs.target,
+        point=watched_point(runs.scene),
+        tips=tuple(struck),
+        end=end,
+        reference=_tight(truth) if tight else truth.method.told(truth.value),
+        reference_processor=truth.processor,
+        check="" if check is None else check.method.told(check.value),
+        independent=independent,
+        floor=floor,
+        horizon=horizon,
+        points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
+        own=own,
+        sources=tuple(_sources(runs, truth, own, until)),
+        still=not _moves(truth.result),
+        runs=runs,
+    )
+
+
+def _tight(truth: Trial) -> str:
+    accuracy = truth.scene.accuracy
+    rtol, atol = accuracy.relative_tolerance, accuracy.absolute_tolerance
+    return f"{truth.method.name}, rtol {rtol:.0e}, atol {atol:.0e}"
+
+
+def _reference(runs: Runs) -> Trial | None:
+    """Find the run that everything is judged by: the tight one, or else the finest there is."""
+    if len(runs.trials) + (runs.reference is not None) < 2:
+        return None
+    if runs.reference is not None:
+        return runs.reference
+    fit = [t for t in runs.trials if t.method.of_rods and t.method.knob == "tolerance"]
+    fit = fit or [t for t in runs.trials if t.method.of_rods]
+    return min(fit, key=lambda t: (t.value, -t.wall), default=None)
+
+
+def _why_nothing(runs: Runs) -> str:
+    left = [f"left out for lack of time: {name}" for name in runs.left_out]
+    told = {**runs.refused, **runs.failed}
+    why = [*(f"{name}: {reason}" for name, reason in told.items()), *left]
+    return "no two runs ended, so there is nothing to compare\n" + "\n".join(why)
+
+
+def _check(
+    truth: Trial, others: Sequence[Trial], struck: Sequence[str]
+) -> tuple[Trial | None, bool]:
+    """Find what the reference is held against: the independent run nearest to it, or any run."""
+    fit = [t for t in others if t.method.of_rods]
+    independent = [t for t in fit if _independent(t.method, truth.method)]
+    if independent:
+        end = float(truth.result.time[-1])
+        near = {i: errors(t.result, truth.result, end, struck).worst
+                for i, t in enumerate(independent)}  # fmt: skip
+        return independent[min(near, key=near.__getitem__)], True
+    own = [t for t in fit if t.method == truth.method]
+    return min(own, key=lambda t: t.value, default=None), False
+
+
+def _independent(one: Method, other: Method) -> bool:
+    """Whether two methods share no equations: other engines, or other formulations of one."""
+    return (one.engine, dict(one.settings)) != (other.engine, dict(other.settings))
+
+
+def _point(trial: Trial, truth: Trial, until: float, struck: Sequence[str], floor: float) -> Point:
+    found = errors(trial.result, truth.result, until, struck)
+    steps = trial.result.checks.steps
+    claimed = max(found.worst, floor)
+    return Point(
+        trial.method, trial.value, trial.processor, len(trial.times), steps, found, claimed
+    )
+
+
+def _own(runs: Runs, truth: Trial, points: Sequence[Point]) -> Point | None:
+    """Find the point at the model's own settings; None if it is the reference, or was not run."""
+    own = runs.own
+    if own is None or own is truth:
+        return None
+    return next(p for p in points if p.method == own.method and p.value == own.value)
+
+
+def _sources(runs: Runs, truth: Trial, own: Point | None, until: float) -> list[Source]:
+    found = [] if own is None else [Source("time", own.errors, at_most=own.below_floor)]
+    factors = {"rods": _of_rods(runs.scene), "contact": (STIFFER, COMPLIANCE_ORDER)}
+    for kind, varied in runs.varied.items():
+        ratio, order = factors[kind]
+        apart, at_most = _difference(varied, truth, until)
+        found.append(Source(kind, apart.times(extrapolated(ratio, order)), order, at_most))
+    return found
+
+
+def _of_rods(scene: Scene) -> tuple[float, float]:
+    return (MORE_RODS, rod_order(scene) if beams(scene) else 1)
+
+
+def _difference(varied: Varied, truth: Trial, until: float) -> tuple[Errors, bool]:
+    """Distance of the changed scene from the scene, both by one method at one setting.
+
+    Whether it is hardly more than that method's error is told, too.
+    """
+    base = varied.base
+    struck = tips(truth.result)
+    apart = errors(varied.changed, base.result, until, struck)
+    own = 0.0 if base is truth else errors(base.result, truth.result, until, struck).worst
+    return apart, apart.worst < TRUSTED * own
+
+
+def _moves(result: Result) -> bool:
+    return bool((abs(result.poses - result.poses[0]) > 0).any())

@@ -1,0 +1,110 @@
+"""Methods of a work-precision study: an engine, its formulation, and the setting that is varied."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import ceil, log10
+from typing import Any, Literal
+
+from exudyn_flexlink.scene import Scene
+
+Knob = Literal["tolerance", "step"]
+
+BEAM = "beam"  # the one formulation whose link is not made of rods
+TITLES = {"exudyn": "Exudyn", "lagrangian": "Lagrangian"}
+LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
+USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
+RUNGS_OF_STEPS = 6
+REFERENCE = {"relative_tolerance": 1e-11, "absolute_tolerance": 1e-13}
+"""Of the Lagrangian, against which everything else is judged."""
+
+_OF_THE_KNOBS = ("tolerance", "step", *REFERENCE)
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to solve a scene, up to one number: a tolerance (m) or a step (s).
+
+    `settings` are keys of the scene's accuracy that make it this method. `of_rods` is False where
+    the link is another model than the scene's rods, so that no setting leads to their motion.
+    """
+
+    name: str
+    engine: str
+    knob: Knob = "tolerance"
+    settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    of_rods: bool = True
+
+    def at(self, scene: Scene, value: float, **more: float) -> Scene:
+        """Return the scene solved by this method at a value of its knob, with `more` settings."""
+        given = scene.accuracy.model_dump(exclude_none=True)
+        kept = {key: item for key, item in given.items() if key not in _OF_THE_KNOBS}
+        changed = kept | dict(self.settings) | {self.knob: value} | more
+        return scene.changed(accuracy=type(scene.accuracy).model_validate(changed))
+
+    def told(self, value: float) -> str:
+        """Say the method at a value, such as 'Exudyn, joints, tolerance 1e-05 m'."""
+        unit = "m" if self.knob == "tolerance" else "s"
+        name = self.name.removesuffix(", fixed step")
+        return f"{name}, {self.knob} {value:.2g} {unit}"
+
+
+def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[Method]:
+    """List the methods worth a try, that of the model's own settings first.
+
+    `formulations` names, for each engine, the formulations that represent the scene, the one that
+    the engine picks first; empty for an engine without a choice.
+    """
+    found = [
+        method for engine, names in formulations.items() for method in _of_engine(engine, names)
+    ]
+    if "exudyn" in formulations:
+        found.append(_fixed_step(formulations["exudyn"]))
+    own = own_method(scene, found)
+    return sorted(found, key=lambda method: method is not own)
+
+
+def _of_engine(engine: str, formulations: Sequence[str]) -> list[Method]:
+    title = TITLES.get(engine, engine)
+    if not formulations:
+        return [Method(title, engine)]
+    return [
+        Method(f"{title}, {name}", engine, "tolerance", {"formulation": name}, name != BEAM)
+        for name in formulations
+    ]
+
+
+def _fixed_step(formulations: Sequence[str]) -> Method:
+    """Return the equal steps that anyone would script by hand."""
+    settings = {"formulation": "joints"} if "joints" in formulations else {}
+    return Method("Exudyn, fixed step", "exudyn", "step", settings)
+
+
+def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
+    """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
+    knob = "tolerance" if scene.accuracy.step is None else "step"
+    asked = getattr(scene.accuracy, "formulation", None) or "auto"
+    fitting = [m for m in methods if m.engine == "exudyn" and m.knob == knob]
+    named = [m for m in fitting if m.settings.get("formulation") == asked]
+    return (named or fitting or list(methods))[0]
+
+
+def own_value(scene: Scene, method: Method) -> float | None:
+    """Value of the method's knob that the model gives, or a usual one; None: unknown."""
+    if method.knob == "step":
+        return scene.accuracy.step
+    return scene.accuracy.tolerance or USUAL_TOLERANCE
+
+
+def ladder(knob: Knob, own: float, target: float) -> list[float]:
+    """Values of a knob, finest last: own times powers of ten, of its root for steps.
+
+    `target` (m) is the error that somebody wants: tolerances reach from above to below it.
+    """
+    if knob == "step":
+        return [own * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
+    top = max(1, ceil(log10(target / own) - 1e-9))
+    least = min(LEAST_TOLERANCE, target / 10)
+    count = top + max(0, int(log10(own / least) + 1e-9))
+    return [own * 10.0 ** (top - k) for k in range(count + 1)]

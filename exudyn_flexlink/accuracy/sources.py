@@ -1,0 +1,90 @@
+"""Where errors come from besides time: the number of rods, contacts that give way.
+
+A scene is changed in one of them; what S makes of it, extrapolated, is the error of the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from exudyn_flexlink.scene import ContactLaw, FlexibleBody, PointOnLine, Scene, SleeveJoint
+
+MORE_RODS = 2
+STIFFER = 4.0
+MOST_RODS = 1000  # of a model
+COMPLIANCE_ORDER = 0.5
+"""A contact's effect on the motion goes as k^-1/2, like its duration."""
+
+ORDERS = {"equal": 1, "half_ends": 2}
+"""A rigid root rod shortens the beam by half a rod; a hinge in the middle of each cell doesn't."""
+
+
+def extrapolated(ratio: float, order: float) -> float:
+    """Error of a coarse answer over its distance from one `ratio` times finer, of a known order."""
+    return 1 / (1 - float(ratio**-order))
+
+
+def beams(scene: Scene) -> dict[str, FlexibleBody]:
+    """Flexible bodies whose rods tend to a beam as they get more: hinges 'beam'."""
+    return {name: body for name, body in flexible(scene).items() if body.hinges.stiffness == "beam"}
+
+
+def flexible(scene: Scene) -> dict[str, FlexibleBody]:
+    """Flexible bodies with hinges at all, by name."""
+    return {
+        name: body
+        for name, body in scene.bodies.items()
+        if isinstance(body, FlexibleBody) and (body.rods > 1 or body.hinges.stiffness == "beam")
+    }
+
+
+def rod_order(scene: Scene) -> int:
+    """Order in which the rods converge: that of the slowest body."""
+    return min(ORDERS[body.layout] for body in beams(scene).values())
+
+
+def with_more_rods(scene: Scene) -> Scene | None:
+    """Return the scene with twice the rods in every 'beam'; None if there is none, or no room.
+
+    The damping of a hinge is doubled like its stiffness, so that it is that of the same beam.
+    """
+    found = beams(scene)
+    if not found or any(MORE_RODS * body.rods > MOST_RODS for body in found.values()):
+        return None
+    return scene.changed(bodies=dict(scene.bodies) | {n: _finer(b) for n, b in found.items()})
+
+
+def _finer(body: FlexibleBody) -> FlexibleBody:
+    hinges = body.hinges.model_copy(update={"damping": MORE_RODS * body.hinges.damping})
+    return body.model_copy(update={"rods": MORE_RODS * body.rods, "hinges": hinges})
+
+
+def stiffnesses(scene: Scene) -> dict[str, float]:
+    """Stiffness (N/m) of every penalty contact, and of the walls of every sleeve, by name."""
+    found: dict[str, PointOnLine | SleeveJoint] = {**scene.contacts, **_walls(scene)}
+    return {n: p.law.stiffness for n, p in found.items() if isinstance(p.law, ContactLaw)}
+
+
+def with_stiffer_contacts(scene: Scene) -> Scene | None:
+    """Return the scene with contacts and walls four times as stiff; None if there are none."""
+    if not stiffnesses(scene):
+        return None
+    return scene.changed(
+        contacts=_stiffer(scene.contacts), joints=dict(scene.joints) | _stiffer(_walls(scene))
+    )
+
+
+def _walls(scene: Scene) -> dict[str, SleeveJoint]:
+    return {n: j for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.law}
+
+
+def _stiffer(parts: Mapping[str, PointOnLine] | Mapping[str, SleeveJoint]) -> dict[str, Any]:
+    return {name: _stiffened(part) for name, part in parts.items()}
+
+
+def _stiffened(part: PointOnLine | SleeveJoint) -> PointOnLine | SleeveJoint:
+    if not isinstance(part.law, ContactLaw):
+        return part
+    law = part.law.model_copy(update={"stiffness": STIFFER * part.law.stiffness})
+    return part.model_copy(update={"law": law})

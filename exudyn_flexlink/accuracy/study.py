@@ -1,0 +1,329 @@
+"""The runs of a work-precision study, in the order of what they tell, within a budget of time.
+
+First the model's own settings by every method, then the tight reference, then the scene with more
+rods and stiffer contacts, then ever finer settings, cheapest first; what is left of the time goes
+into repetitions, since the least of several times is the truest. A run that would exceed the budget
+is not started: see `costs`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite, log
+from time import monotonic
+from typing import Protocol
+
+from exudyn_flexlink.accuracy.costs import predict
+from exudyn_flexlink.accuracy.methods import (
+    REFERENCE,
+    Method,
+    ladder,
+    own_method,
+    own_value,
+)
+from exudyn_flexlink.accuracy.sources import (
+    beams,
+    stiffnesses,
+    with_more_rods,
+    with_stiffer_contacts,
+)
+from exudyn_flexlink.mechanism import build_mechanism, end_of_run
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Run, Scene
+
+JUDGE = "lagrangian"  # the engine whose tight run everything is held against
+REPEATS = 3
+WARM_UP = 0.01  # of a run: compiles, and gives a first idea of what a run costs
+REFERENCE_COST = 4.0  # times that of the judge's finest run, or less
+MORE_RODS_COST, STIFFER_COST = 6.0, 2.5  # likewise
+LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
+
+
+class RefusedError(Exception):
+    """A method can't represent the scene; the message says why."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One run: processor time of the solve and wall time of all of it, s.
+
+    `given_up`: stopped because it would have taken longer than allowed; `wall` is then the estimate
+    of what it would have taken.
+    """
+
+    result: Result
+    processor: float
+    wall: float
+    given_up: bool = False
+
+
+class Solve(Protocol):
+    """Runs a scene in an engine; `label` says what is run, `allowed` (s) is the time it may take.
+
+    Raises RefusedError, and KeyboardInterrupt when the user has had enough.
+    """
+
+    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
+        """Return the run."""
+        ...
+
+
+@dataclass
+class Trial:
+    """A method at one value of its knob: its first result, processor times (s) of all runs."""
+
+    method: Method
+    value: float
+    scene: Scene
+    result: Result
+    wall: float
+    times: list[float]
+
+    @property
+    def processor(self) -> float:
+        """The least processor time, s."""
+        return min(self.times)
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A run of the scene changed in one source of error, and that of the scene itself."""
+
+    changed: Result
+    base: Trial
+    processor: float
+
+
+@dataclass
+class Runs:
+    """All that was run: `trials` of methods, `varied` by source, what was left out, and why."""
+
+    scene: Scene
+    target: float
+    methods: list[Method]
+    trials: list[Trial] = field(default_factory=list)
+    reference: Trial | None = None
+    varied: dict[str, Varied] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    refused: dict[str, str] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    interrupted: bool = False
+    spent: float = 0.0
+
+    def of(self, method: Method) -> list[Trial]:
+        """Trials of a method, finest first."""
+        return sorted((t for t in self.trials if t.method == method), key=lambda t: t.value)
+
+    @property
+    def own(self) -> Trial | None:
+        """The trial at the model's own settings; None if it could not be made."""
+        method = own_method(self.scene, self.methods)
+        value = own_value(self.scene, method)
+        return next((t for t in self.of(method) if t.value == value), None)
+
+
+class Studying:
+    """Makes the runs of a study; `run` gives them, also if the user stops it in between."""
+
+    def __init__(
+        self,
+        runs: Runs,
+        solve: Solve,
+        budget: float,
+        clock: Callable[[], float] = monotonic,
+    ) -> None:
+        self.runs = runs
+        self._solve = solve
+        self._clock = clock
+        self._began = clock()
+        self._deadline = self._began + budget - min(LEFT_FOR_FILES, budget / 10)
+        self._costs: dict[str, dict[float, float]] = {m.name: {} for m in runs.methods}
+        self._first_guess: dict[str, float] = {}
+
+    @property
+    def left(self) -> float:
+        """Time left, s."""
+        return self._deadline - self._clock()
+
+    def run(self) -> Runs:
+        """Make all runs there is time for."""
+        try:
+            self._warm_up()
+            self._own_settings()
+            self._refer()
+            self._vary()
+            self._climb()
+            self._repeat()
+        except KeyboardInterrupt:
+            self.runs.interrupted = True
+        self.runs.spent = self._clock() - self._began
+        return self.runs
+
+    def _methods(self) -> Iterator[Method]:
+        """Methods that represent the scene, as far as is known, cheapest first."""
+        names = [m for m in self.runs.methods if m.name not in self.runs.refused]
+        yield from sorted(names, key=lambda m: self._first_guess.get(m.name, inf))
+
+    def _warm_up(self) -> None:
+        """Run the beginning of the motion by every method: what can't be run is found at once.
+
+        Twice, since the first may compile something.
+        """
+        scene = self.runs.scene
+        end = end_of_run(scene, build_mechanism(scene))
+        part = WARM_UP * end if isfinite(end) else WARM_UP
+        short = scene.changed(run=Run(duration=part, sample=part))
+        for method in self.runs.methods:
+            value = own_value(scene, method) or part / 10
+            try:
+                for _ in range(2):
+                    label = f"{method.name}, warming up"
+                    solved = self._solve(method.at(short, value), method.engine, label, self.left)
+                    self._first_guess[method.name] = solved.wall / WARM_UP
+            except RefusedError as error:
+                self.runs.refused[method.name] = str(error)
+
+    def _own_settings(self) -> None:
+        """Run every method at the model's own settings; equal steps as long as those on average."""
+        for method in sorted(self._methods(), key=lambda m: m.knob == "step"):
+            value = self._own_value(method)
+            if value is not None:
+                self._try(method, value)
+
+    def _own_value(self, method: Method) -> float | None:
+        value = own_value(self.runs.scene, method)
+        return value if value is not None else self._mean_step()
+
+    def _mean_step(self) -> float | None:
+        """Mean step (s) at the model's own tolerance; None while it is not known."""
+        own = self.runs.own
+        if own is None or own.result.checks.steps < 1:
+            return None
+        return float(f"{own.result.time[-1] / own.result.checks.steps:.1g}")
+
+    def _expected(self, method: Method, value: float) -> float:
+        """Expected wall time of a run, s."""
+        known = self._costs[method.name]
+        return predict(known, value, method.knob) if known else self._first_guess[method.name]
+
+    def _try(self, method: Method, value: float) -> Trial | None:
+        """Run a method at a value if time allows; None if not, or if it failed."""
+        label = method.told(value)
+        expected = self._expected(method, value)
+        if expected > self.left:
+            self._leave_out(label, expected)
+            return None
+        scene = method.at(self.runs.scene, value)
+        solved = self._solved(scene, method, label)
+        if solved is None:
+            return None
+        self._costs[method.name][value] = solved.wall
+        trial = Trial(method, value, scene, solved.result, solved.wall, [solved.processor])
+        self.runs.trials.append(trial)
+        return trial
+
+    def _leave_out(self, label: str, expected: float) -> None:
+        self.runs.left_out.append(f"{label} (about {expected:.2g} s)")
+
+    def _solved(self, scene: Scene, method: Method, label: str) -> Solved | None:
+        """Run a scene; None if it was refused, failed, or would have taken too long."""
+        try:
+            solved = self._solve(scene, method.engine, label, self.left)
+        except RefusedError as error:
+            self.runs.refused[label] = str(error)
+            return None
+        if solved.given_up:
+            self._leave_out(label, solved.wall)
+            return None
+        outcome = solved.result.outcome
+        if not outcome.completed:
+            self.runs.failed[label] = f"stopped at t = {outcome.time:.4g} s: {outcome.reason}"
+            return None
+        return solved
+
+    def _refer(self) -> None:
+        """Run the tight reference, if there is an independent engine for it."""
+        method = next((m for m in self._methods() if m.engine == JUDGE), None)
+        own = self.runs.of(method)[0] if method and self.runs.of(method) else None
+        if method is None or own is None:
+            return
+        label = f"{method.name}, reference"
+        if REFERENCE_COST * own.wall > self.left:
+            self._leave_out(label, REFERENCE_COST * own.wall)
+            return
+        scene = method.at(self.runs.scene, own.value, **REFERENCE)
+        solved = self._solved(scene, method, label)
+        if solved is not None:
+            times = [solved.processor]
+            self.runs.reference = Trial(method, own.value, scene, solved.result, solved.wall, times)
+
+    def _vary(self) -> None:
+        """Run the scene with more rods and with stiffer contacts, by the cheapest method."""
+        scene = self.runs.scene
+        wanted = {
+            "rods": (with_more_rods, MORE_RODS_COST, bool(beams(scene))),
+            "contact": (with_stiffer_contacts, STIFFER_COST, bool(stiffnesses(scene))),
+        }
+        for kind, (change, dearer, there) in wanted.items():
+            changed = change(scene) if there else None
+            base = self._base() if changed is not None else None
+            if changed is None or base is None:
+                continue
+            method, label = base.method, f"{base.method.name}, varying: {kind}"
+            if dearer * base.wall > self.left:
+                self._leave_out(label, dearer * base.wall)
+                continue
+            solved = self._solved(method.at(changed, base.value), method, label)
+            if solved is not None:
+                self.runs.varied[kind] = Varied(solved.result, base, solved.processor)
+
+    def _base(self) -> Trial | None:
+        """Return what a changed scene is held against: one rung finer than the own settings."""
+        known = [t for t in self.runs.trials if t.method.of_rods and t.method.knob == "tolerance"]
+        if not known:
+            return None
+        cheapest = min(known, key=lambda t: t.wall)
+        method, finer = cheapest.method, cheapest.value / 10
+        done = next((t for t in known if t.method == method and t.value < cheapest.value), None)
+        return done or self._try(method, finer) or cheapest
+
+    def _climb(self) -> None:
+        """Run ever finer settings, the cheapest of all methods next."""
+        waiting = {m.name: self._rungs(m) for m in self._methods()}
+        while any(waiting.values()):
+            ready = [m for m in self.runs.methods if waiting.get(m.name)]
+            method = min(ready, key=lambda m: self._expected(m, waiting[m.name][0]))
+            value = waiting[method.name].pop(0)
+            if self._try(method, value) is None and value < max(self._costs[method.name]):
+                for finer in waiting.pop(method.name):
+                    self.runs.left_out.append(method.told(finer))
+
+    def _rungs(self, method: Method) -> list[float]:
+        """Rungs of a method's ladder that were not run yet; none without a first run."""
+        known, own = self._costs[method.name], self._own_value(method)
+        if not known or own is None:
+            return []
+        rungs = ladder(method.knob, own, self.runs.target)
+        return [v for v in rungs if not any(_alike(v, other) for other in known)]
+
+    def _repeat(self) -> None:
+        """Repeat runs, cheapest first, in half of the time left."""
+        end = self._clock() + self.left / 2
+        for _ in range(REPEATS - 1):
+            for trial in sorted(self.runs.trials, key=lambda t: t.wall):
+                if self._clock() + trial.wall > end:
+                    return
+                label = f"{trial.method.told(trial.value)}, again"
+                solved = self._solve(trial.scene, trial.method.engine, label, inf)
+                trial.times.append(solved.processor)
+
+
+def _alike(one: float, other: float) -> bool:
+    return abs(log(one / other)) < 1e-6
+
+
+def study(scene: Scene, methods: Sequence[Method], target: float, solve: Solve,
+          budget: float) -> Runs:  # fmt: skip
+    """Make all runs that a budget (s) allows; `target` (m) is the error somebody wants."""
+    return Studying(Runs(scene, target, list(methods)), solve, budget).run()

@@ -1,0 +1,157 @@
+"""The command `accuracy`: what accuracy costs in one scene, by every engine that represents it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.cli.simulating import read_scene
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    Bar,
+    complain,
+    names_in,
+    progress_bar,
+)
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.accuracy import Method, Runs, Solved, Study
+    from exudyn_flexlink.scene import Scene
+
+DEFAULT_TARGET = 1e-4  # m, where the model gives a step
+ENGINES = ("exudyn", "lagrangian")
+TINY = 1e-6
+TOLD_BY = 0.1  # of a run: from then on its cost is extrapolated from what is done
+
+
+def accuracy_command(options: argparse.Namespace) -> int:
+    """Study a model, write and print what accuracy costs; returns the exit code."""
+    from exudyn_flexlink.accuracy import NothingRunError, judge
+    from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.storage import StorageError, staged_folder
+
+    target: Path = options.out or Path("runs") / f"{options.model.stem}-accuracy"
+    try:
+        scene = read_scene(options, options.impact)
+        # The folder is staged first: one that can't be written is no news for the end of a study.
+        with staged_folder(target) as folder:
+            runs = _runs(scene, options)
+            found = judge(runs)
+            _write(found, folder, options)
+    except (SceneError, StorageError) as error:
+        return complain(str(error), BAD_INPUT)
+    except NothingRunError as error:
+        if runs.interrupted:
+            return complain("interrupted; nothing was written", INTERRUPTED)
+        return complain(f"{error}\n{_advice(options)}", FAILED)
+    return _tell(found, target, options)
+
+
+def _advice(options: argparse.Namespace) -> str:
+    return f"raise '--budget' ({options.budget:g} s), or shorten the run with '--set run.turns=...'"
+
+
+def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
+    from exudyn_flexlink import engines
+    from exudyn_flexlink.accuracy import methods_of, study
+
+    methods: list[Method] = methods_of(
+        scene, {engine: engines.formulations(scene, engine) for engine in ENGINES}
+    )
+    target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
+    with progress_bar(options.quiet, "accuracy") as bar:
+        return study(scene, methods, target, Solver(bar, options.budget), options.budget)
+
+
+class Solver:
+    """Runs scenes and shows the part of the budget that is used; stops runs that take too long."""
+
+    def __init__(self, bar: Bar | None, budget: float) -> None:
+        self._bar, self._budget, self._began = bar, budget, time.monotonic()
+
+    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
+        """Run a scene; see `accuracy.Solve`."""
+        from exudyn_flexlink import engines
+        from exudyn_flexlink.accuracy import RefusedError, Solved
+        from exudyn_flexlink.result import INTERRUPTED as STOPPED
+
+        if self._bar is not None:
+            self._bar.say(label)
+        watch = Watch(allowed, self._show)
+        began = time.process_time()
+        try:
+            result = engines.simulate(scene, engine, watch)
+        except engines.NotRepresentableError as error:
+            raise RefusedError(str(error)) from error
+        used = time.process_time() - began
+        self._show()
+        if result.outcome.reason == STOPPED and not watch.given_up:
+            raise KeyboardInterrupt
+        wall = sum(result.timings.values())
+        part = result.timings["solve"] / wall if wall > 0 else 1.0
+        return Solved(result, part * used, watch.expected, given_up=watch.given_up)
+
+    def _show(self) -> None:
+        if self._bar is not None:
+            self._bar(min((time.monotonic() - self._began) / self._budget, 1.0))
+
+
+class Watch:
+    """Follows a run; stops it, as Ctrl-C would, once it is bound to take longer than allowed.
+
+    `expected` (s) is what it took, or would have taken.
+    """
+
+    def __init__(self, allowed: float, show: Callable[[], None]) -> None:
+        self._allowed, self._show, self._began = allowed, show, time.monotonic()
+        self.given_up = False
+        self._done = 1.0
+
+    @property
+    def expected(self) -> float:
+        """Wall time of the run, s."""
+        return (time.monotonic() - self._began) / (self._done if self.given_up else 1.0)
+
+    def __call__(self, done: float) -> None:
+        """Take note of the part that is done, 0 to 1."""
+        self._show()
+        elapsed = time.monotonic() - self._began
+        bound = elapsed / done if done > TOLD_BY else elapsed
+        if bound > self._allowed and not self.given_up:
+            self.given_up, self._done = True, max(done, TINY)
+            signal.raise_signal(signal.SIGINT)
+
+
+def _write(found: Study, folder: Path, options: argparse.Namespace) -> None:
+    from exudyn_flexlink.report import recommendation
+    from exudyn_flexlink.storage import save_accuracy
+
+    save_accuracy(found, recommendation(found), folder)
+    if not options.no_plots:
+        from exudyn_flexlink.plots import work_precision
+
+        work_precision(found).savefig(folder / "accuracy.png", dpi=150)
+
+
+def _tell(found: Study, target: Path, options: argparse.Namespace) -> int:
+    """Print the report; that the study was interrupted also where it is not wanted."""
+    from exudyn_flexlink.report import accuracy_text
+
+    if not options.quiet:
+        print(accuracy_text(found))
+        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        sys.stdout.flush()  # so that what follows on stderr stands below it
+    if found.runs.interrupted:
+        count = len(found.points)
+        kept = f"the {count} settings that were run until then are in {target}{os.sep}"
+        return complain(f"interrupted: {kept}", INTERRUPTED)
+    return DONE

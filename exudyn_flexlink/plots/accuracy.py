@@ -1,0 +1,116 @@
+"""Error over processor time, every method of a study on one plot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exudyn_flexlink.accuracy import Error, Errors, Method, Point, Source, Study
+from exudyn_flexlink.plots.frame import (
+    BLACK,
+    ENGINE_COLOURS,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    framed_figure,
+    legend_outside,
+    links_of,
+    styled,
+)
+
+MARKERS = {"tree": "o", "joints": "s", "beam": "D", "fixed step": "^", "": "o"}
+LINES = {"tree": "-", "joints": "--", "beam": ":", "fixed step": "-.", "": "-"}
+_OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
+LOWEST = 1e-16  # m: nothing is drawn below it
+
+Part = Callable[[Errors], Error | None]
+
+
+@styled
+def work_precision(study: Study) -> Figure:
+    """Largest errors of the watched point, and of the tips below, over processor time, log-log.
+
+    Hollow points lie below the floor, to which the two references agree. Lines across mark the
+    target and the errors that no setting removes.
+    """
+    parts: list[tuple[str, Part]] = [(study.point, lambda errors: errors.point)]
+    if study.tips:
+        parts.append((" and ".join(study.tips), lambda errors: errors.tip))
+    height = 3.6 * len(parts) + 0.4
+    figure = framed_figure(study.scene.title, _subject(study), [], _caption(study), height)
+    rows = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (name, part) in zip(rows, parts, strict=True):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        _draw(axes, study, part)
+        axes.set_ylabel(f"largest error of {name} (m)")
+    legend_outside(rows[0])
+    rows[-1].set_xlabel("processor time of the solve (s)")
+    return figure
+
+
+def _subject(study: Study) -> str:
+    return f"What accuracy costs: error over processor time, to t = {study.until:.4g} s"
+
+
+def _caption(study: Study) -> list[tuple[str, str]]:
+    told = [(f"errors against {study.reference}", GREY)]
+    if study.check:
+        told.append((f"floor: its distance from {study.check}", GREY))
+    links = "; ".join(links_of(study.scene))
+    return [*([(links, GREY)] if links else []), *told]
+
+
+def _draw(axes: Axes, study: Study, part: Part) -> None:
+    for method in dict.fromkeys(point.method for point in study.points):
+        points = [point for point in study.points if point.method == method]
+        _curve(axes, method, sorted(points, key=lambda p: -p.value), study, part)
+    for source in study.sources:
+        _level(axes, source, part)
+    axes.axhline(study.target, color=BLACK, linewidth=0.8, label=f"target {study.target:.2g} m")
+    if study.floor > 0:
+        low = axes.get_ylim()[0]
+        axes.axhspan(min(low, study.floor / 3), study.floor, color=GREY, alpha=0.15, linewidth=0,
+                     label="below the floor")  # fmt: skip
+        axes.set_ylim(bottom=min(low, study.floor / 3))
+    _own(axes, study.own, part)
+
+
+def _curve(axes: Axes, method: Method, points: Sequence[Point], study: Study, part: Part) -> None:
+    kind, style = _style(method)
+    colour = ENGINE_COLOURS.get(method.engine, BLACK)
+    seen = [(point.processor, _largest(point.errors, part)) for point in points]
+    axes.plot(*zip(*seen, strict=True), color=colour, label=method.name, **style)
+    for x, y in seen:
+        hollow = y < study.floor
+        face = "white" if hollow else colour
+        axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=5)
+
+
+def _style(method: Method) -> tuple[str, dict[str, Any]]:
+    kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
+    kind = kind if kind in MARKERS else ""
+    return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": 5}
+
+
+def _largest(errors: Errors, part: Part) -> float:
+    error = part(errors)
+    return max(error.largest if error is not None else 0.0, LOWEST)
+
+
+def _level(axes: Axes, source: Source, part: Part) -> None:
+    if source.kind in _OF_SOURCES and _largest(source.errors, part) > LOWEST:
+        colour, name = _OF_SOURCES[source.kind]
+        level = _largest(source.errors, part)
+        axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
+
+
+def _own(axes: Axes, own: Point | None, part: Part) -> None:
+    if own is not None:
+        axes.plot([own.processor], [_largest(own.errors, part)], "o", color=ORANGE, markersize=11,
+                  markerfacecolor="none", markeredgewidth=1.6, label="the model's own settings",
+                  linestyle="none")  # fmt: skip

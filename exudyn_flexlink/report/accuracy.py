@@ -1,0 +1,234 @@
+"""What the program says of a work-precision study: table, causes of error, advice."""
+
+from __future__ import annotations
+
+from exudyn_flexlink.accuracy import (
+    Advice,
+    Error,
+    Point,
+    Source,
+    Study,
+    advise,
+    beams,
+    dominating,
+    flexible,
+    needed,
+    rods_needed,
+    stiffnesses,
+)
+from exudyn_flexlink.report.text import table
+from exudyn_flexlink.scene import FlexibleBody
+
+MOST_RODS = 1000
+NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact compliance"}
+
+
+def accuracy_text(study: Study) -> str:
+    """Return the whole report of a study."""
+    blocks = [
+        [f"What accuracy costs: {study.scene.title}"],
+        judged_by(study),
+        _points(study),
+        _sources(study),
+        _left_out(study),
+        [recommendation(study)],
+    ]
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def judged_by(study: Study) -> list[str]:
+    """Say what errors are measured against, how well that is known, and up to when."""
+    lines = [f"Errors of {_watched(study)}, against {study.reference}"]
+    if study.check:
+        what = "independent" if study.independent else "not independent: the same equations"
+        lines.append(
+            f"Cross-check ({what}): {study.check} is {study.floor:.2g} m from it at most; smaller "
+            "errors are not claimed"
+        )
+    else:
+        lines.append("There was no second run to check it with")
+    if study.horizon is not None:
+        lines.append(
+            f"Horizon: both part by more than {study.horizon.limit:.2g} m at t = "
+            f"{study.horizon.parted:.5g} s of {study.end:.5g} s; errors are those up to t = "
+            f"{study.until:.5g} s"
+        )
+    return lines
+
+
+def _watched(study: Study) -> str:
+    names = [study.point, *(f"tip {tip}" for tip in study.tips)]
+    return " and ".join(names)
+
+
+def _points(study: Study) -> list[str]:
+    header = ["method", "setting", "steps", f"{study.point}, rms", "largest"]
+    header += ["tip, largest"] if study.tips else []
+    rows = [[*header, "processor time"]]
+    rows += [_row(study, point) for point in study.points]
+    return ["Errors (m) and processor time (s) of the solve, best of those run", *table(rows)]
+
+
+def _row(study: Study, point: Point) -> list[str]:
+    errors = point.errors
+    told = [_told(errors.point.rms, study), _told(errors.point.largest, study)]
+    if errors.tip is not None:
+        told.append(_told(errors.tip.largest, study))
+    unit = "m" if point.method.knob == "tolerance" else "s"
+    own = " (model's own)" if point is study.own else ""
+    setting = f"{point.method.knob} {point.value:.2g} {unit}{own}"
+    cost = f"{point.processor:.3g} (of {point.repeats})"
+    return [point.method.name, setting, str(point.steps), *told, cost]
+
+
+def _told(error: float, study: Study) -> str:
+    """Return an error, or what it is known to be less than."""
+    return f"{error:.1e}" if error >= study.floor else f"< {study.floor:.1e}"
+
+
+def _sources(study: Study) -> list[str]:
+    if study.still:
+        return ["Nothing moves: there is no error to take apart"]
+    own = study.own.told if study.own is not None else ""
+    rows = [["", f"{study.point}, rms", "largest", *(["tip, largest"] if study.tips else []), ""]]
+    rows += [_source(study, source) for source in study.sources]
+    lines = [f"Where the error comes from, at the model's own settings{own and f' ({own})'}"]
+    if len(rows) > 1:
+        lines += table(rows)
+    lines += [f"  {note}" for note in notes(study)]
+    return [*lines, dominance(study)]
+
+
+def _source(study: Study, source: Source) -> list[str]:
+    errors: list[Error] = [source.errors.point]
+    numbers = [f"{errors[0].rms:.1e} m", f"{errors[0].largest:.1e} m"]
+    if study.tips:
+        tip = source.errors.tip
+        numbers.append("" if tip is None else f"{tip.largest:.1e} m")
+    if source.at_most:
+        numbers = [number and f"<~ {number}" for number in numbers]
+    return [NAMES[source.kind], *numbers, _about(study, source)]
+
+
+def _about(study: Study, source: Source) -> str:
+    """Say what a source's error was told from."""
+    if source.kind == "time":
+        return "against the reference"
+    if source.kind == "rods":
+        rods = ", ".join(f"{b.rods}" for b in beams(study.scene).values())
+        twice = ", ".join(f"{2 * b.rods}" for b in beams(study.scene).values())
+        return f"n = {rods} against {twice}, estimated as O(1/n^{source.order:g})".replace(
+            "^1)", ")"
+        )
+    peaks = "".join(f"; peak of {b} {x:.1e} rad" for b, x in source.errors.levers.items())
+    return f"stiffness against 4 times that, estimated as O(k^-1/2){peaks}"
+
+
+def notes(study: Study) -> list[str]:
+    """Say which causes of error the scene does not have, and which were not looked at, and why."""
+    kinds = {source.kind for source in study.sources}
+    found = []
+    if "time" not in kinds:
+        found.append(
+            "time steps: not told, the model's own settings were not run, or are the judge"
+        )
+    found += _of_rods(study, "rods" in kinds)
+    if not stiffnesses(study.scene):
+        why = "strike by impulses" if study.scene.contacts else "there is no contact"
+        found.append(f"contact compliance: none, {why}")
+    elif "contact" not in kinds:
+        found.append("contact compliance: not told, there was no time to vary it")
+    return found
+
+
+def _of_rods(study: Study, told: bool) -> list[str]:
+    links = flexible(study.scene)
+    if not links:
+        return ["number of rods: no flexible body"]
+    found = [_fixed(name, body) for name, body in links.items() if body.hinges.stiffness != "beam"]
+    if beams(study.scene) and not told:
+        found.append("number of rods: not told, there was no time (or no room) to double it")
+    return found
+
+
+def _fixed(name: str, body: FlexibleBody) -> str:
+    rule = body.hinges.stiffness
+    hinges = f"'{rule}' hinges" if isinstance(rule, str) else f"hinges of {rule:.4g} N m/rad"
+    return (
+        f"number of rods: {name} with {hinges} tends to no beam as rods are added; "
+        f"n = {body.rods} is part of the model, not an error"
+    )
+
+
+def dominance(study: Study) -> str:
+    """Say which source of error is the largest."""
+    largest = dominating(study.sources)
+    if largest is None:
+        return "There is only one known source of error" if study.sources else ""
+    others = [s for s in study.sources if s is not largest]
+    next_one = max(others, key=lambda s: s.errors.worst)
+    name, other = NAMES[largest.kind], NAMES[next_one.kind]
+    verb = "dominate" if name.endswith("s") and largest.kind != "contact" else "dominates"
+    if next_one.errors.worst == 0:
+        return f"The {name} {verb}"
+    ratio = largest.errors.worst / next_one.errors.worst
+    return f"The {name} {verb}: {ratio:.2g} times the error of the {other}"
+
+
+def recommendation(study: Study) -> str:
+    """Say in one sentence what to choose for the target, and what limits."""
+    if study.still:
+        return "Recommendation: nothing moves, so that any setting will do."
+    advice = advise(study)
+    return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
+
+
+def _choice(study: Study, advice: Advice) -> str:
+    goal = f"for {advice.target:.2g} m"
+    if advice.choice is not None:
+        point = advice.choice
+        error = f"{'below ' if point.below_floor else ''}{point.claimed:.1e} m"
+        return f"{goal} choose {point.told} ({error}, {point.processor:.2g} s)"
+    if advice.below_floor:
+        return (
+            f"{goal} nothing can be said: the references agree to {study.floor:.1e} m only; "
+            "raise --budget, or --target"
+        )
+    if advice.best is None:
+        return f"{goal} nothing can be said"
+    best = advice.best
+    return (
+        f"{goal} no setting tried is accurate enough; the best is {best.told} "
+        f"({best.claimed:.1e} m, {best.processor:.2g} s): raise --budget, or --target"
+    )
+
+
+def _limit(study: Study, advice: Advice) -> str:
+    source = advice.limit
+    if source is None:
+        return ""
+    error = f"{source.errors.worst:.1e} m"
+    if source.kind == "rods":
+        return f"; but the rods, not the steps, limit you: {error}, {_more_rods(study, source)}"
+    least = min(stiffnesses(study.scene).values())
+    rigid = needed(least, source, advice.target)
+    return (
+        "; but the contact's compliance, not the steps, limits you if it stands for a rigid one: "
+        f"{error}, which would take some {rigid:.1e} N/m"
+    )
+
+
+def _more_rods(study: Study, source: Source) -> str:
+    links = beams(study.scene).values()
+    count = max(rods_needed(body.rods, source, study.target) for body in links)
+    advice = "more than 1000" if count > MOST_RODS else f"about {count}"
+    equal = any(body.layout == "equal" for body in links)
+    other = "; 'layout: half_ends' takes fewer" if equal else ""
+    return f"a beam to {study.target:.2g} m takes {advice} rods{other}"
+
+
+def _left_out(study: Study) -> list[str]:
+    runs = study.runs
+    lines = [f"  {name}: {why}" for name, why in {**runs.refused, **runs.failed}.items()]
+    lines += [f"  {name}: no time" for name in runs.left_out]
+    return ["Left out", *lines] if lines else []

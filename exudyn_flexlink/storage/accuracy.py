@@ -1,0 +1,113 @@
+"""A work-precision study to files: everything as JSON, its points as a table."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
+from exudyn_flexlink.storage.errors import ACCURACY, FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.writing import plain
+
+COLUMNS = (
+    "method", "engine", "knob", "value", "processor_time_s", "repeats", "steps", "error_rms_m",
+    "error_largest_m", "tip_error_rms_m", "tip_error_largest_m", "below_floor",
+)  # fmt: skip
+
+
+def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
+    """Write ``accuracy.json`` and ``accuracy.csv`` into an existing folder.
+
+    `sentence` is the recommendation in words.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    data = plain(accuracy_data(study) | {"recommendation": sentence})
+    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
+    try:
+        (Path(folder) / ACCURACY).write_text(text + "\n", encoding="utf-8")
+        with (Path(folder) / "accuracy.csv").open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore", lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(_point(point) for point in study.points)
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+
+
+def accuracy_data(study: Study) -> dict[str, Any]:
+    """Return a study as plain data: SI numbers, units in the names."""
+    runs, largest = study.runs, dominating(study.sources)
+    return {
+        "program": PROGRAM,
+        "format": FORMAT,
+        "title": study.scene.title,
+        "point": study.point,
+        "tips": list(study.tips),
+        "target_m": study.target,
+        "reference": {"run": study.reference, "processor_time_s": study.reference_processor},
+        "check": {"run": study.check, "independent": study.independent},
+        "floor_m": study.floor,
+        "end_s": study.end,
+        "judged_until_s": study.until,
+        "horizon": None if study.horizon is None else asdict(study.horizon),
+        "points": [_point(point) for point in study.points],
+        "own": None if study.own is None else study.own.told,
+        "sources": [_source(source) for source in study.sources],
+        "dominating": None if largest is None else largest.kind,
+        "still": study.still,
+        "advice": _advice(advise(study)),
+        "left_out": runs.left_out,
+        "refused": runs.refused,
+        "failed": runs.failed,
+        "interrupted": runs.interrupted,
+        "wall_time_s": runs.spent,
+        "scene": study.scene.to_data(),
+    }
+
+
+def _point(point: Point) -> dict[str, Any]:
+    return {
+        "method": point.method.name,
+        "engine": point.method.engine,
+        "knob": point.method.knob,
+        "value": point.value,
+        "processor_time_s": point.processor,
+        "repeats": point.repeats,
+        "steps": point.steps,
+        **_errors(point.errors),
+        "below_floor": point.below_floor,
+    }
+
+
+def _errors(errors: Errors) -> dict[str, float | None]:
+    tip = errors.tip
+    return {
+        "error_rms_m": errors.point.rms,
+        "error_largest_m": errors.point.largest,
+        "tip_error_rms_m": None if tip is None else tip.rms,
+        "tip_error_largest_m": None if tip is None else tip.largest,
+    }
+
+
+def _source(source: Source) -> dict[str, Any]:
+    peaks = {f"{body}_rad": angle for body, angle in source.errors.levers.items()}
+    return {
+        "kind": source.kind,
+        **_errors(source.errors),
+        "largest_angle": peaks,
+        "order": source.order,
+        "at_most": source.at_most,
+    }
+
+
+def _advice(advice: Advice) -> dict[str, Any]:
+    return {
+        "choice": None if advice.choice is None else _point(advice.choice),
+        "limited_by": None if advice.limit is None else advice.limit.kind,
+        "target_below_floor": advice.below_floor,
+    }
