@@ -20,6 +20,7 @@ from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
+STILL = 1e-13  # m, rad: rounding
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
 
 
@@ -51,13 +52,15 @@ class Source:
     """Error at the model's own settings that comes from one cause: time, rods or contact.
 
     `at_most`: the runs it was told from differ by little more than their errors of time.
-    `order` is that at which it falls with the number of rods, or the stiffness.
+    `order` is that at which it falls with the number of rods, or the stiffness; `dearer` is the
+    cost of the finer model over that of the scene's.
     """
 
     kind: str
     errors: Errors
     order: float = 0.0
     at_most: bool = False
+    dearer: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -199,13 +202,30 @@ def _own(runs: Runs, truth: Trial, points: Sequence[Point]) -> Point | None:
 
 
 def _sources(runs: Runs, truth: Trial, own: Point | None, until: float) -> list[Source]:
-    found = [] if own is None else [Source("time", own.errors, at_most=own.below_floor)]
+    found = _of_time(runs, own, until, tips(truth.result))
     factors = {"rods": _of_rods(runs.scene), "contact": (STIFFER, COMPLIANCE_ORDER)}
     for kind, varied in runs.varied.items():
         ratio, order = factors[kind]
         apart, at_most = _difference(varied, truth, until)
-        found.append(Source(kind, apart.times(extrapolated(ratio, order)), order, at_most))
+        dearer = varied.processor / varied.base.processor
+        estimate = apart.times(extrapolated(ratio, order))
+        found.append(Source(kind, estimate, order, at_most, dearer))
     return found
+
+
+def _of_time(runs: Runs, own: Point | None, until: float, struck: Sequence[str]) -> list[Source]:
+    """Error of the time steps at the model's own settings; none where nothing tells it.
+
+    A link that is not made of rods is held against the finest run of its own kind.
+    """
+    if own is None:
+        return []
+    if own.method.of_rods:
+        return [Source("time", own.errors, at_most=own.below_floor)]
+    finest, trial = runs.of(own.method)[0], runs.own
+    if trial is None or trial is finest:
+        return []
+    return [Source("time", errors(trial.result, finest.result, until, struck))]
 
 
 def _of_rods(scene: Scene) -> tuple[float, float]:
@@ -225,4 +245,4 @@ def _difference(varied: Varied, truth: Trial, until: float) -> tuple[Errors, boo
 
 
 def _moves(result: Result) -> bool:
-    return bool((abs(result.poses - result.poses[0]) > 0).any())
+    return bool((abs(result.poses - result.poses[0]) > STILL).any())

@@ -19,7 +19,7 @@ RUNGS_OF_STEPS = 6
 REFERENCE = {"relative_tolerance": 1e-11, "absolute_tolerance": 1e-13}
 """Of the Lagrangian, against which everything else is judged."""
 
-_OF_THE_KNOBS = ("tolerance", "step", *REFERENCE)
+_OF_THE_METHOD = ("tolerance", "step", "formulation", *REFERENCE)
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Method:
     def at(self, scene: Scene, value: float, **more: float) -> Scene:
         """Return the scene solved by this method at a value of its knob, with `more` settings."""
         given = scene.accuracy.model_dump(exclude_none=True)
-        kept = {key: item for key, item in given.items() if key not in _OF_THE_KNOBS}
+        kept = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
         changed = kept | dict(self.settings) | {self.knob: value} | more
         return scene.changed(accuracy=type(scene.accuracy).model_validate(changed))
 

@@ -35,6 +35,8 @@ from exudyn_flexlink.scene import Run, Scene
 JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 REPEATS = 3
 WARM_UP = 0.01  # of a run: compiles, and gives a first idea of what a run costs
+AT_ONCE = 1.0  # s: as long as that a run is repeated right away
+COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
 REFERENCE_COST = 4.0  # times that of the judge's finest run, or less
 MORE_RODS_COST, STIFFER_COST = 6.0, 2.5  # likewise
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
@@ -180,16 +182,26 @@ class Studying:
                 for _ in range(2):
                     label = f"{method.name}, warming up"
                     solved = self._solve(method.at(short, value), method.engine, label, self.left)
-                    self._first_guess[method.name] = solved.wall / WARM_UP
+                    around = max(solved.wall - solved.processor, 0.0)
+                    self._first_guess[method.name] = around + solved.processor / WARM_UP
             except RefusedError as error:
                 self.runs.refused[method.name] = str(error)
 
     def _own_settings(self) -> None:
-        """Run every method at the model's own settings; equal steps as long as those on average."""
+        """Run every method at the model's own settings, or the nearest that takes not too long.
+
+        Equal steps are as long as those that the model's tolerance leads to on average.
+        """
         for method in sorted(self._methods(), key=lambda m: m.knob == "step"):
             value = self._own_value(method)
             if value is not None:
-                self._try(method, value)
+                self._nearest(method, value)
+
+    def _nearest(self, method: Method, value: float) -> None:
+        """Run a method at a value; something has to run, if only at coarser settings."""
+        for factor in COARSER:
+            if self._try(method, factor * value) or self.runs.trials:
+                return
 
     def _own_value(self, method: Method) -> float | None:
         value = own_value(self.runs.scene, method)
@@ -211,7 +223,7 @@ class Studying:
         """Run a method at a value if time allows; None if not, or if it failed."""
         label = method.told(value)
         expected = self._expected(method, value)
-        if expected > self.left:
+        if expected > self.left and self.runs.trials:  # without any, a guess is not enough
             self._leave_out(label, expected)
             return None
         scene = method.at(self.runs.scene, value)
@@ -221,7 +233,18 @@ class Studying:
         self._costs[method.name][value] = solved.wall
         trial = Trial(method, value, scene, solved.result, solved.wall, [solved.processor])
         self.runs.trials.append(trial)
+        self._repeat_at_once(trial)
         return trial
+
+    def _repeat_at_once(self, trial: Trial) -> None:
+        """Repeat a short run: the least of several times is the truest."""
+        while len(trial.times) < REPEATS and (len(trial.times) + 1) * trial.wall < AT_ONCE:
+            self._again(trial)
+
+    def _again(self, trial: Trial) -> None:
+        label = f"{trial.method.told(trial.value)}, again"
+        solved = self._solve(trial.scene, trial.method.engine, label, inf)
+        trial.times.append(solved.processor)
 
     def _leave_out(self, label: str, expected: float) -> None:
         self.runs.left_out.append(f"{label} (about {expected:.2g} s)")
@@ -296,8 +319,9 @@ class Studying:
             method = min(ready, key=lambda m: self._expected(m, waiting[m.name][0]))
             value = waiting[method.name].pop(0)
             if self._try(method, value) is None and value < max(self._costs[method.name]):
-                for finer in waiting.pop(method.name):
-                    self.runs.left_out.append(method.told(finer))
+                finer = waiting.pop(method.name)
+                if finer:
+                    self.runs.left_out.append(f"{method.told(finer[0])}, and what is finer")
 
     def _rungs(self, method: Method) -> list[float]:
         """Rungs of a method's ladder that were not run yet; none without a first run."""
@@ -310,13 +334,12 @@ class Studying:
     def _repeat(self) -> None:
         """Repeat runs, cheapest first, in half of the time left."""
         end = self._clock() + self.left / 2
-        for _ in range(REPEATS - 1):
-            for trial in sorted(self.runs.trials, key=lambda t: t.wall):
+        for count in range(1, REPEATS):
+            once = [trial for trial in self.runs.trials if len(trial.times) <= count]
+            for trial in sorted(once, key=lambda t: t.wall):
                 if self._clock() + trial.wall > end:
                     return
-                label = f"{trial.method.told(trial.value)}, again"
-                solved = self._solve(trial.scene, trial.method.engine, label, inf)
-                trial.times.append(solved.processor)
+                self._again(trial)
 
 
 def _alike(one: float, other: float) -> bool:

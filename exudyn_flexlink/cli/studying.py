@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 DEFAULT_TARGET = 1e-4  # m, where the model gives a step
 ENGINES = ("exudyn", "lagrangian")
 TINY = 1e-6
-TOLD_BY = 0.1  # of a run: from then on its cost is extrapolated from what is done
+TOLD_BY = 0.02  # of a run: from then on its cost is extrapolated from what is done,
+SURELY = 0.25  # from then on without a factor of safety
+SAFETY = 2.0
 
 
 def accuracy_command(options: argparse.Namespace) -> int:
@@ -125,7 +127,8 @@ class Watch:
         """Take note of the part that is done, 0 to 1."""
         self._show()
         elapsed = time.monotonic() - self._began
-        bound = elapsed / done if done > TOLD_BY else elapsed
+        safety = 1.0 if done > SURELY else SAFETY
+        bound = max(elapsed, elapsed / done / safety if done > TOLD_BY else 0.0)
         if bound > self._allowed and not self.given_up:
             self.given_up, self._done = True, max(done, TINY)
             signal.raise_signal(signal.SIGINT)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import log10
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from exudyn_flexlink.accuracy import Error, Errors, Method, Point, Source, Study
 from exudyn_flexlink.plots.frame import (
@@ -25,7 +27,9 @@ from exudyn_flexlink.plots.frame import (
 MARKERS = {"tree": "o", "joints": "s", "beam": "D", "fixed step": "^", "": "o"}
 LINES = {"tree": "-", "joints": "--", "beam": ":", "fixed step": "-.", "": "-"}
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
-LOWEST = 1e-16  # m: nothing is drawn below it
+LOWEST = 1e-16  # m: nothing is drawn below it,
+DEEPEST = 0.03  # nor below this part of the floor
+FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
 
 Part = Callable[[Errors], Error | None]
 
@@ -34,8 +38,8 @@ Part = Callable[[Errors], Error | None]
 def work_precision(study: Study) -> Figure:
     """Largest errors of the watched point, and of the tips below, over processor time, log-log.
 
-    Hollow points lie below the floor, to which the two references agree. Lines across mark the
-    target and the errors that no setting removes.
+    Points below the floor, to which the two references agree, are hollow: nothing independent tells
+    them. Lines across mark the target and the errors that no setting removes.
     """
     parts: list[tuple[str, Part]] = [(study.point, lambda errors: errors.point)]
     if study.tips:
@@ -50,7 +54,16 @@ def work_precision(study: Study) -> Figure:
         axes.set_ylabel(f"largest error of {name} (m)")
     legend_outside(rows[0])
     rows[-1].set_xlabel("processor time of the solve (s)")
+    _label_times(rows[-1])
     return figure
+
+
+def _label_times(axes: Axes) -> None:
+    low, high = axes.get_xlim()
+    subs = (1.0, 2.0, 5.0) if log10(high / low) < FEW_DECADES else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _subject(study: Study) -> str:
@@ -72,23 +85,30 @@ def _draw(axes: Axes, study: Study, part: Part) -> None:
     for source in study.sources:
         _level(axes, source, part)
     axes.axhline(study.target, color=BLACK, linewidth=0.8, label=f"target {study.target:.2g} m")
+    low, high = axes.get_ylim()
     if study.floor > 0:
-        low = axes.get_ylim()[0]
-        axes.axhspan(min(low, study.floor / 3), study.floor, color=GREY, alpha=0.15, linewidth=0,
-                     label="below the floor")  # fmt: skip
-        axes.set_ylim(bottom=min(low, study.floor / 3))
-    _own(axes, study.own, part)
+        low = min(low, study.floor / 3)
+        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label="below the floor")
+    if study.own is not None:
+        place = (study.own.processor, _height(study.own, study, part))
+        axes.plot(*place, "o", color=ORANGE, markersize=11, markerfacecolor="none",
+                  markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
+    axes.set_ylim(low, high)
 
 
 def _curve(axes: Axes, method: Method, points: Sequence[Point], study: Study, part: Part) -> None:
     kind, style = _style(method)
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
-    seen = [(point.processor, _largest(point.errors, part)) for point in points]
+    seen = [(point.processor, _height(point, study, part)) for point in points]
     axes.plot(*zip(*seen, strict=True), color=colour, label=method.name, **style)
     for x, y in seen:
-        hollow = y < study.floor
-        face = "white" if hollow else colour
+        face = "white" if y < study.floor else colour
         axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=5)
+
+
+def _height(point: Point, study: Study, part: Part) -> float:
+    """Return where a point is drawn, m: far below the floor there is nothing to see."""
+    return max(_largest(point.errors, part), DEEPEST * study.floor)
 
 
 def _style(method: Method) -> tuple[str, dict[str, Any]]:
@@ -107,10 +127,3 @@ def _level(axes: Axes, source: Source, part: Part) -> None:
         colour, name = _OF_SOURCES[source.kind]
         level = _largest(source.errors, part)
         axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)
-
-
-def _own(axes: Axes, own: Point | None, part: Part) -> None:
-    if own is not None:
-        axes.plot([own.processor], [_largest(own.errors, part)], "o", color=ORANGE, markersize=11,
-                  markerfacecolor="none", markeredgewidth=1.6, label="the model's own settings",
-                  linestyle="none")  # fmt: skip

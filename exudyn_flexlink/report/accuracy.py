@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from exudyn_flexlink.accuracy import (
+    STIFFER,
     Advice,
     Error,
+    Method,
     Point,
     Source,
     Study,
@@ -117,17 +119,21 @@ def _about(study: Study, source: Source) -> str:
     if source.kind == "rods":
         rods = ", ".join(f"{b.rods}" for b in beams(study.scene).values())
         twice = ", ".join(f"{2 * b.rods}" for b in beams(study.scene).values())
-        return f"n = {rods} against {twice}, estimated as O(1/n^{source.order:g})".replace(
-            "^1)", ")"
-        )
+        power = f"^{source.order:g}" if source.order != 1 else ""
+        return f"n = {rods} against {twice}, which {_cost(source)}; estimated as O(1/n{power})"
     peaks = "".join(f"; peak of {b} {x:.1e} rad" for b, x in source.errors.levers.items())
-    return f"stiffness against 4 times that, estimated as O(k^-1/2){peaks}"
+    against = f"{STIFFER:g} times the stiffness, which {_cost(source)}"
+    return f"{against}; estimated as O(k^-1/2){peaks}"
+
+
+def _cost(source: Source) -> str:
+    return f"costs {source.dearer:.2g} times as much"
 
 
 def notes(study: Study) -> list[str]:
     """Say which causes of error the scene does not have, and which were not looked at, and why."""
     kinds = {source.kind for source in study.sources}
-    found = []
+    found = [_other_model(study, method) for method in _other_models(study)]
     if "time" not in kinds:
         found.append(
             "time steps: not told, the model's own settings were not run, or are the judge"
@@ -139,6 +145,18 @@ def notes(study: Study) -> list[str]:
     elif "contact" not in kinds:
         found.append("contact compliance: not told, there was no time to vary it")
     return found
+
+
+def _other_models(study: Study) -> list[Method]:
+    return list(dict.fromkeys(p.method for p in study.points if not p.method.of_rods))
+
+
+def _other_model(study: Study, method: Method) -> str:
+    finest = min((p for p in study.points if p.method == method), key=lambda p: p.value)
+    return (
+        f"{method.name}: another model of the link, whose motion no setting makes that of the "
+        f"rods; at {method.knob} {finest.value:.2g} it is {finest.errors.worst:.1e} m from it"
+    )
 
 
 def _of_rods(study: Study, told: bool) -> list[str]:
@@ -168,7 +186,7 @@ def dominance(study: Study) -> str:
     others = [s for s in study.sources if s is not largest]
     next_one = max(others, key=lambda s: s.errors.worst)
     name, other = NAMES[largest.kind], NAMES[next_one.kind]
-    verb = "dominate" if name.endswith("s") and largest.kind != "contact" else "dominates"
+    verb = "dominate" if largest.kind == "time" else "dominates"
     if next_one.errors.worst == 0:
         return f"The {name} {verb}"
     ratio = largest.errors.worst / next_one.errors.worst

@@ -76,6 +76,7 @@ def _point(point: Point) -> dict[str, Any]:
         "engine": point.method.engine,
         "knob": point.method.knob,
         "value": point.value,
+        "settings": dict(point.method.settings),
         "processor_time_s": point.processor,
         "repeats": point.repeats,
         "steps": point.steps,
@@ -102,6 +103,7 @@ def _source(source: Source) -> dict[str, Any]:
         "largest_angle": peaks,
         "order": source.order,
         "at_most": source.at_most,
+        "cost_of_the_finer_model": source.dearer,
     }
 
 
