@@ -62,9 +62,9 @@ class Horizon:
 
 
 def tips(result: Result) -> list[str]:
-    """Of every struck line, the end that moves more: 'body.point'."""
+    """Of every struck line, the end that moves more, the second if none does: 'body.point'."""
     lines = [result.scene.contacts[name].line for name in struck_bodies(result.scene).values()]
-    return [max(line, key=lambda point: _room(result, point)) for line in lines]
+    return [max(reversed(line), key=lambda point: _room(result, point)) for line in lines]
 
 
 def _room(result: Result, point: str) -> float:

@@ -163,14 +163,15 @@ class Studying:
         return self.runs
 
     def _methods(self) -> Iterator[Method]:
-        """Methods that represent the scene, as far as is known, cheapest first."""
-        names = [m for m in self.runs.methods if m.name not in self.runs.refused]
-        yield from sorted(names, key=lambda m: self._first_guess.get(m.name, inf))
+        """Methods that represent the scene, as far as is known: the model's own, then by cost."""
+        own = own_method(self.runs.scene, self.runs.methods)
+        fit = [m for m in self.runs.methods if m.name not in self.runs.refused]
+        yield from sorted(fit, key=lambda m: (m != own, self._first_guess.get(m.name, inf)))
 
     def _warm_up(self) -> None:
         """Run the beginning of the motion by every method: what can't be run is found at once.
 
-        Twice, since the first may compile something.
+        Twice, since the first may compile something, which is no part of the budget.
         """
         scene = self.runs.scene
         end = end_of_run(scene, build_mechanism(scene))
@@ -179,11 +180,12 @@ class Studying:
         for method in self.runs.methods:
             value = own_value(scene, method) or part / 10
             try:
-                for _ in range(2):
-                    label = f"{method.name}, warming up"
-                    solved = self._solve(method.at(short, value), method.engine, label, self.left)
-                    around = max(solved.wall - solved.processor, 0.0)
-                    self._first_guess[method.name] = around + solved.processor / WARM_UP
+                label, begun = f"{method.name}, warming up", method.at(short, value)
+                first = self._solve(begun, method.engine, label, inf)
+                solved = self._solve(begun, method.engine, label, inf)
+                self._deadline += max(first.wall - solved.wall, 0.0)
+                around = max(solved.wall - solved.processor, 0.0)
+                self._first_guess[method.name] = around + solved.processor / WARM_UP
             except RefusedError as error:
                 self.runs.refused[method.name] = str(error)
 

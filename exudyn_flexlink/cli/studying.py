@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,7 +79,8 @@ class Solver:
     """Runs scenes and shows the part of the budget that is used; stops runs that take too long."""
 
     def __init__(self, bar: Bar | None, budget: float) -> None:
-        self._bar, self._budget, self._began = bar, budget, time.monotonic()
+        self._bar, self._budget = bar, budget
+        self._ends = time.monotonic() + budget  # what is compiled first is not counted
 
     def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
         """Run a scene; see `accuracy.Solve`."""
@@ -86,6 +88,8 @@ class Solver:
         from exudyn_flexlink.accuracy import RefusedError, Solved
         from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
+        if isfinite(allowed):
+            self._ends = time.monotonic() + allowed
         if self._bar is not None:
             self._bar.say(label)
         watch = Watch(allowed, self._show)
@@ -104,7 +108,8 @@ class Solver:
 
     def _show(self) -> None:
         if self._bar is not None:
-            self._bar(min((time.monotonic() - self._began) / self._budget, 1.0))
+            left = max(self._ends - time.monotonic(), 0.0)
+            self._bar(max(1 - left / self._budget, 0.0))
 
 
 class Watch:

@@ -1,0 +1,107 @@
+"""The command `accuracy`, end to end on a small scene, with real engines."""
+
+import json
+import signal
+from pathlib import Path
+
+import pytest
+
+from exudyn_flexlink import engines
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli.studying import Watch
+
+MODELS = Path(__file__).parents[1] / "models"
+SMALL = [
+    str(MODELS / "smooth.yaml"),
+    "--set=bodies.link.rods=2",
+    "--set=run.turns=0.05",
+]
+
+
+def accuracy(*arguments):
+    return main(["accuracy", *SMALL, *arguments])
+
+
+def test_a_small_study(tmp_path, capsys):
+    assert accuracy("--budget=12", f"--out={tmp_path / 'out'}", "--target=1e-5") == 0
+    told = capsys.readouterr().out
+    folder = tmp_path / "out"
+    assert sorted(file.name for file in folder.iterdir()) == [
+        "accuracy.csv", "accuracy.json", "accuracy.png",
+    ]  # fmt: skip
+    data = json.loads((folder / "accuracy.json").read_text())
+    assert data["target_m"] == 1e-5
+    assert data["recommendation"] in told
+    assert data["advice"]["choice"]["error_largest_m"] <= 1e-5
+    own = next(p for p in data["points"] if (p["engine"], p["value"]) == ("exudyn", 4e-5))
+    assert own["error_largest_m"] < 4e-5
+    assert own["processor_time_s"] > 0
+    assert {source["kind"] for source in data["sources"]} >= {"time"}
+    assert not data["interrupted"]
+
+
+@pytest.mark.parametrize("option", ["--budget=-3", "--budget=x", "--target=0", "--target=inf"])
+def test_bad_options_are_told(option, capsys):
+    with pytest.raises(SystemExit) as stop:
+        accuracy(option)
+    assert stop.value.code == 2
+    assert f"argument {option.split('=')[0]}: invalid" in capsys.readouterr().err
+
+
+def test_a_bad_model_is_told(capsys):
+    assert main(["accuracy", "nowhere.yaml"]) == 2
+    assert "nowhere.yaml" in capsys.readouterr().err
+
+
+def test_a_file_in_the_way_is_told_before_anything_runs(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(engines, "simulate", None)
+    (tmp_path / "out").write_text("mine")
+    assert accuracy(f"--out={tmp_path / 'out'}") == 2
+    assert "is a file" in capsys.readouterr().err
+
+
+def test_ctrl_c_keeps_what_was_computed(tmp_path, capsys, monkeypatch):
+    whole, calls = engines.simulate, []
+
+    def simulate(scene, engine, progress):
+        calls.append(engine)
+        if len(calls) > 12:
+            raise KeyboardInterrupt
+        return whole(scene, engine, progress)
+
+    monkeypatch.setattr(engines, "simulate", simulate)
+    assert accuracy("--budget=60", f"--out={tmp_path / 'out'}", "--no-plots") == 130
+    said = capsys.readouterr()
+    assert "interrupted: the " in said.err
+    assert "settings that were run until then are in" in said.err
+    data = json.loads((tmp_path / "out" / "accuracy.json").read_text())
+    assert data["interrupted"]
+    assert data["points"]
+    assert "Recommendation: " in said.out
+
+
+def test_ctrl_c_before_anything_is_known_writes_nothing(tmp_path, capsys, monkeypatch):
+    def simulate(scene, engine, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engines, "simulate", simulate)
+    assert accuracy(f"--out={tmp_path / 'out'}") == 130
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_run_bound_to_exceed_its_time_is_stopped(monkeypatch):
+    """A tenth of it took 10 s; with a factor of safety of 2 that is at least 50 s, not 20 s."""
+    now, sent = [0.0], []
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    monkeypatch.setattr(signal, "raise_signal", sent.append)
+    watch = Watch(20.0, lambda: None)
+    now[0] = 3.0
+    watch(0.1)
+    assert not sent
+    now[0] = 10.0
+    watch(0.1)
+    watch(0.1)
+    assert sent == [signal.SIGINT]
+    assert watch.given_up
+    assert watch.expected == pytest.approx(100.0)
