@@ -36,9 +36,10 @@ JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 REPEATS = 3
 WARM_UP = 0.01  # of a run: compiles, and gives a first idea of what a run costs
 AT_ONCE = 1.0  # s: as long as that a run is repeated right away
+FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
 REFERENCE_COST = 4.0  # times that of the judge's finest run, or less
-MORE_RODS_COST, STIFFER_COST = 6.0, 2.5  # likewise
+MORE_RODS_COST, STIFFER_COST = 4.0, 2.0  # likewise
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
 
 
@@ -229,7 +230,8 @@ class Studying:
             self._leave_out(label, expected)
             return None
         scene = method.at(self.runs.scene, value)
-        solved = self._solved(scene, method, label)
+        unknown = not self._costs[method.name] and self.runs.trials
+        solved = self._solved(scene, method, label, FIRST_SHARE if unknown else 1)
         if solved is None:
             return None
         self._costs[method.name][value] = solved.wall
@@ -240,21 +242,26 @@ class Studying:
 
     def _repeat_at_once(self, trial: Trial) -> None:
         """Repeat a short run: the least of several times is the truest."""
-        while len(trial.times) < REPEATS and (len(trial.times) + 1) * trial.wall < AT_ONCE:
-            self._again(trial)
+        for _ in range(REPEATS - 1):
+            if (len(trial.times) + 1) * trial.wall < AT_ONCE:
+                self._again(trial)
 
     def _again(self, trial: Trial) -> None:
         label = f"{trial.method.told(trial.value)}, again"
-        solved = self._solve(trial.scene, trial.method.engine, label, inf)
-        trial.times.append(solved.processor)
+        solved = self._solve(trial.scene, trial.method.engine, label, self.left)
+        if not solved.given_up:
+            trial.times.append(solved.processor)
 
     def _leave_out(self, label: str, expected: float) -> None:
         self.runs.left_out.append(f"{label} (about {expected:.2g} s)")
 
-    def _solved(self, scene: Scene, method: Method, label: str) -> Solved | None:
-        """Run a scene; None if it was refused, failed, or would have taken too long."""
+    def _solved(self, scene: Scene, method: Method, label: str, share: int = 1) -> Solved | None:
+        """Run a scene in the time left, or a `share`-th of it; None if that was not to be.
+
+        It was refused then, failed, or would have taken too long.
+        """
         try:
-            solved = self._solve(scene, method.engine, label, self.left)
+            solved = self._solve(scene, method.engine, label, self.left / share)
         except RefusedError as error:
             self.runs.refused[label] = str(error)
             return None

@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from math import isfinite
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,7 +80,7 @@ class Solver:
 
     def __init__(self, bar: Bar | None, budget: float) -> None:
         self._bar, self._budget = bar, budget
-        self._ends = time.monotonic() + budget  # what is compiled first is not counted
+        self._ends = time.monotonic() + budget
 
     def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
         """Run a scene; see `accuracy.Solve`."""
@@ -88,8 +88,6 @@ class Solver:
         from exudyn_flexlink.accuracy import RefusedError, Solved
         from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
-        if isfinite(allowed):
-            self._ends = time.monotonic() + allowed
         if self._bar is not None:
             self._bar.say(label)
         watch = Watch(allowed, self._show)
@@ -99,6 +97,8 @@ class Solver:
         except engines.NotRepresentableError as error:
             raise RefusedError(str(error)) from error
         used = time.process_time() - began
+        if allowed == inf:  # warming up, which may compile something, is not counted
+            self._ends = time.monotonic() + self._budget
         self._show()
         if result.outcome.reason == STOPPED and not watch.given_up:
             raise KeyboardInterrupt
