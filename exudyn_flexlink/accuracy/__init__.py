@@ -7,8 +7,9 @@ from exudyn_flexlink.accuracy.advice import Advice, advise, dominating, needed, 
 from exudyn_flexlink.accuracy.errors import Error, Errors, Horizon, agreement, errors, tips
 from exudyn_flexlink.accuracy.judging import NothingRunError, Point, Source, Study, judge
 from exudyn_flexlink.accuracy.methods import BEAM, Method, methods_of
+from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved
 from exudyn_flexlink.accuracy.sources import STIFFER, beams, flexible, stiffnesses
-from exudyn_flexlink.accuracy.study import RefusedError, Runs, Solve, Solved, study
+from exudyn_flexlink.accuracy.study import study
 
 __all__ = [
     "BEAM",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors, tips
 from exudyn_flexlink.accuracy.methods import Method
+from exudyn_flexlink.accuracy.runs import Runs, Trial
 from exudyn_flexlink.accuracy.sources import (
     COMPLIANCE_ORDER,
     MORE_RODS,
@@ -15,7 +17,6 @@ from exudyn_flexlink.accuracy.sources import (
     extrapolated,
     rod_order,
 )
-from exudyn_flexlink.accuracy.study import Runs, Trial, Varied
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
@@ -100,8 +101,66 @@ class NothingRunError(Exception):
     """No two runs ended, so that there is nothing to compare; the message says why."""
 
 
+@dataclass(frozen=True)
+class Bench:
+    """What everything is judged by: a reference run, and what that was checked with."""
+
+    truth: Trial
+    check: Trial | None
+    independent: bool
+    struck: tuple[str, ...]
+    horizon: Horizon | None
+
+    @property
+    def end(self) -> float:
+        """End of the reference, s."""
+        return float(self.truth.result.time[-1])
+
+    @cached_property
+    def floor(self) -> float:
+        """Distance of reference and check, m; 0 without a check."""
+        return 0.0 if self.check is None else self.errors(self.check.result).worst
+
+    def errors(self, result: Result, reference: Result | None = None) -> Errors:
+        """Errors of a run as far as any are judged, by the reference or another run."""
+        until = self.end if self.horizon is None else self.horizon.sure
+        return errors(result, reference or self.truth.result, until, self.struck)
+
+
 def judge(runs: Runs) -> Study:
     """Judge all runs by a reference.
+
+    Raises:
+        NothingRunError: there are not two runs to compare.
+
+    """
+    bench = _bench(runs)
+    truth, check = bench.truth, bench.check
+    points = [_point(trial, bench) for trial in runs.trials if trial is not truth]
+    own = _own(runs, truth, points)
+    tight = runs.reference is truth
+    return Study(
+        scene=runs.scene,
+        target=runs.target,
+        point=watched_point(runs.scene),
+        tips=bench.struck,
+        end=bench.end,
+        reference=_tight(truth) if tight else truth.method.told(truth.value),
+        reference_processor=truth.processor,
+        check="" if check is None else check.method.told(check.value),
+        independent=bench.independent,
+        floor=bench.floor,
+        horizon=bench.horizon,
+        points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
+        own=own,
+        sources=(*_of_time(runs, own, bench), *_of_the_model(runs, bench)),
+        still=not _moves(truth.result),
+        runs=runs,
+    )
+
+
+def _bench(runs: Runs) -> Bench:
+    """Choose reference and check.
 
     Raises:
         NothingRunError: there are not two runs to compare.
@@ -110,34 +169,11 @@ def judge(runs: Runs) -> Study:
     truth = _reference(runs)
     if truth is None:
         raise NothingRunError(_why_nothing(runs))
-    struck = tips(truth.result)
+    struck = tuple(tips(truth.result))
     others = [trial for trial in runs.trials if trial is not truth]
     check, independent = _check(truth, others, struck)
     horizon = agreement(truth.result, check.result) if check else None
-    end = float(truth.result.time[-1])
-    until = end if horizon is None else horizon.sure
-    floor = errors(check.result, truth.result, until, struck).worst if check else 0.0
-    points = [_point(trial, truth, until, struck, floor) for trial in others]
-    own = _own(runs, truth, points)
-    tight = runs.reference is truth
-    return Study(
-        scene=runs.scene,
-        target=runs.target,
-        point=watched_point(runs.scene),
-        tips=tuple(struck),
-        end=end,
-        reference=_tight(truth) if tight else truth.method.told(truth.value),
-        reference_processor=truth.processor,
-        check="" if check is None else check.method.told(check.value),
-        independent=independent,
-        floor=floor,
-        horizon=horizon,
-        points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
-        own=own,
-        sources=tuple(_sources(runs, truth, own, until)),
-        still=not _moves(truth.result),
-        runs=runs,
-    )
+    return Bench(truth, check, independent, struck, horizon)
 
 
 def _tight(truth: Trial) -> str:
@@ -184,10 +220,10 @@ def _independent(one: Method, other: Method) -> bool:
     return (one.engine, dict(one.settings)) != (other.engine, dict(other.settings))
 
 
-def _point(trial: Trial, truth: Trial, until: float, struck: Sequence[str], floor: float) -> Point:
-    found = errors(trial.result, truth.result, until, struck)
+def _point(trial: Trial, bench: Bench) -> Point:
+    found = bench.errors(trial.result)
     steps = trial.result.checks.steps
-    claimed = max(found.worst, floor)
+    claimed = max(found.worst, bench.floor)
     return Point(
         trial.method, trial.value, trial.processor, len(trial.times), steps, found, claimed
     )
@@ -201,23 +237,14 @@ def _own(runs: Runs, truth: Trial, points: Sequence[Point]) -> Point | None:
     return next(p for p in points if p.method == own.method and p.value == own.value)
 
 
-def _sources(runs: Runs, truth: Trial, own: Point | None, until: float) -> list[Source]:
-    found = _of_time(runs, own, until, tips(truth.result))
-    factors = {"rods": _of_rods(runs.scene), "contact": (STIFFER, COMPLIANCE_ORDER)}
-    for kind, varied in runs.varied.items():
-        ratio, order = factors[kind]
-        apart, at_most = _difference(varied, truth, until)
-        dearer = varied.processor / varied.base.processor
-        estimate = apart.times(extrapolated(ratio, order))
-        found.append(Source(kind, estimate, order, at_most, dearer))
-    return found
-
-
-def _of_time(runs: Runs, own: Point | None, until: float, struck: Sequence[str]) -> list[Source]:
+def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:
     """Error of the time steps at the model's own settings; none where nothing tells it.
 
     A link that is not made of rods is held against the finest run of its own kind.
     """
+    if runs.own is bench.truth and bench.check is not None:
+        # The finest run of all: it is off by no more than the check is from it.
+        return [Source("time", bench.errors(bench.check.result), at_most=True)]
     if own is None:
         return []
     if own.method.of_rods:
@@ -225,23 +252,28 @@ def _of_time(runs: Runs, own: Point | None, until: float, struck: Sequence[str])
     finest, trial = runs.of(own.method)[0], runs.own
     if trial is None or trial is finest:
         return []
-    return [Source("time", errors(trial.result, finest.result, until, struck))]
+    return [Source("time", bench.errors(trial.result, finest.result))]
+
+
+def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
+    """Errors of rods and contacts, from the scene changed in them."""
+    factors = {"rods": _of_rods(runs.scene), "contact": (STIFFER, COMPLIANCE_ORDER)}
+    found = []
+    for kind, varied in runs.varied.items():
+        ratio, order = factors[kind]
+        base = varied.base
+        apart = bench.errors(varied.changed, base.result)
+        in_time = bench.floor if base is bench.truth else bench.errors(base.result).worst
+        at_most = apart.worst < TRUSTED * in_time
+        estimate = apart.times(extrapolated(ratio, order))
+        found.append(
+            Source(kind, estimate, order, at_most, varied.processor / varied.base.processor)
+        )
+    return found
 
 
 def _of_rods(scene: Scene) -> tuple[float, float]:
     return (MORE_RODS, rod_order(scene) if beams(scene) else 1)
-
-
-def _difference(varied: Varied, truth: Trial, until: float) -> tuple[Errors, bool]:
-    """Distance of the changed scene from the scene, both by one method at one setting.
-
-    Whether it is hardly more than that method's error is told, too.
-    """
-    base = varied.base
-    struck = tips(truth.result)
-    apart = errors(varied.changed, base.result, until, struck)
-    own = 0.0 if base is truth else errors(base.result, truth.result, until, struck).worst
-    return apart, apart.worst < TRUSTED * own
 
 
 def _moves(result: Result) -> bool:

@@ -9,10 +9,8 @@ is not started: see `costs`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from math import inf, isfinite, log
 from time import monotonic
-from typing import Protocol
 
 from exudyn_flexlink.accuracy.costs import predict
 from exudyn_flexlink.accuracy.methods import (
@@ -22,6 +20,7 @@ from exudyn_flexlink.accuracy.methods import (
     own_method,
     own_value,
 )
+from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved, Trial, Varied
 from exudyn_flexlink.accuracy.sources import (
     beams,
     stiffnesses,
@@ -29,101 +28,18 @@ from exudyn_flexlink.accuracy.sources import (
     with_stiffer_contacts,
 )
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run
-from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Run, Scene
 
 JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 REPEATS = 3
 WARM_UP = 0.01  # of a run: compiles, and gives a first idea of what a run costs
 AT_ONCE = 1.0  # s: as long as that a run is repeated right away
+DEAR = 10  # parts of the time left: a dearer run is soon followed by a coarser one
 FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
 REFERENCE_COST = 4.0  # times that of the judge's finest run, or less
 MORE_RODS_COST, STIFFER_COST = 4.0, 2.0  # likewise
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
-
-
-class RefusedError(Exception):
-    """A method can't represent the scene; the message says why."""
-
-
-@dataclass(frozen=True)
-class Solved:
-    """One run: processor time of the solve and wall time of all of it, s.
-
-    `given_up`: stopped because it would have taken longer than allowed; `wall` is then the estimate
-    of what it would have taken.
-    """
-
-    result: Result
-    processor: float
-    wall: float
-    given_up: bool = False
-
-
-class Solve(Protocol):
-    """Runs a scene in an engine; `label` says what is run, `allowed` (s) is the time it may take.
-
-    Raises RefusedError, and KeyboardInterrupt when the user has had enough.
-    """
-
-    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
-        """Return the run."""
-        ...
-
-
-@dataclass
-class Trial:
-    """A method at one value of its knob: its first result, processor times (s) of all runs."""
-
-    method: Method
-    value: float
-    scene: Scene
-    result: Result
-    wall: float
-    times: list[float]
-
-    @property
-    def processor(self) -> float:
-        """The least processor time, s."""
-        return min(self.times)
-
-
-@dataclass(frozen=True)
-class Varied:
-    """A run of the scene changed in one source of error, and that of the scene itself."""
-
-    changed: Result
-    base: Trial
-    processor: float
-
-
-@dataclass
-class Runs:
-    """All that was run: `trials` of methods, `varied` by source, what was left out, and why."""
-
-    scene: Scene
-    target: float
-    methods: list[Method]
-    trials: list[Trial] = field(default_factory=list)
-    reference: Trial | None = None
-    varied: dict[str, Varied] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)
-    refused: dict[str, str] = field(default_factory=dict)
-    failed: dict[str, str] = field(default_factory=dict)
-    interrupted: bool = False
-    spent: float = 0.0
-
-    def of(self, method: Method) -> list[Trial]:
-        """Trials of a method, finest first."""
-        return sorted((t for t in self.trials if t.method == method), key=lambda t: t.value)
-
-    @property
-    def own(self) -> Trial | None:
-        """The trial at the model's own settings; None if it could not be made."""
-        method = own_method(self.scene, self.methods)
-        value = own_value(self.scene, method)
-        return next((t for t in self.of(method) if t.value == value), None)
 
 
 class Studying:
@@ -193,12 +109,15 @@ class Studying:
     def _own_settings(self) -> None:
         """Run every method at the model's own settings, or the nearest that takes not too long.
 
-        Equal steps are as long as those that the model's tolerance leads to on average.
+        Equal steps are as long as those that the model's tolerance leads to on average. What was
+        left out at first for lack of time may yet be run later, when costs are known.
         """
         for method in sorted(self._methods(), key=lambda m: m.knob == "step"):
             value = self._own_value(method)
             if value is not None:
                 self._nearest(method, value)
+        if self.runs.own is not None and self.runs.own.wall > self.left / DEAR:
+            self._try(self.runs.own.method, 10 * self.runs.own.value)
 
     def _nearest(self, method: Method, value: float) -> None:
         """Run a method at a value; something has to run, if only at coarser settings."""
@@ -253,7 +172,8 @@ class Studying:
             trial.times.append(solved.processor)
 
     def _leave_out(self, label: str, expected: float) -> None:
-        self.runs.left_out.append(f"{label} (about {expected:.2g} s)")
+        if not any(told.startswith(f"{label} (") for told in self.runs.left_out):
+            self.runs.left_out.append(f"{label} (about {expected:.2g} s)")
 
     def _solved(self, scene: Scene, method: Method, label: str, share: int = 1) -> Solved | None:
         """Run a scene in the time left, or a `share`-th of it; None if that was not to be.
@@ -299,26 +219,37 @@ class Studying:
         }
         for kind, (change, dearer, there) in wanted.items():
             changed = change(scene) if there else None
-            base = self._base() if changed is not None else None
-            if changed is None or base is None:
+            method = self._cheapest()
+            if changed is None or method is None:
                 continue
-            method, label = base.method, f"{base.method.name}, varying: {kind}"
-            if dearer * base.wall > self.left:
-                self._leave_out(label, dearer * base.wall)
+            label = f"{method.name}, varying: {kind}"
+            base = self._base(method, dearer)
+            if base is None:
+                self._leave_out(label, dearer * min(self._costs[method.name].values()))
                 continue
             solved = self._solved(method.at(changed, base.value), method, label)
             if solved is not None:
                 self.runs.varied[kind] = Varied(solved.result, base, solved.processor)
 
-    def _base(self) -> Trial | None:
-        """Return what a changed scene is held against: one rung finer than the own settings."""
+    def _cheapest(self) -> Method | None:
+        """Return the method of rods whose runs at given tolerances have been the cheapest."""
         known = [t for t in self.runs.trials if t.method.of_rods and t.method.knob == "tolerance"]
-        if not known:
+        value = own_value(self.runs.scene, Method("", ""))
+        if not known or value is None:
             return None
-        cheapest = min(known, key=lambda t: t.wall)
-        method, finer = cheapest.method, cheapest.value / 10
-        done = next((t for t in known if t.method == method and t.value < cheapest.value), None)
-        return done or self._try(method, finer) or cheapest
+        return min((t.method for t in known), key=lambda m: self._expected(m, value / 10))
+
+    def _base(self, method: Method, dearer: float) -> Trial | None:
+        """Return the finest run that a changed scene, `dearer` times as costly, can be held to.
+
+        One rung finer than the model's own setting, if there is time.
+        """
+        value = own_value(self.runs.scene, method) or 0.0
+        known = self._costs[method.name]
+        expected = (1 + dearer) * self._expected(method, value / 10)
+        if expected <= self.left and not any(_alike(value / 10, other) for other in known):
+            self._try(method, value / 10)
+        return next((t for t in self.runs.of(method) if dearer * t.wall <= self.left), None)
 
     def _climb(self) -> None:
         """Run ever finer settings, the cheapest of all methods next."""

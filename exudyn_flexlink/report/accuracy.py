@@ -52,8 +52,8 @@ def judged_by(study: Study) -> list[str]:
     if study.horizon is not None:
         lines.append(
             f"Horizon: both part by more than {study.horizon.limit:.2g} m at t = "
-            f"{study.horizon.parted:.5g} s of {study.end:.5g} s; errors are those up to t = "
-            f"{study.until:.5g} s"
+            f"{study.horizon.parted:.5g} s of {study.end:.5g} s (the motion is sensitive, or the "
+            f"check coarse); errors are those up to t = {study.until:.5g} s"
         )
     return lines
 

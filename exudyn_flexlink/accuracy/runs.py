@@ -1,0 +1,93 @@
+"""What the runs of a study leave behind, and what makes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from exudyn_flexlink.accuracy.methods import Method, own_method, own_value
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+
+class RefusedError(Exception):
+    """A method can't represent the scene; the message says why."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One run: processor time of the solve and wall time of all of it, s.
+
+    `given_up`: stopped because it would have taken longer than allowed; `wall` is then the estimate
+    of what it would have taken.
+    """
+
+    result: Result
+    processor: float
+    wall: float
+    given_up: bool = False
+
+
+class Solve(Protocol):
+    """Runs a scene in an engine; `label` says what is run, `allowed` (s) is the time it may take.
+
+    Raises RefusedError, and KeyboardInterrupt when the user has had enough.
+    """
+
+    def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
+        """Return the run."""
+        ...
+
+
+@dataclass
+class Trial:
+    """A method at one value of its knob: its first result, processor times (s) of all runs."""
+
+    method: Method
+    value: float
+    scene: Scene
+    result: Result
+    wall: float
+    times: list[float]
+
+    @property
+    def processor(self) -> float:
+        """The least processor time, s."""
+        return min(self.times)
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A run of the scene changed in one source of error, and that of the scene itself."""
+
+    changed: Result
+    base: Trial
+    processor: float
+
+
+@dataclass
+class Runs:
+    """All that was run: `trials` of methods, `varied` by source, what was left out, and why."""
+
+    scene: Scene
+    target: float
+    methods: list[Method]
+    trials: list[Trial] = field(default_factory=list)
+    reference: Trial | None = None
+    varied: dict[str, Varied] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    refused: dict[str, str] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    interrupted: bool = False
+    spent: float = 0.0
+
+    def of(self, method: Method) -> list[Trial]:
+        """Trials of a method, finest first."""
+        return sorted((t for t in self.trials if t.method == method), key=lambda t: t.value)
+
+    @property
+    def own(self) -> Trial | None:
+        """The trial at the model's own settings; None if it could not be made."""
+        method = own_method(self.scene, self.methods)
+        value = own_value(self.scene, method)
+        return next((t for t in self.of(method) if t.value == value), None)
