@@ -1,0 +1,61 @@
+"""Measure whether this tool is ahead of what one would script by hand, and of its peers.
+
+  python scripts/benchmark.py                  everything, about a quarter of an hour
+  python scripts/benchmark.py naive rods       some parts
+  python scripts/benchmark.py --quick          smaller ones
+
+Costs are processor times, the least of `--repeat` runs, and whatever is compared is measured in
+turn (A B A B ...) in this one run: trust the ratios, and not the seconds, of a shared machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+
+from benchmarks import naive
+from benchmarks.measuring import Table
+from rich import box
+from rich.console import Console
+from rich.table import Table as RichTable
+
+Part = Callable[..., list[Table]]
+
+PARTS: dict[str, Part] = {
+    "naive": naive.tables,
+}
+
+
+def main() -> None:
+    """Measure the parts asked for, and print their tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("parts", nargs="*", metavar="part", help=f"of: {', '.join(PARTS)}")
+    parser.add_argument("--quick", action="store_true", help="smaller scenes, fewer points")
+    parser.add_argument("--repeat", type=int, default=3, help="runs of which the best counts")
+    options = parser.parse_args()
+    if unknown := [part for part in options.parts if part not in PARTS]:
+        parser.error(f"no part '{unknown[0]}'; there is: {', '.join(PARTS)}")
+    console = Console(width=120)
+    for name in options.parts or PARTS:
+        measure = partial(PARTS[name], quick=options.quick, repeat=max(1, options.repeat))
+        for table in measure():
+            show(console, table)
+
+
+def show(console: Console, table: Table) -> None:
+    """Print a table, aligned, and its conclusion."""
+    shown = RichTable(title=table.title, title_justify="left", box=box.SIMPLE, title_style="bold")
+    for i, column in enumerate(table.columns):
+        shown.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
+    for row in table.rows:
+        shown.add_row(*row)
+    console.print(shown)
+    if table.conclusion:
+        console.print(table.conclusion + "\n", highlight=False)
+
+
+if __name__ == "__main__":
+    main()

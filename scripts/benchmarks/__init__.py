@@ -1,0 +1,1 @@
+"""Parts of `scripts/benchmark.py`: each measures one thing, and prints nothing."""

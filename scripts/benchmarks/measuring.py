@@ -1,0 +1,121 @@
+"""Processor times measured interleaved, ladders of settings, and ratios at the same error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from math import ceil, exp, floor, log, log10
+from time import process_time
+from typing import TypeVar
+
+Value = TypeVar("Value")
+
+LONG = 8.0  # s: a run this long averages over disturbances by itself, and is not repeated
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One run: what it was set to, the error it made (m) and what it cost (processor time, s)."""
+
+    setting: float
+    error: float
+    cost: float
+    steps: int = 0
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under a title, and what they say in one sentence."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    conclusion: str
+
+
+def timed(run: Callable[[], Value]) -> tuple[Value, float]:
+    """What a run returns, and its processor time in s."""
+    began = process_time()
+    value = run()
+    return value, process_time() - began
+
+
+def interleaved(
+    runs: Mapping[str, Callable[[], object]],
+    repeat: int,
+    known: Mapping[str, float] | None = None,
+) -> dict[str, float]:
+    """Least processor time (s) of each run, measured in turn: A B A B and so on.
+
+    So what disturbs the machine for a while disturbs all of them. `known` are times measured
+    before; runs longer than `LONG` that are known already are not repeated.
+    """
+    best = dict(known or {})
+    for _ in range(repeat):
+        for name, run in runs.items():
+            if best.get(name, 0.0) < LONG:
+                best[name] = min(best.get(name, float("inf")), timed(run)[1])
+    return best
+
+
+def ladder(first: float, last: float = 1e-13) -> Iterator[float]:
+    """Settings 1, 5, 2 of each decade from `first` down to `last`: 1e-3, 5e-4, 2e-4, 1e-4 ..."""
+    for decade in range(ceil(log10(first)), floor(log10(last)) - 1, -1):
+        for mantissa in (1, 0.5, 0.2):
+            rung = float(f"{mantissa * 10.0**decade:.0e}")
+            if last * (1 - 1e-9) <= rung <= first * (1 + 1e-9):
+                yield rung
+
+
+def loosest(points: Sequence[Measured], error: float) -> Measured | None:
+    """The cheapest run whose error is at most `error`; None if there is none."""
+    good = [point for point in points if point.error <= error]
+    return min(good, key=lambda point: point.cost) if good else None
+
+
+def climb(
+    run: Callable[[float], tuple[float, int]],
+    rungs: Iterable[float],
+    error: float,
+    budget: float,
+) -> list[Measured]:
+    """Measure rung by rung until one makes at most `error`, or takes longer than `budget` (s).
+
+    `run` gives the error (m) and the steps at a setting.
+    """
+    points: list[Measured] = []
+    for rung in rungs:
+        (made, steps), cost = timed(partial(run, rung))
+        points.append(Measured(rung, made, cost, steps))
+        if made <= error or cost > budget:
+            break
+    return points
+
+
+def cost_at(points: Sequence[Measured], error: float) -> tuple[float, bool]:
+    """Cost (s) at an error, on straight lines through the points in log-log; whether it is beyond.
+
+    Beyond the points the line of the two nearest goes on.
+
+    Raises:
+        ValueError: there are fewer than two points.
+
+    """
+    if len(points) < 2:
+        raise ValueError("a line needs two points")
+    ranked = sorted(points, key=lambda point: -point.error)
+    inside = [i for i, point in enumerate(ranked) if point.error <= error]
+    after = min(max(inside[0] if inside else len(ranked) - 1, 1), len(ranked) - 1)
+    one, other = ranked[after - 1], ranked[after]
+    beyond = not ranked[-1].error <= error <= ranked[0].error
+    part = (log(error) - log(one.error)) / (log(other.error) - log(one.error))
+    return exp(log(one.cost) + part * (log(other.cost) - log(one.cost))), beyond
+
+
+def exponent(sizes: Sequence[float], costs: Sequence[float]) -> float:
+    """Exponent p of the least-squares fit ``cost ~ size^p``."""
+    x, y = [log(size) for size in sizes], [log(cost) for cost in costs]
+    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+    rise = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True))
+    return rise / sum((a - mean_x) ** 2 for a in x)
