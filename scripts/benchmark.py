@@ -14,7 +14,7 @@ import argparse
 from collections.abc import Callable
 from functools import partial
 
-from benchmarks import naive
+from benchmarks import effects, naive, rods, startup
 from benchmarks.measuring import Table
 from rich import box
 from rich.console import Console
@@ -24,6 +24,9 @@ Part = Callable[..., list[Table]]
 
 PARTS: dict[str, Part] = {
     "naive": naive.tables,
+    "rods": rods.tables,
+    "effects": effects.tables,
+    "startup": startup.tables,
 }
 
 

@@ -1,0 +1,179 @@
+"""What an effect costs in a step: when it acts, when it is there and rests, when it is absent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.measuring import Table
+from benchmarks.stepping import Stepped, completed, cost_per_step, lasting
+from benchmarks.strike import ROOT
+from benchmarks.variants import BEAM, VARIANTS, Variant
+from exudyn_flexlink import NotRepresentableError, Result, Scene, load_scene, simulate
+from exudyn_flexlink.effects import idealise
+from exudyn_flexlink.mechanism import build_mechanism, pairs
+from exudyn_flexlink.scene import Initial, SleeveJoint
+
+STEP = "accuracy.step=1e-4"
+DURATION, BRIEF = 0.36, 0.05  # s: with a strike, without
+FAR = "joints.sleeve.clearance=1.0"  # m: no wall is near
+FRICTION = "joints.sleeve.law.friction=0.15"
+WALLS = "walls of the guide"
+SPEED = 10.0  # rad/s of the crank
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Scenes of one effect in its states: absent, dormant (there, and resting), present."""
+
+    name: str
+    scenes: Mapping[str, Scene]
+
+
+def scene_of(model: str, *settings: str) -> Scene:
+    """A shipped model with `beam` stiffness and a fixed step."""
+    return load_scene(ROOT / "models" / model, (BEAM, STEP, *settings))
+
+
+def effects(variant: Variant) -> list[Effect]:
+    """Effects whose cost is measured."""
+    own = variant.settings
+    strike = scene_of("no_clearance.yaml", *own)
+    out_of_reach = scene_of("no_clearance.yaml", *own, "joints.pivot.at=[-0.5, 0]")
+    loose, far, rough = (
+        idealise(scene_of("clearance.yaml", *own, *more), ["impact"])
+        for more in ((), (FAR,), (FAR, FRICTION))
+    )
+    smooth = scene_of("smooth.yaml", *own)
+    return [
+        Effect(
+            "lever",
+            {
+                "absent": idealise(strike, ["impact"]),
+                "dormant": out_of_reach,
+                "present": strike,
+            },
+        ),
+        Effect(
+            WALLS,
+            {"absent": without_sleeve(far), "dormant": far, "present": loose},
+        ),
+        Effect("friction of the walls", {"absent": far, "dormant": rough}),
+        Effect(
+            "damping of the hinges", {"absent": idealise(smooth, ["damping"]), "present": smooth}
+        ),
+        Effect("weight", {"absent": smooth, "present": smooth.changed(gravity=(0.0, -9.81))}),
+    ]
+
+
+def without_sleeve(scene: Scene) -> Scene:
+    """The same mechanism with nothing between link and guide, moving as with a far wall."""
+    joints = {name: j for name, j in scene.joints.items() if not isinstance(j, SleeveJoint)}
+    x = 0.04 - 0.02  # m, from the crank to P at time 0
+    start = Initial(
+        angles={"link": 0.0}, speeds={"link": SPEED}, velocities={"link": (0.0, x * SPEED)}
+    )
+    return scene.changed(joints=joints, initial=start)
+
+
+def pairs_of_walls(variant: Variant) -> int:
+    """Number of contact pairs of link and guide."""
+    mechanism = build_mechanism(scene_of("clearance.yaml", *variant.settings))
+    return len(pairs(mechanism.channels[0]))
+
+
+def same_motion(variant: Variant) -> list[tuple[str, int, int, bool]]:
+    """Scenes with an effect absent, and without a word of it: steps of both, and whether equal.
+
+    Equal are runs of the same steps with the same state, bit for bit, at every sample.
+    """
+    own = variant.settings
+    scenes_of = {
+        "lever removed, or never there": (
+            idealise(scene_of("no_clearance.yaml", *own), ["impact"]),
+            scene_of("smooth.yaml", *own),
+        ),
+        "friction: 0, or left out": (
+            scene_of("clearance.yaml", *own, "joints.sleeve.law.friction=0"),
+            scene_of("clearance.yaml", *own),
+        ),
+        "gravity: [0, 0], or left out": (
+            scene_of("smooth.yaml", *own, "gravity=[0, 0]"),
+            scene_of("smooth.yaml", *own),
+        ),
+    }
+    rows = []
+    for name, scenes in scenes_of.items():
+        first, second = (
+            completed(simulate(lasting(scene, BRIEF), variant.engine)) for scene in scenes
+        )
+        rows.append((name, first.checks.steps, second.checks.steps, _equal(first, second)))
+    return rows
+
+
+def _equal(first: Result, second: Result) -> bool:
+    return first.checks.steps == second.checks.steps and all(
+        np.array_equal(getattr(first, key), getattr(second, key)) for key in ("time", "poses")
+    )
+
+
+def measure(variant: Variant, duration: float, repeat: int) -> dict[str, dict[str, Stepped]]:
+    """Cost of a step by effect and state; effects that the engine can't represent are left out."""
+    found = {}
+    for effect in effects(variant):
+        cases = {state: (variant.engine, scene) for state, scene in effect.scenes.items()}
+        try:
+            found[effect.name] = cost_per_step(cases, dict.fromkeys(cases, duration), repeat)
+        except NotRepresentableError:
+            continue
+    return found
+
+
+def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
+    """Measure, and tell it."""
+    rows, told, equal = [], [], []
+    for variant in VARIANTS:
+        # Walls and a lever act only in a run that reaches them.
+        for effect, states in measure(variant, BRIEF if quick else DURATION, repeat).items():
+            rows.append((effect, variant.name, *_costs(states), _steps(states)))
+            if "dormant" in states:
+                told.append(f"{effect} {_ratio(states, 'dormant')} ({variant.name})")
+            if effect == WALLS:
+                each = (states["dormant"].cost / states["absent"].cost - 1) / pairs_of_walls(
+                    variant
+                )
+                told[-1] += f", {100 * each:.1f} % of a step for each pair"
+        equal += [(name, variant.name, *row) for name, *row in same_motion(variant)]
+    same = all(row[-1] for row in equal)
+    return [
+        Table(
+            "Cost of a step with an effect absent, dormant and present, microseconds",
+            ("effect", "variant", "absent", "dormant", "", "present", "", "steps"),
+            tuple(rows),
+            "Dormant over absent: " + ", ".join(told) + ".",
+        ),
+        Table(
+            "Steps without an effect, said in two ways",
+            ("effect", "variant", "steps", "steps", "bit for bit equal"),
+            tuple((n, v, f"{a}", f"{b}", "yes" if e else "NO") for n, v, a, b, e in equal),
+            f"An absent effect costs {'exactly nothing' if same else 'SOMETHING'}.",
+        ),
+    ]
+
+
+def _ratio(states: Mapping[str, Stepped], state: str) -> str:
+    return f"{states[state].cost / states['absent'].cost:.2f}"
+
+
+def _costs(states: Mapping[str, Stepped]) -> tuple[str, ...]:
+    texts = [f"{1e6 * states['absent'].cost:.1f}"]
+    for state in ("dormant", "present"):
+        known = state in states
+        texts += [f"{1e6 * states[state].cost:.1f}", _ratio(states, state)] if known else ["", ""]
+    return tuple(texts)
+
+
+def _steps(states: Mapping[str, Stepped]) -> str:
+    return "/".join(str(stepped.steps) for stepped in states.values())

@@ -1,0 +1,73 @@
+"""Cost of a step over the number of rods, in the smooth scene with `beam` stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from benchmarks.measuring import Table, exponent, timed
+from benchmarks.stepping import Stepped, cost_per_step, lasting
+from benchmarks.strike import ROOT
+from benchmarks.variants import VARIANTS, Variant
+from exudyn_flexlink import Scene, load_scene, simulate
+
+RODS = (1, 2, 5, 10, 20, 50, 100)
+STEP = 1e-4  # s; engines that choose their own steps are not held by it
+STEPS_WANTED, ENOUGH = 400, 1.5  # steps of the long run, unless it costs so much (s)
+FITTED = 10  # rods and more
+
+
+def scene_with(variant: Variant, rods: int) -> Scene:
+    """The smooth scene with a number of rods and a fixed step."""
+    settings = (f"bodies.link.rods={rods}", f"accuracy.step={STEP}", *variant.settings)
+    return load_scene(ROOT / "models" / "smooth.yaml", settings)
+
+
+def measure(
+    rods: Sequence[int] = RODS, repeat: int = 3, step_wanted: int = STEPS_WANTED
+) -> dict[str, dict[int, Stepped]]:
+    """Cost of a step by variant and number of rods."""
+    cases, durations = {}, {}
+    for variant in VARIANTS:
+        for n in rods:
+            scene = scene_with(variant, n)
+            name = f"{variant.name} {n}"
+            cases[name] = variant.engine, scene
+            durations[name] = _duration(variant.engine, scene, step_wanted)
+    found = cost_per_step(cases, durations, repeat)
+    return {v.name: {n: found[f"{v.name} {n}"] for n in rods} for v in VARIANTS}
+
+
+def _duration(engine: str, scene: Scene, wanted: int) -> float:
+    """Duration (s) in which the engine makes enough steps, or which costs enough."""
+    duration = 1e-4
+    while True:
+        result, cost = timed(partial(simulate, lasting(scene, duration), engine))
+        steps = result.checks.steps
+        if steps >= wanted or cost > ENOUGH:
+            return duration
+        duration *= min(10.0, max(2.0, 1.1 * wanted / steps))
+
+
+def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
+    """Measure, and tell it."""
+    rods = (1, 10, 30) if quick else RODS
+    found = measure(rods, repeat, STEPS_WANTED // 2 if quick else STEPS_WANTED)
+    fitted = [n for n in rods if n >= FITTED]
+    powers = {
+        name: exponent(fitted, [costs[n].cost for n in fitted]) for name, costs in found.items()
+    }
+    rows = tuple(
+        (name, *(f"{1e6 * costs[n].cost:.3g}" for n in rods), f"{powers[name]:.2f}")
+        for name, costs in found.items()
+    )
+    flattest = min(powers, key=lambda name: powers[name])
+    return [
+        Table(
+            "Cost of a step over the number of rods, microseconds",
+            ("variant", *(f"n = {n}" for n in rods), "exponent"),
+            rows,
+            f"From {fitted[0]} to {fitted[-1]} rods a step of '{flattest}' grows as "
+            f"n^{powers[flattest]:.2f}, the least of all.",
+        )
+    ]
