@@ -4,9 +4,13 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from benchmarks import measuring, strike
+from benchmarks import measuring, mujoco_chain, numpy_lagrangian, peer_mujoco, strike
 from benchmarks.measuring import Measured
 from benchmarks.naive_exudyn import simulate_by_hand
+
+from exudyn_flexlink import load_scene
+from exudyn_flexlink.chain import discretise
+from exudyn_flexlink.mechanism import beam_of
 
 
 def power_law(*settings):
@@ -68,3 +72,43 @@ def test_the_script_by_hand_simulates_the_same_mechanism():
     finer = simulate_by_hand(2.5e-4, end=0.05)
     better = np.linalg.norm(finer.position - position[: len(finer.time)], axis=1)
     assert better.max() < off.max() / 8  # second order: 16 times
+
+
+def test_the_numpy_lagrangian_simulates_the_same_mechanism():
+    time, position, _ = (column[:21] for column in strike.series())
+    motion = numpy_lagrangian.strike(time, 1e-6)
+    assert np.abs(motion.position - position).max() < 1e-9
+
+
+def test_the_numpy_lagrangian_finds_its_way_round_the_double_track():
+    """Ellipse in odd laps, half circle on the left of even ones; r' and r'' by differences."""
+    assert [numpy_lagrangian.on_circle(x) for x in (3.0, 6.3, 9.4, 12.5)] == [0, 0, 1, 0]
+    for circle, expected in ((False, 0.06), (True, 0.05)):
+        assert numpy_lagrangian.root(np.pi, circle)[0] == pytest.approx(expected)
+        h, r = 1e-4, [numpy_lagrangian.root(x, circle)[0] for x in (2.4999, 2.5, 2.5001)]
+        _, first, second = numpy_lagrangian.root(2.5, circle)
+        assert first == pytest.approx((r[2] - r[0]) / (2 * h), rel=1e-6)
+        assert second == pytest.approx((r[2] - 2 * r[1] + r[0]) / h**2, rel=1e-5)
+
+
+def test_the_ringing_chain_is_the_same_for_all():
+    """The numpy Lagrangian against our engine; masses, springs and weight of the model file."""
+    variant = next(v for v in peer_mujoco.VARIANTS if v.engine == "exudyn")
+    error, _ = peer_mujoco.ours(variant, 3e-3, 1e-6)
+    assert error < 1e-6
+    scene = load_scene(peer_mujoco.MODEL)
+    assert scene.gravity == (0, peer_mujoco.WEIGHT)
+
+
+def test_mujoco_has_the_same_chain():
+    """Its natural frequencies, and its motion under the weight by steps of 10 us."""
+    pytest.importorskip("mujoco")
+    link = numpy_lagrangian.Link()
+    stiffness = link.stiffness * np.eye(link.rods - 1)
+    squares = np.linalg.eigvals(np.linalg.solve(mujoco_chain.mass_matrix(link), stiffness))
+    chain = discretise(beam_of(load_scene(peer_mujoco.MODEL), "link"), 10, stiffness="beam")
+    expected = chain.cantilever_frequencies(9)
+    assert np.sort(np.sqrt(squares)) == pytest.approx(expected, rel=1e-9)
+    error, _ = peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 100)
+    assert error < 1e-7
+    assert peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 5)[0] == np.inf

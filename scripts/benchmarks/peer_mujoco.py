@@ -1,0 +1,126 @@
+"""Our engines against MuJoCo on a free ringing chain, at the same error of its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import mujoco_chain, numpy_lagrangian
+from benchmarks.measuring import Measured, Table, climb, interleaved, ladder, loosest
+from benchmarks.stepping import completed
+from benchmarks.variants import VARIANTS, Variant
+from exudyn_flexlink import Result, load_scene, simulate
+from exudyn_flexlink.observables import path
+
+FloatArray = NDArray[np.float64]
+
+MODEL = Path(__file__).parent / "ringing_chain.yaml"
+WEIGHT = -1000.0  # m/s^2, along y
+START = np.array([0.04, 0.0])  # m: P
+ERRORS = (1e-4, 1e-6, 1e-8)  # m
+DURATION, BRIEF = 0.2, 0.03  # s
+TRUTH = 1e-9  # tolerance of the independent computation: leaves 1e-12 m
+EVERY = (5, 10, 20, 30, 40, 50, 70, 100, 140, 200, 300, 500, 1000, 2000)  # steps in a millisecond
+BUDGET = 20.0  # s
+
+Runs = dict[str, Callable[[float], tuple[float, int]]]
+
+
+@cache
+def truth(duration: float) -> FloatArray:
+    """S (N, 2) m every millisecond, by SciPy on the numpy Lagrangian."""
+    time = np.arange(round(duration * 1e3) + 1) * 1e-3
+    return numpy_lagrangian.ring(WEIGHT, time, TRUTH).position
+
+
+def off(position: FloatArray, duration: float) -> float:
+    """Largest distance from the truth, m; inf where the motion has burst."""
+    distance = np.linalg.norm(position - truth(duration), axis=1)
+    return float(distance.max()) if np.isfinite(distance).all() else float("inf")
+
+
+def run(variant: Variant, duration: float, rung: float) -> Result:
+    """The chain by one of our engines."""
+    settings = (f"run={{duration: {duration}, sample: 1 ms}}", *variant.at(rung))
+    return completed(simulate(load_scene(MODEL, settings), variant.engine))
+
+
+def ours(variant: Variant, duration: float, rung: float) -> tuple[float, int]:
+    """Error of a variant (m) at a rung, and its number of steps."""
+    result = run(variant, duration, rung)
+    time = np.arange(len(truth(duration))) * 1e-3
+    index = np.searchsorted(result.time, time - 1e-9)
+    return off(path(result, "link.end").position[index], duration), result.checks.steps
+
+
+def by_mujoco(integrator: object, duration: float, every: float) -> tuple[float, int]:
+    """Error of MuJoCo (m) with so many steps in a millisecond, and its number of steps."""
+    count = len(truth(duration)) - 1
+    place = START + mujoco_chain.ring(WEIGHT, count, int(every), integrator)
+    return off(place, duration), count * int(every)
+
+
+def measure(
+    duration: float, errors: Sequence[float], repeat: int
+) -> dict[tuple[str, float], Measured]:
+    """The cheapest run at every error reached, by name."""
+    runs: Runs = {
+        f"mujoco {name}": partial(by_mujoco, integrator, duration)
+        for name, integrator in mujoco_chain.integrators().items()
+    }
+    rungs = {name: list[float](EVERY) for name in runs}
+    for variant in VARIANTS:
+        run(variant, 1e-3, variant.first)  # load and compile
+        runs[variant.name] = partial(ours, variant, duration)
+        rungs[variant.name] = list(ladder(variant.first))
+    chosen: dict[tuple[str, float], Measured] = {}
+    for name, measured_run in runs.items():
+        points = climb(measured_run, rungs[name], min(errors), BUDGET)
+        for error in errors:
+            if point := loosest(points, error):
+                chosen[name, error] = point
+    jobs = {f"{name} {p.setting}": (name, p) for (name, _), p in chosen.items()}
+    best = interleaved(
+        {key: partial(runs[name], p.setting) for key, (name, p) in jobs.items()},
+        repeat - 1,
+        {key: p.cost for key, (_, p) in jobs.items()},
+    )
+    return {
+        (name, error): replace(p, cost=best[f"{name} {p.setting}"])
+        for (name, error), p in chosen.items()
+    }
+
+
+def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
+    """Measure, and tell it."""
+    title = "A free ringing chain of ten rods, end against an independent integration"
+    if mujoco_chain.mujoco is None:
+        return [Table(title, (), (), "Left out: MuJoCo is not installed (pip install '.[peers]').")]
+    duration = BRIEF if quick else DURATION
+    errors = ERRORS[:2] if quick else ERRORS
+    found = measure(duration, errors, repeat)
+    rows, told = [], []
+    for error in errors:
+        here = {name: point for (name, at), point in found.items() if at == error}
+        peers = {name: point for name, point in here.items() if name.startswith("mujoco")}
+        peer = min(peers.values(), key=lambda point: point.cost, default=None)
+        own = {name: point for name, point in here.items() if name not in peers}
+        for name, point in here.items():
+            ratio = f"{peer.cost / point.cost:.2f}" if peer else ""
+            rows.append(_row(error, name, point, ratio))
+        if own and peer:
+            best = min(own, key=lambda name: own[name].cost)
+            told.append(f"{peer.cost / own[best].cost:.2g} at {error:.0e} m ({best})")
+    conclusion = f"Over {duration} s, MuJoCo's best time over our best: {', '.join(told)}."
+    columns = ("error", "by", "rung", "its error", "steps", "processor time", "ratio")
+    return [Table(title, columns, tuple(rows), conclusion)]
+
+
+def _row(error: float, name: str, point: Measured, ratio: str) -> tuple[str, ...]:
+    told = (f"{point.setting:g}", f"{point.error:.1e} m", f"{point.steps}", f"{point.cost:.3f} s")
+    return (f"{error:.0e} m", name, *told, ratio)
