@@ -17,14 +17,6 @@ ENGINES = {
 }
 
 
-def formulations(scene: Scene, engine: str) -> tuple[str, ...]:  # noqa: ARG001
-    """Formulations in which an engine represents a scene, the one it picks itself first.
-
-    Empty where it offers no choice.
-    """
-    return ()
-
-
 class NotRepresentableError(ValueError):
     """An engine can't represent a part of the scene; `path` names it (``("joints", "pin")``)."""
 
@@ -47,3 +39,16 @@ def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = N
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     result: Result = import_module(ENGINES[engine]).run(scene, progress)
     return result
+
+
+def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
+    """Formulations in which an engine represents a scene, the one that `auto` means first.
+
+    Empty where it offers no choice.
+
+    Raises:
+        SceneError: the scene can't be put together (never after `load_scene`).
+
+    """
+    offered = getattr(import_module(ENGINES[engine]), "formulations", None)
+    return () if offered is None else tuple(offered(scene))

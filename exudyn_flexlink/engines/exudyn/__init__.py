@@ -1,5 +1,5 @@
 """The engine Exudyn: nothing of Exudyn leaves this package but a `Result`."""
 
-from exudyn_flexlink.engines.exudyn.run import run
+from exudyn_flexlink.engines.exudyn.run import formulations, run
 
-__all__ = ["run"]
+__all__ = ["formulations", "run"]
