@@ -200,6 +200,7 @@ def test_what_the_references_do_not_tell_is_not_claimed(study):
     assert study.reference == "Lagrangian, rtol 1e-11, atol 1e-13"
     assert study.independent
     assert study.floor == pytest.approx(0.5 * finest, rel=1e-4)
+    assert study.tip_floor == pytest.approx(TIP * 0.5 * finest, rel=1e-4)
     for point in points_of(study, "Lagrangian"):
         assert point.below_floor == (0.1 * point.value < study.floor)
         assert point.claimed == pytest.approx(max(0.1 * point.value, study.floor), rel=1e-4)
@@ -296,6 +297,17 @@ def test_without_the_lagrangian_the_finest_run_judges():
     assert "not independent" in accuracy_text(study)
     assert study.runs.refused == {"Lagrangian": "no lagrangian here"}
     assert study.floor == pytest.approx(0.5 * 10 * finest - 0.5 * finest, rel=1e-3)
+
+
+def test_the_own_settings_may_be_the_finest_run_of_all():
+    """Of 0.2 s, 0.05 s go to 4e-5 m and 0.016 s to 4e-4 m, but 4e-6 m would take 0.16 s."""
+    world = World(refused=("lagrangian",))
+    study = studied(world, budget=0.2)
+    assert study.own is None
+    time = next(source for source in study.sources if source.kind == "time")
+    assert time.at_most
+    assert time.errors.point.largest == pytest.approx(0.5 * (4e-4 - 4e-5), rel=1e-4)
+    assert "<~" in accuracy_text(study)
 
 
 def test_another_formulation_is_independent():

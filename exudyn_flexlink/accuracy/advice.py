@@ -33,7 +33,7 @@ def advise(study: Study) -> Advice:
         min(fit, key=lambda p: p.processor, default=None),
         min(rods, key=lambda p: (p.claimed, p.processor), default=None),
         _limit(study.sources, study.target),
-        study.target < study.floor,
+        study.target < max(study.floor, study.tip_floor),
     )
 
 

@@ -70,7 +70,8 @@ class Study:
 
     `reference` and `check` are what errors are judged by and what that was held against, in words
     (`check` empty: nothing); `independent`: by other equations of motion or another formulation.
-    `floor` (m) is their distance: smaller errors can't be told. `until` (s) is up to when errors
+    `floor` (m) is their distance in the watched point, `tip_floor` in tips: smaller errors can't be
+    told. `until` (s) is up to when errors
     are judged, `horizon` why that is not the end.
     """
 
@@ -84,6 +85,7 @@ class Study:
     check: str
     independent: bool
     floor: float
+    tip_floor: float
     horizon: Horizon | None
     points: tuple[Point, ...]
     own: Point | None
@@ -117,9 +119,12 @@ class Bench:
         return float(self.truth.result.time[-1])
 
     @cached_property
-    def floor(self) -> float:
-        """Distance of reference and check, m; 0 without a check."""
-        return 0.0 if self.check is None else self.errors(self.check.result).worst
+    def floors(self) -> tuple[float, float]:
+        """Distance of reference and check, m, in the watched point and in tips; 0 without one."""
+        if self.check is None:
+            return 0.0, 0.0
+        apart = self.errors(self.check.result)
+        return apart.point.largest, apart.tip.largest if apart.tip else 0.0
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
         """Errors of a run as far as any are judged, by the reference or another run."""
@@ -149,7 +154,8 @@ def judge(runs: Runs) -> Study:
         reference_processor=truth.processor,
         check="" if check is None else check.method.told(check.value),
         independent=bench.independent,
-        floor=bench.floor,
+        floor=bench.floors[0],
+        tip_floor=bench.floors[1],
         horizon=bench.horizon,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
         own=own,
@@ -223,7 +229,7 @@ def _independent(one: Method, other: Method) -> bool:
 def _point(trial: Trial, bench: Bench) -> Point:
     found = bench.errors(trial.result)
     steps = trial.result.checks.steps
-    claimed = max(found.worst, bench.floor)
+    claimed = max(found.worst, *bench.floors)
     return Point(
         trial.method, trial.value, trial.processor, len(trial.times), steps, found, claimed
     )
@@ -263,7 +269,7 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
         ratio, order = factors[kind]
         base = varied.base
         apart = bench.errors(varied.changed, base.result)
-        in_time = bench.floor if base is bench.truth else bench.errors(base.result).worst
+        in_time = max(bench.floors) if base is bench.truth else bench.errors(base.result).worst
         at_most = apart.worst < TRUSTED * in_time
         estimate = apart.times(extrapolated(ratio, order))
         found.append(

@@ -34,7 +34,7 @@ JUDGE = "lagrangian"  # the engine whose tight run everything is held against
 REPEATS = 3
 WARM_UP = 0.01  # of a run: compiles, and gives a first idea of what a run costs
 AT_ONCE = 1.0  # s: as long as that a run is repeated right away
-DEAR = 10  # parts of the time left: a dearer run is soon followed by a coarser one
+DEAR = 10  # a run of more than a tenth of the time left is dear: coarser first, no repetition
 FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
 REFERENCE_COST = 4.0  # times that of the judge's finest run, or less
@@ -162,7 +162,7 @@ class Studying:
     def _repeat_at_once(self, trial: Trial) -> None:
         """Repeat a short run: the least of several times is the truest."""
         for _ in range(REPEATS - 1):
-            if (len(trial.times) + 1) * trial.wall < AT_ONCE:
+            if (len(trial.times) + 1) * trial.wall < min(AT_ONCE, self.left / DEAR):
                 self._again(trial)
 
     def _again(self, trial: Trial) -> None:

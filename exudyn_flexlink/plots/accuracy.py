@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import log10
 from typing import Any
 
@@ -31,7 +32,23 @@ LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 0.03  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
 
-Part = Callable[[Errors], Error | None]
+
+@dataclass(frozen=True)
+class Part:
+    """What one pair of axes shows: errors of a point, which are told down to `floor` (m)."""
+
+    name: str
+    of: Callable[[Errors], Error | None]
+    floor: float
+
+    def largest(self, errors: Errors) -> float:
+        """Largest error, m, that can be drawn on a log axis."""
+        error = self.of(errors)
+        return max(error.largest if error is not None else 0.0, LOWEST)
+
+    def height(self, point: Point) -> float:
+        """Where a point is drawn, m: far below the floor there is nothing to see."""
+        return max(self.largest(point.errors), DEEPEST * self.floor)
 
 
 @styled
@@ -41,17 +58,17 @@ def work_precision(study: Study) -> Figure:
     Points below the floor, to which the two references agree, are hollow: nothing independent tells
     them. Lines across mark the target and the errors that no setting removes.
     """
-    parts: list[tuple[str, Part]] = [(study.point, lambda errors: errors.point)]
+    parts = [Part(study.point, lambda errors: errors.point, study.floor)]
     if study.tips:
-        parts.append((" and ".join(study.tips), lambda errors: errors.tip))
+        parts.append(Part(" and ".join(study.tips), lambda errors: errors.tip, study.tip_floor))
     height = 3.6 * len(parts) + 0.4
     figure = framed_figure(study.scene.title, _subject(study), [], _caption(study), height)
     rows = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (name, part) in zip(rows, parts, strict=True):
+    for axes, part in zip(rows, parts, strict=True):
         axes.set_xscale("log")
         axes.set_yscale("log")
         _draw(axes, study, part)
-        axes.set_ylabel(f"largest error of {name} (m)")
+        axes.set_ylabel(f"largest error of {part.name} (m)")
     legend_outside(rows[0])
     rows[-1].set_xlabel("processor time of the solve (s)")
     _label_times(rows[-1])
@@ -81,34 +98,29 @@ def _caption(study: Study) -> list[tuple[str, str]]:
 def _draw(axes: Axes, study: Study, part: Part) -> None:
     for method in dict.fromkeys(point.method for point in study.points):
         points = [point for point in study.points if point.method == method]
-        _curve(axes, method, sorted(points, key=lambda p: -p.value), study, part)
+        _curve(axes, method, sorted(points, key=lambda p: -p.value), part)
     for source in study.sources:
         _level(axes, source, part)
     axes.axhline(study.target, color=BLACK, linewidth=0.8, label=f"target {study.target:.2g} m")
     low, high = axes.get_ylim()
-    if study.floor > 0:
-        low = min(low, study.floor / 3)
-        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label="below the floor")
+    if part.floor > 0:
+        low = min(low, part.floor / 3)
+        axes.axhspan(low, part.floor, color=GREY, alpha=0.15, linewidth=0, label="below the floor")
     if study.own is not None:
-        place = (study.own.processor, _height(study.own, study, part))
+        place = (study.own.processor, part.height(study.own))
         axes.plot(*place, "o", color=ORANGE, markersize=11, markerfacecolor="none",
                   markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
     axes.set_ylim(low, high)
 
 
-def _curve(axes: Axes, method: Method, points: Sequence[Point], study: Study, part: Part) -> None:
+def _curve(axes: Axes, method: Method, points: Sequence[Point], part: Part) -> None:
     kind, style = _style(method)
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
-    seen = [(point.processor, _height(point, study, part)) for point in points]
+    seen = [(point.processor, part.height(point)) for point in points]
     axes.plot(*zip(*seen, strict=True), color=colour, label=method.name, **style)
     for x, y in seen:
-        face = "white" if y < study.floor else colour
+        face = "white" if y < part.floor else colour
         axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=5)
-
-
-def _height(point: Point, study: Study, part: Part) -> float:
-    """Return where a point is drawn, m: far below the floor there is nothing to see."""
-    return max(_largest(point.errors, part), DEEPEST * study.floor)
 
 
 def _style(method: Method) -> tuple[str, dict[str, Any]]:
@@ -117,13 +129,8 @@ def _style(method: Method) -> tuple[str, dict[str, Any]]:
     return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": 5}
 
 
-def _largest(errors: Errors, part: Part) -> float:
-    error = part(errors)
-    return max(error.largest if error is not None else 0.0, LOWEST)
-
-
 def _level(axes: Axes, source: Source, part: Part) -> None:
-    if source.kind in _OF_SOURCES and _largest(source.errors, part) > LOWEST:
+    if source.kind in _OF_SOURCES and part.largest(source.errors) > LOWEST:
         colour, name = _OF_SOURCES[source.kind]
-        level = _largest(source.errors, part)
+        level = part.largest(source.errors)
         axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)

@@ -44,7 +44,7 @@ def judged_by(study: Study) -> list[str]:
     if study.check:
         what = "independent" if study.independent else "not independent: the same equations"
         lines.append(
-            f"Cross-check ({what}): {study.check} is {study.floor:.2g} m from it at most; smaller "
+            f"Cross-check ({what}): {study.check} is {_floors(study)} from it at most; smaller "
             "errors are not claimed"
         )
     else:
@@ -56,6 +56,11 @@ def judged_by(study: Study) -> list[str]:
             f"check coarse); errors are those up to t = {study.until:.5g} s"
         )
     return lines
+
+
+def _floors(study: Study) -> str:
+    tip = f" (tip: {study.tip_floor:.2g} m)" if study.tips else ""
+    return f"{study.floor:.2g} m{tip}"
 
 
 def _watched(study: Study) -> str:
@@ -73,9 +78,9 @@ def _points(study: Study) -> list[str]:
 
 def _row(study: Study, point: Point) -> list[str]:
     errors = point.errors
-    told = [_told(errors.point.rms, study), _told(errors.point.largest, study)]
+    told = [_told(error, study.floor) for error in (errors.point.rms, errors.point.largest)]
     if errors.tip is not None:
-        told.append(_told(errors.tip.largest, study))
+        told.append(_told(errors.tip.largest, study.tip_floor))
     unit = "m" if point.method.knob == "tolerance" else "s"
     own = " (model's own)" if point is study.own else ""
     setting = f"{point.method.knob} {point.value:.2g} {unit}{own}"
@@ -83,9 +88,9 @@ def _row(study: Study, point: Point) -> list[str]:
     return [point.method.name, setting, str(point.steps), *told, cost]
 
 
-def _told(error: float, study: Study) -> str:
+def _told(error: float, floor: float) -> str:
     """Return an error, or what it is known to be less than."""
-    return f"{error:.1e}" if error >= study.floor else f"< {study.floor:.1e}"
+    return f"{error:.1e}" if error >= floor else f"< {floor:.1e}"
 
 
 def _sources(study: Study) -> list[str]:
@@ -209,7 +214,7 @@ def _choice(study: Study, advice: Advice) -> str:
         return f"{goal} choose {point.told} ({error}, {point.processor:.2g} s)"
     if advice.below_floor:
         return (
-            f"{goal} nothing can be said: the references agree to {study.floor:.1e} m only; "
+            f"{goal} nothing can be said: the references agree to {_floors(study)} only; "
             "raise --budget, or --target"
         )
     if advice.best is None:
@@ -239,7 +244,7 @@ def _limit(study: Study, advice: Advice) -> str:
 def _more_rods(study: Study, source: Source) -> str:
     links = beams(study.scene).values()
     count = max(rods_needed(body.rods, source, study.target) for body in links)
-    advice = "more than 1000" if count > MOST_RODS else f"about {count}"
+    advice = "more than 1000" if count > MOST_RODS else f"about {float(f'{count:.2g}'):.0f}"
     equal = any(body.layout == "equal" for body in links)
     other = "; 'layout: half_ends' takes fewer" if equal else ""
     return f"a beam to {study.target:.2g} m takes {advice} rods{other}"

@@ -52,6 +52,7 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "reference": {"run": study.reference, "processor_time_s": study.reference_processor},
         "check": {"run": study.check, "independent": study.independent},
         "floor_m": study.floor,
+        "tip_floor_m": study.tip_floor,
         "end_s": study.end,
         "judged_until_s": study.until,
         "horizon": None if study.horizon is None else asdict(study.horizon),
