@@ -28,7 +28,7 @@ NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 FRICTION = str(MODELS / "clearance_friction.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
-COMMANDS = ("simulate", "compare", "check", "plot", "schema")
+COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "schema")
 
 Capture = pytest.CaptureFixture[str]
 Fake = Callable[..., Result]

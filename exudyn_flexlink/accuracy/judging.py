@@ -210,15 +210,14 @@ def _check(
     truth: Trial, others: Sequence[Trial], struck: Sequence[str]
 ) -> tuple[Trial | None, bool]:
     """Find what the reference is held against: the independent run nearest to it, or any run."""
-    fit = [t for t in others if t.method.of_rods]
-    independent = [t for t in fit if _independent(t.method, truth.method)]
-    if independent:
-        end = float(truth.result.time[-1])
-        near = {i: errors(t.result, truth.result, end, struck).worst
-                for i, t in enumerate(independent)}  # fmt: skip
-        return independent[min(near, key=near.__getitem__)], True
-    own = [t for t in fit if t.method == truth.method]
-    return min(own, key=lambda t: t.value, default=None), False
+    rods = [t for t in others if t.method.of_rods]
+    independent = [t for t in rods if _independent(t.method, truth.method)]
+    end = float(truth.result.time[-1])
+    far = [
+        (errors(t.result, truth.result, end, struck).worst, i, t)
+        for i, t in enumerate(independent or rods)
+    ]
+    return (min(far)[2] if far else None), bool(independent)
 
 
 def _independent(one: Method, other: Method) -> bool:
