@@ -65,7 +65,7 @@ def show(console: Console, table: Table) -> None:
         shown.add_row(*row)
     console.print(shown)
     if table.conclusion:
-        console.print(table.conclusion + "\n", highlight=False)
+        console.print(table.conclusion + "\n", highlight=False, markup=False)
 
 
 if __name__ == "__main__":
