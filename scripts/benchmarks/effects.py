@@ -17,7 +17,7 @@ from exudyn_flexlink.mechanism import build_mechanism, pairs
 from exudyn_flexlink.scene import Initial, SleeveJoint
 
 STEP = "accuracy.step=1e-4"
-DURATION, BRIEF = 0.36, 0.05  # s: with a strike, without
+WITH_STRIKE, WITHOUT, BRIEF = 0.36, 0.15, 0.05  # s
 FAR = "joints.sleeve.clearance=1.0"  # m: no wall is near
 FRICTION = "joints.sleeve.law.friction=0.15"
 WALLS = "walls of the guide"
@@ -30,6 +30,7 @@ class Effect:
 
     name: str
     scenes: Mapping[str, Scene]
+    duration: float = WITHOUT  # s, in which it acts
 
 
 def scene_of(model: str, *settings: str) -> Scene:
@@ -55,6 +56,7 @@ def effects(variant: Variant) -> list[Effect]:
                 "dormant": out_of_reach,
                 "present": strike,
             },
+            WITH_STRIKE,
         ),
         Effect(
             WALLS,
@@ -119,13 +121,14 @@ def _equal(first: Result, second: Result) -> bool:
     )
 
 
-def measure(variant: Variant, duration: float, repeat: int) -> dict[str, dict[str, Stepped]]:
+def measure(variant: Variant, brief: bool, repeat: int) -> dict[str, dict[str, Stepped]]:
     """Cost of a step by effect and state; effects that the engine can't represent are left out."""
     found = {}
     for effect in effects(variant):
         cases = {state: (variant.engine, scene) for state, scene in effect.scenes.items()}
         try:
-            found[effect.name] = cost_per_step(cases, dict.fromkeys(cases, duration), repeat)
+            durations = dict.fromkeys(cases, BRIEF if brief else effect.duration)
+            found[effect.name] = cost_per_step(cases, durations, repeat)
         except NotRepresentableError:
             continue
     return found
@@ -133,10 +136,11 @@ def measure(variant: Variant, duration: float, repeat: int) -> dict[str, dict[st
 
 def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
     """Measure, and tell it."""
-    rows, told, equal = [], [], []
+    rows: list[tuple[str, ...]] = []
+    told: list[str] = []
+    equal: list[tuple[str, str, int, int, bool]] = []
     for variant in VARIANTS:
-        # Walls and a lever act only in a run that reaches them.
-        for effect, states in measure(variant, BRIEF if quick else DURATION, repeat).items():
+        for effect, states in measure(variant, quick, repeat).items():
             rows.append((effect, variant.name, *_costs(states), _steps(states)))
             if "dormant" in states:
                 told.append(f"{effect} {_ratio(states, 'dormant')} ({variant.name})")
@@ -145,7 +149,7 @@ def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
                     variant
                 )
                 told[-1] += f", {100 * each:.1f} % of a step for each pair"
-        equal += [(name, variant.name, *row) for name, *row in same_motion(variant)]
+        equal += [(name, variant.name, a, b, e) for name, a, b, e in same_motion(variant)]
     same = all(row[-1] for row in equal)
     return [
         Table(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -93,9 +93,10 @@ def _again(
 ) -> tuple[list[Measured], dict[str, Measured | None]]:
     """Measure what was chosen again, in turn."""
     variants = {variant.name: variant for variant in VARIANTS}
-    jobs = {f"{point.setting}": partial(simulate_by_hand, point.setting) for point in naive}
     known = {f"{point.setting}": point.cost for point in naive}
-    runs: dict[str, partial[object]] = dict(jobs)
+    runs: dict[str, Callable[[], object]] = {
+        f"{point.setting}": partial(simulate_by_hand, point.setting) for point in naive
+    }
     for key, point in found.items():
         if point is not None:
             name = key.split()[0]

@@ -25,7 +25,8 @@ START = np.array([0.04, 0.0])  # m: P
 ERRORS = (1e-4, 1e-6, 1e-8)  # m
 DURATION, BRIEF = 0.2, 0.03  # s
 TRUTH = 1e-9  # tolerance of the independent computation: leaves 1e-12 m
-EVERY = (5, 10, 20, 30, 40, 50, 70, 100, 140, 200, 300, 400, 500, 1000, 2000)  # steps in a millisecond
+# steps in a millisecond
+EVERY = (5, 10, 20, 30, 40, 50, 70, 100, 140, 200, 300, 400, 500, 1000, 2000)
 BUDGET = 20.0  # s
 
 Runs = dict[str, Callable[[float], tuple[float, int]]]
