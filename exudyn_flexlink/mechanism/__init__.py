@@ -11,13 +11,23 @@ from exudyn_flexlink.mechanism.assembly import (
 from exudyn_flexlink.mechanism.build import beam_of, build_mechanism, chain_of
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length
-from exudyn_flexlink.mechanism.dynamics import accelerations, contact_mass
+from exudyn_flexlink.mechanism.dynamics import (
+    accelerations,
+    applied_forces,
+    constraint_jacobian,
+    contact_mass,
+    mass_matrix,
+    mobility,
+    solve_saddle,
+)
 from exudyn_flexlink.mechanism.energy import EnergyMeter, turning
 from exudyn_flexlink.mechanism.kinematics import (
+    anchor_jacobian,
     anchor_position,
     anchor_velocity,
     constraint_rows,
     joint_residuals,
+    rate_of_jacobian_times_velocity,
 )
 from exudyn_flexlink.mechanism.model import (
     GROUND,
@@ -71,14 +81,17 @@ __all__ = [
     "TurnGoal",
     "Weld",
     "accelerations",
+    "anchor_jacobian",
     "anchor_position",
     "anchor_velocity",
+    "applied_forces",
     "approach",
     "assemble",
     "beam_of",
     "build_curves",
     "build_mechanism",
     "chain_of",
+    "constraint_jacobian",
     "constraint_rows",
     "contact_mass",
     "contact_step",
@@ -90,10 +103,14 @@ __all__ = [
     "half_period",
     "is_tree",
     "joint_residuals",
+    "mass_matrix",
+    "mobility",
     "node_anchor",
     "pair_sides",
     "pairs",
+    "rate_of_jacobian_times_velocity",
     "sample_times",
+    "solve_saddle",
     "turn_goal",
     "turning",
     "wall_half_period",

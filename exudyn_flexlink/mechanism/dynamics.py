@@ -90,7 +90,7 @@ def accelerations(
     if motors:
         right[-len(motors) :] += motors
     forces = applied_forces(mechanism, q, v, time)
-    solution = _solve_saddle(mass_matrix(mechanism, q), jacobian, forces, right)
+    solution = solve_saddle(mass_matrix(mechanism, q), jacobian, forces, right)
     return solution[: q.size].reshape(q.shape)
 
 
@@ -105,7 +105,7 @@ def contact_mass(
     jacobian = constraint_jacobian(mechanism, q, places)
     mass = mass_matrix(mechanism, q)
     point, start, end = (
-        _mobility(mass, jacobian, anchor_jacobian(anchor, q))
+        mobility(mass, jacobian, anchor_jacobian(anchor, q))
         for anchor in (contact.point, contact.start, contact.end)
     )
     return 1.0 / max(point + max(start, end), 1e-300)
@@ -121,20 +121,20 @@ def channel_mass(
     end = Anchor(guide.part, guide.x + channel.length, guide.y)
     nodes = [node_anchor(channel, i) for i in range(len(channel.rods) + 1)]
     of_nodes, of_guide = (
-        max(_mobility(mass, jacobian, anchor_jacobian(anchor, q)) for anchor in anchors)
+        max(mobility(mass, jacobian, anchor_jacobian(anchor, q)) for anchor in anchors)
         for anchors in (nodes, (guide, end))
     )
     return 1.0 / max(of_nodes + of_guide, 1e-300)
 
 
-def _mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:
+def mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:
     """Largest acceleration of a point per unit force on it, joints kept, 1/kg."""
     still = np.zeros(len(jacobian))
-    moved = [_solve_saddle(mass, jacobian, row, still)[: len(mass)] for row in rows]
+    moved = [solve_saddle(mass, jacobian, row, still)[: len(mass)] for row in rows]
     return float(np.linalg.eigvalsh(rows @ np.array(moved).T).max())
 
 
-def _solve_saddle(
+def solve_saddle(
     mass: FloatArray, jacobian: FloatArray, forces: FloatArray, right: FloatArray
 ) -> FloatArray:
     """Accelerations and multipliers; the multipliers of redundant joints are the smallest."""

@@ -78,16 +78,23 @@ class Accuracy(Part):
         None, description="error allowed in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
-    formulation: Literal["auto", "tree", "joints"] = Field(
+    formulation: Literal["auto", "tree", "joints", "beam"] = Field(
         "auto",
         description="how Exudyn represents the mechanism: joints: rigid bodies held by joints; "
-        "tree: a coordinate for each joint; auto: the fastest that represents the scene",
+        "tree: a coordinate for each joint; beam: joints, with the link as a beam; "
+        "auto: tree or joints, the fastest that represents the scene",
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
         30, ge=3, description="steps that resolve the shortest contact"
     )
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         0.9, description="numerical damping of the integrator: 1 none, 0 most"
+    )
+    elements: Annotated[int, Strict()] | None = Field(
+        None,
+        ge=1,
+        le=200,
+        description="of every flexible body, with formulation beam; 2 if not given",
     )
     relative_tolerance: Annotated[float, Number(at_least=3e-14)] | None = Field(
         None, description="local error per size of the state; Lagrangian engine only"
@@ -99,4 +106,10 @@ class Accuracy(Part):
     @model_validator(mode="after")
     def _tolerance_or_step(self) -> Accuracy:
         require_one(self, "tolerance", "step")
+        return self
+
+    @model_validator(mode="after")
+    def _elements_of_a_beam(self) -> Accuracy:
+        if self.elements is not None and self.formulation != "beam":
+            refuse("only a beam has elements", "say formulation: beam, or leave it out", "elements")
         return self

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 class Instant:
     """Time (s), length of the step that ended there (s), coordinates and velocities.
 
-    The coordinates of all parts stand one after the other; the lists hold the same numbers, for
-    code that needs a few of them fast.
+    `q` and `v` are the solver's coordinates; the lists hold those of all parts, one after the
+    other, for code that needs a few of them fast.
     """
 
     time: float

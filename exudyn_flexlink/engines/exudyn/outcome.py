@@ -32,7 +32,7 @@ from exudyn_flexlink.result import (
 )
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.engines.exudyn.run import Prepared
+    from exudyn_flexlink.engines.exudyn.joints import Prepared
 
 FloatArray = NDArray[np.float64]
 
@@ -49,9 +49,7 @@ def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
 
 def _report(prepared: Prepared, iterations: int) -> Report:
     kept = {key: np.concatenate(value) for key, value in vars(prepared.recorder.samples).items()}
-    count = len(kept["time"])
-    poses = kept["q"].reshape(count, -1, 3)
-    rates = kept["v"].reshape(count, -1, 3)
+    poses, rates = kept["poses"], kept["rates"]
     return Report(
         settings=_settings(prepared),
         time=kept["time"],
@@ -76,6 +74,9 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         "spectral_radius": accuracy.spectral_radius,
         "steps_per_contact": accuracy.steps_per_contact,
     }
+    if prepared.system.beams:
+        settings["formulation"] = "beam"
+        settings["elements"] = prepared.system.beams[0].shape.elements
     if accuracy.step is not None:
         settings["step"] = accuracy.step
     if accuracy.tolerance is not None:

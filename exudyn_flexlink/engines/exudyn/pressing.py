@@ -51,12 +51,13 @@ class PressingItems:
     def _add(
         self, system: System, contact: FaceContact, axis: list[float], key: Any, law: Law
     ) -> tuple[int, int]:
-        bodies = [system.bodies[contact.start.part], system.bodies[contact.point.part]]
+        struck, _ = system.place(contact.start)
+        striking, place = system.place(contact.point)
         marker = system.mbs.AddMarker(
             items.MarkerBodiesRelativeTranslationCoordinate(
-                bodyNumbers=bodies,
+                bodyNumbers=[struck, striking],
                 localPosition0=list(self._geometry.on_face(0.0)),
-                localPosition1=[contact.point.x, contact.point.y, 0.0],
+                localPosition1=place,
                 axis0=axis,
             )
         )

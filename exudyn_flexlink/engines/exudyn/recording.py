@@ -13,16 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.coordinates import Coordinates
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import (
-    EnergyMeter,
-    FaceContact,
-    Mechanism,
-    approach,
-    joint_residuals,
-    turning,
-)
+from exudyn_flexlink.mechanism import FaceContact, approach, turning
 
 FloatArray = NDArray[np.float64]
 
@@ -34,8 +28,8 @@ class Samples:
     """What is kept of a run; lists of arrays, one for each block."""
 
     time: list[FloatArray] = field(default_factory=list)
-    q: list[FloatArray] = field(default_factory=list)
-    v: list[FloatArray] = field(default_factory=list)
+    poses: list[FloatArray] = field(default_factory=list)  # of parts, (samples, parts, 3)
+    rates: list[FloatArray] = field(default_factory=list)
     multipliers: list[FloatArray] = field(default_factory=list)
     places: list[FloatArray] = field(default_factory=list)
     forces: list[FloatArray] = field(default_factory=list)  # of contacts, (samples, contacts)
@@ -57,7 +51,10 @@ class _Flow:
 
 @dataclass(frozen=True)
 class _Block:
-    """Steps worked off together; impulses and losses of contacts are since time 0."""
+    """Steps worked off together; impulses and losses of contacts are since time 0.
+
+    `q`, `v` are the solver's coordinates.
+    """
 
     time: FloatArray
     q: FloatArray
@@ -81,24 +78,24 @@ class Recorder:
 
     def __init__(
         self,
-        mechanism: Mechanism,
+        coordinates: Coordinates,
         contacts: Sequence[FaceContact],
         grid: FloatArray,
         multipliers: Multipliers,
         spectral_radius: float,
     ) -> None:
-        self.mechanism = mechanism
+        self.coordinates = coordinates
+        self.mechanism = coordinates.mechanism
         self.contacts = contacts  # of the scene, then the pairs of its channels
         self.grid = grid
         self.motor_rows = multipliers.motor_rows
-        self.meter = EnergyMeter(mechanism)
         self.samples = Samples()
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
         self.steps = -1  # the state at time 0 is no step
-        width = 3 * len(mechanism.parts)
-        count, slots = len(contacts), len(mechanism.slots)
+        width = len(coordinates.weights)
+        count, slots = len(contacts), len(self.mechanism.slots)
         # Generalised-alpha balances forces not at the end of a step but at the weighted mean of
         # both ends. Multipliers averaged so are free of the alternating error that the integrator
         # leaves in them after every jump.
@@ -156,22 +153,23 @@ class Recorder:
         return float(self._impulse[contact]), float(self._work[contact])
 
     def last_positions(self) -> list[float]:
-        """Coordinates of the last step."""
-        return list(self._q[max(self._count - 1, 0)].tolist())
+        """Coordinates of the parts at the last step, one after the other."""
+        last = max(self._count - 1, 0)
+        return self.coordinates.plain(self._q[last].tolist(), self._v[last].tolist())[0]
 
     def flush(self) -> None:
         """Work off the block; its last step stays as the first of the next."""
         n = self._count
         if n == 0 or (n == 1 and self._sampled_to == self._time[0]):
             return
-        parts = len(self.mechanism.parts)
-        time = self._time[:n]
-        q, v = self._q[:n].reshape(n, parts, 3), self._v[:n].reshape(n, parts, 3)
+        time, q, v = self._time[:n], self._q[:n], self._v[:n]
+        poses, rates = self.coordinates.at_joints(q, v)
         self._balance(n)
-        forces, stored, power, penetration = self._contacts(q, v, self._pressed[:n])
+        forces, stored, power, penetration = self._contacts(poses, rates, self._pressed[:n])
         impulses = self._impulse + _running_integral(time, forces)
         work = self._work + _running_integral(time, power)
-        block = _Block(time, q, v, self._flow(time, q, v, stored), forces, impulses, work - stored)
+        flow = self._flow(time, self.coordinates.damping_power(q, v), (poses, rates), stored)
+        block = _Block(time, q, v, flow, forces, impulses, work - stored)
         self._check(block, penetration)
         self._sample(block)
         self.totals += [
@@ -217,10 +215,15 @@ class Recorder:
                 power[rows, k] -= contact.friction.force(force, at.place_rate) * at.place_rate
         return forces, stored, power, depth
 
-    def _flow(self, time: FloatArray, q: FloatArray, v: FloatArray, stored: FloatArray) -> _Flow:
-        damping = self.meter.damping_power(v)
+    def _flow(
+        self,
+        time: FloatArray,
+        damping: FloatArray,
+        motion: tuple[FloatArray, FloatArray],
+        stored: FloatArray,
+    ) -> _Flow:
         damped = self._damped + _running_integral(time, damping)
-        work, supply = self._motors(time, q, v)
+        work, supply = self._motors(time, *motion)
         return _Flow(damped, damping, self._supplied + work, supply, stored)
 
     def _motors(
@@ -243,13 +246,13 @@ class Recorder:
 
     def _check(self, block: _Block, penetration: FloatArray) -> None:
         q, flow = block.q, block.flow
-        kinetic = self.meter.kinetic(q, block.v)
-        total = kinetic + self.meter.potential(q) + flow.stored.sum(axis=1)
+        kinetic = self.coordinates.kinetic(q, block.v)
+        total = kinetic + self.coordinates.potential(q) + flow.stored.sum(axis=1)
         if self._start_energy is None:
             self._start_energy = float(total[0])
         lost = flow.damped + block.losses.sum(axis=1)
         residual = total - self._start_energy + lost - flow.supplied
-        errors = joint_residuals(self.mechanism, q, self._places[: len(q)])
+        errors = self.coordinates.joint_errors(q, self._places[: len(q)])
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
@@ -264,9 +267,10 @@ class Recorder:
         self._sampled_to = float(wanted[-1])
         between = _Between.of(time, wanted)
         position, velocity = between.cubic(block.q, block.v)
+        poses, rates = self.coordinates.shown(position, velocity)
         kept.time.append(wanted)
-        kept.q.append(position)
-        kept.v.append(velocity)
+        kept.poses.append(poses)
+        kept.rates.append(rates)
         kept.multipliers.append(self._balanced_multipliers(wanted, len(time)))
         kept.energies.append(self._energies_at(between, block, position, velocity))
         kept.forces.append(between.linear(block.forces))
@@ -279,11 +283,11 @@ class Recorder:
     ) -> FloatArray:
         """Energies of sampled states: as smooth between steps as the states themselves."""
         flow = block.flow
-        stored = self.meter.potential(q) + between.linear(flow.stored).sum(axis=1)
+        stored = self.coordinates.potential(q) + between.linear(flow.stored).sum(axis=1)
         lost, _ = between.cubic(flow.damped, flow.damping)
         supplied, _ = between.cubic(flow.supplied, flow.supply)
         lost = lost + between.linear(block.losses).sum(axis=1)
-        return np.stack([self.meter.kinetic(q, v), stored, lost, supplied], axis=1)
+        return np.stack([self.coordinates.kinetic(q, v), stored, lost, supplied], axis=1)
 
     def _balanced_multipliers(self, wanted: FloatArray, count: int) -> FloatArray:
         """Multipliers between the instants at which the integrator balances forces."""

@@ -11,7 +11,7 @@ from exudyn_flexlink.mechanism import pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory, Touches
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.engines.exudyn.run import Prepared
+    from exudyn_flexlink.engines.exudyn.joints import Prepared
 
 FloatArray = NDArray[np.float64]
 Row = tuple[int, float, float, float, float, float, float]

@@ -91,6 +91,9 @@ class SlotItems:
         self.winding = self._lap
         self.row = 3 * self.slot.anchor.part
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
+        # Coordinates of the node: x, y and the angle, or the slope where a beam starts.
+        self._width = 4 if self.slot.anchor.part in system.in_beams else 3
+        self._others = (0.0,) * (self._width - 2)
         self._native: dict[Quadratic, int] = {}
         self._general: int | None = None
         self._item_of_piece = [self._create(piece) for piece in self.curve.pieces]
@@ -125,8 +128,8 @@ class SlotItems:
                     markerNumbers=self._markers(),
                     scalingMarker0=[],
                     quadraticTermMarker0=[],
-                    scalingMarker1=np.array([[*quadratic.linear, 0.0]]),
-                    quadraticTermMarker1=np.array([[*quadratic.quadratic, 0.0]]),
+                    scalingMarker1=np.array([[*quadratic.linear, *self._others]]),
+                    quadraticTermMarker1=np.array([[*quadratic.quadratic, *self._others]]),
                     offset=[quadratic.constant],
                     activeConnector=False,
                 )
@@ -139,7 +142,7 @@ class SlotItems:
                 items.ObjectConnectorCoordinateVector(
                     markerNumbers=self._markers(),
                     scalingMarker0=np.zeros((1, 1)),
-                    scalingMarker1=np.zeros((1, 3)),
+                    scalingMarker1=np.zeros((1, self._width)),
                     offset=[0.0],
                     constraintUserFunction=self._distance,
                     jacobianUserFunction=self._gradient,
@@ -175,13 +178,14 @@ class SlotItems:
     def _distance(
         self, _mbs: Any, _t: float, _i: int, q: Sequence[float], _v: Sequence[float], _level: bool
     ) -> list[float]:
-        return [self._foot(q[-3:])[0]]
+        return [self._foot(q[-self._width :])[0]]
 
     def _gradient(
         self, _mbs: Any, _t: float, _i: int, q: Sequence[float], _v: Sequence[float], _level: bool
     ) -> list[list[float]]:
-        _, nx, ny, rx, ry = self._foot(q[-3:])
-        return [[0.0] * (len(q) - 3) + [nx, ny, ny * rx - nx * ry]]
+        _, nx, ny, rx, ry = self._foot(q[-self._width :])
+        gradient = [nx, ny, ny * rx - nx * ry, 0.0][: self._width]
+        return [[0.0] * (len(q) - self._width) + gradient]
 
     # --- stepping ----------------------------------------------------------------------------
 

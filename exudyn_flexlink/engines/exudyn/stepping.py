@@ -164,7 +164,7 @@ class Loop:
 
     def start(self, q: FloatArray, v: FloatArray, multipliers: FloatArray) -> float:
         """Record the state at time 0; return the first step (s)."""
-        now = Instant(0.0, 0.0, q, v, q.tolist(), v.tolist())
+        now = self._instant(0.0, 0.0, q, v)
         self.chooser.propose(now)
         self._take(now, multipliers)
         self._first = self._cut(now, self.chooser.first)
@@ -196,7 +196,7 @@ class Loop:
             return True
         data = mbs.systemData
         q, v = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        now = Instant(time, done, q, v, q.tolist(), v.tolist())
+        now = self._instant(time, done, q, v)
         self._count(now)
         laps = len(self.events)
         step = self._cut(now, self.chooser.propose(now))
@@ -206,6 +206,9 @@ class Loop:
         self._aim(step)
         self._solver.currentStepSize = step
         return not self.stop_reason and not self._reached(now)
+
+    def _instant(self, time: float, done: float, q: FloatArray, v: FloatArray) -> Instant:
+        return Instant(time, done, q, v, *self.recorder.coordinates.plain(q.tolist(), v.tolist()))
 
     def _worth_a_sample(self) -> bool:
         """Even samples miss the peaks of a contact's force: there, keep some steps too."""

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from exudyn_flexlink.engines.exudyn.beam import BeamLink, straight, without_rods
+from exudyn_flexlink.engines.exudyn.beam_coordinates import BeamCoordinates
+from exudyn_flexlink.engines.exudyn.beam_items import add_beam, add_beam_weight
+from exudyn_flexlink.engines.exudyn.coordinates import Coordinates, PartCoordinates
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -19,16 +23,22 @@ from exudyn_flexlink.mechanism import (
     Weld,
 )
 
+ROUNDING = 1e-14  # strain that is only rounding
+NOTHING = -1  # number of an item that is none
+
 
 @dataclass
 class System:
     """An Exudyn system and the numbers of its items; it never leaves this package.
 
-    The coordinates of part i are 3 i, 3 i + 1, 3 i + 2: nodes have no reference values, so that
-    coordinates are positions and angles themselves (quadratic constraints need that).
+    Nodes have no reference values, so that coordinates are positions and angles themselves
+    (quadratic constraints need that); `coordinates` reads them as parts. The node and the body of
+    a beam's first rod are those at its start, those of its last rod at its end.
     """
 
     assembly: Assembly
+    coordinates: Coordinates
+    beams: tuple[BeamLink, ...] = ()
     container: Any = field(default_factory=Engine.SystemContainer)
     mbs: Any = None
     nodes: list[int] = field(default_factory=list)
@@ -41,8 +51,22 @@ class System:
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism behind the items."""
+        """The mechanism behind the items; rods of beams have neither mass nor hinges."""
         return self.assembly.mechanism
+
+    @property
+    def newton(self) -> tuple[float, float]:
+        """Relative and absolute tolerance of the residual of Newton's method."""
+        if not self.beams:
+            return 1e-8, 1e-10
+        # The stiffness of beams along their axis makes a rounding error of a coordinate a force.
+        stiffest = max(beam.shape.elastic.axial for beam in self.beams)
+        return 1e-6, max(1e-10, ROUNDING * stiffest)
+
+    @property
+    def in_beams(self) -> set[int]:
+        """Parts that are rods of beams."""
+        return {rod for beam in self.beams for rod in beam.rods}
 
     def multipliers(self, item: int) -> list[int]:
         """Indices of an item's Lagrange multipliers; after assembling."""
@@ -54,6 +78,10 @@ class System:
 
     def rigid_marker(self, anchor: Anchor) -> int:
         """Marker of an anchor's position and orientation."""
+        for beam in self.beams:
+            if anchor == beam.start:
+                node = items.MarkerNodeRigid(nodeNumber=self.nodes[anchor.part])
+                return int(self.mbs.AddMarker(node))
         return int(self.mbs.AddMarker(items.MarkerBodyRigid(**self._at(anchor))))
 
     def angle_marker(self, part: int) -> int:
@@ -64,14 +92,33 @@ class System:
             marker = items.MarkerNodeCoordinate(nodeNumber=self.nodes[part], coordinate=2)
         return int(self.mbs.AddMarker(marker))
 
+    def place(self, anchor: Anchor) -> tuple[int, list[float]]:
+        """Body of an anchor, and where it is in its axes."""
+        if anchor.part == GROUND:
+            return self.ground, [anchor.x, anchor.y, 0.0]
+        for beam in self.beams:
+            if anchor == beam.end:  # a body of a beam is one element of it
+                return self.bodies[anchor.part], [beam.shape.element, 0.0, 0.0]
+        return self.bodies[anchor.part], [anchor.x, anchor.y, 0.0]
+
     def _at(self, anchor: Anchor) -> dict[str, Any]:
-        body = self.ground if anchor.part == GROUND else self.bodies[anchor.part]
-        return {"bodyNumber": body, "localPosition": [anchor.x, anchor.y, 0.0]}
+        body, place = self.place(anchor)
+        return {"bodyNumber": body, "localPosition": place}
 
 
-def build_system(assembly: Assembly) -> System:
-    """Create bodies, pins, welds, slides, springs, motors and weight; slots and contacts follow."""
-    system = System(assembly)
+def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System:
+    """Create bodies, pins, welds, slides, springs, motors and weight; slots and contacts follow.
+
+    Raises:
+        NotRepresentableError: a flexible body that shall be a beam does not start straight.
+
+    """
+    if beams:
+        coordinates: Coordinates = BeamCoordinates(assembly, beams)
+        assembly = replace(assembly, mechanism=without_rods(assembly.mechanism, beams))
+    else:
+        coordinates = PartCoordinates(assembly)
+    system = System(assembly, coordinates, beams)
     system.mbs = system.container.AddSystem()
     system.ground = system.mbs.AddObject(items.ObjectGround())
     system.ground_node = system.mbs.AddNode(items.NodePointGround())
@@ -95,8 +142,15 @@ def build_system(assembly: Assembly) -> System:
 
 
 def _add_parts(system: System) -> None:
+    """Add nodes in the order of parts: that of `coordinates`."""
     state = system.assembly.state
-    for part, q, v in zip(system.mechanism.parts, state.q, state.v, strict=True):
+    beams = {beam.rods[0]: beam for beam in system.beams}
+    shown = system.in_beams
+    for i, (part, q, v) in enumerate(zip(system.mechanism.parts, state.q, state.v, strict=True)):
+        if i in beams:
+            _add_beam(system, beams[i])
+        if i in shown:
+            continue
         node = system.mbs.AddNode(
             items.NodeRigidBody2D(initialCoordinates=q.tolist(), initialVelocities=v.tolist())
         )
@@ -110,6 +164,17 @@ def _add_parts(system: System) -> None:
         )
         system.nodes.append(node)
         system.bodies.append(body)
+
+
+def _add_beam(system: System, beam: BeamLink) -> None:
+    """Let the first rod stand for the beam's start and the last for its end."""
+    positions, velocities = straight(beam, system.assembly.state)
+    nodes, elements = add_beam(system.mbs, beam, positions, velocities)
+    between = [NOTHING] * (len(beam.rods) - 2)
+    system.nodes += [nodes[0], *between, nodes[-1]]
+    system.bodies += [elements[0], *between, elements[-1]]
+    if any(system.mechanism.gravity):
+        add_beam_weight(system.mbs, elements, system.mechanism.gravity)
 
 
 def _add_pin(system: System, pin: Pin | Weld) -> int:
@@ -202,6 +267,8 @@ def _torque_function(motor: Motor, sign: float) -> Callable[[Any, float, float],
 def _add_weight(system: System) -> None:
     gx, gy = system.mechanism.gravity
     for index, part in enumerate(system.mechanism.parts):
+        if index in system.in_beams:
+            continue
         marker = system.point_marker(Anchor(index, *part.centre))
         weight = [part.mass * gx, part.mass * gy, 0.0]
         system.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=weight))
