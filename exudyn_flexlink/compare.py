@@ -42,6 +42,7 @@ VISIBLE = 1e-3  # of the room that the watched point takes: runs that differ by 
 _TOLD = {
     "tolerance": "tolerance {:.3g} m",
     "step": "step {:.3g} s",
+    "elements": "beam of {:.0f} elements",
     "relative_tolerance": "rtol {:.3g}",
     "absolute_tolerance": "atol {:.3g}",
 }

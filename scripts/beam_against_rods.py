@@ -1,0 +1,203 @@
+"""The link as a beam against the link as rods: how far S is off, and what that costs.
+
+Usage:
+    python scripts/beam_against_rods.py [--out docs]
+
+Two scenes: models/smooth.yaml (one turn) and models/no_clearance.yaml (three quarters of a turn,
+with the strike, hinges as a beam's). The link is a beam of 1 to 16 elements, or 5 to 80 rods, of
+equal length or with half rods at its ends. Truth is a beam of 32 elements. All of them have the
+same damping per length: a hinge's is in proportion to the number of rods. Prints tables, says how
+many rods equal one, two, four elements, and draws beam_against_rods.png. Takes some ten minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import path
+from exudyn_flexlink.result import Result
+
+MODELS = Path(__file__).parent.parent / "models"
+SCENES = {
+    # One turn without a strike, in which the link hardly bends: steps must be fine to tell.
+    "smooth": ("smooth", ["run.turns=1", "run.sample=1 ms", "accuracy.tolerance=1.0e-7"]),
+    "strike": ("no_clearance", ["run.turns=0.75", "run.sample=0.1 ms", "accuracy.tolerance=4e-6"]),
+}
+ELEMENTS, FINEST = (1, 2, 4, 8, 16), 32
+RODS = (5, 10, 20, 40, 80)
+DAMPING = 2.0e-6  # N m s/rad of a hinge, for each rod: with ten that of the models
+KINDS = {"beam": "#0072B2", "half_ends": "#009E73", "equal": "#D55E00"}
+LABELS = {"beam": "beam elements", "half_ends": "rods, half ends", "equal": "rods, equal"}
+REPEATS = 2  # the cheaper run counts: the machine is never quite alone
+
+
+@dataclass(frozen=True)
+class Run:
+    """Motion of S (samples, 2) in m, angle of the lever (samples,) in rad, steps, time in s."""
+
+    s: NDArray[np.float64]
+    lever: NDArray[np.float64]
+    steps: int
+    seconds: float
+    bent: float  # m, largest distance of S from the guide's axis
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Largest differences from the truth, in m and rad, steps, process time in s and us a step."""
+
+    count: int
+    s: float
+    lever: float
+    steps: int
+    seconds: float
+
+    @property
+    def per_step(self) -> float:
+        """Process time of a step, us."""
+        return 1e6 * self.seconds / self.steps
+
+
+def settings_of(kind: str, count: int) -> list[str]:
+    """Settings that make the link a beam of so many elements, or so many rods of a layout."""
+    shared = ["bodies.link.hinges.stiffness=beam"]
+    if kind == "beam":
+        damping = ["bodies.link.rods=10", f"bodies.link.hinges.damping={DAMPING * 10!r}"]
+        return [*shared, *damping, "accuracy.formulation=beam", f"accuracy.elements={count}"]
+    return [
+        *shared,
+        f"bodies.link.rods={count}",
+        f"bodies.link.layout={kind}",
+        f"bodies.link.hinges.damping={DAMPING * count!r}",
+    ]
+
+
+def simulated(name: str, kind: str, count: int) -> Run:
+    """Simulate a scene; the process time is the least of some runs."""
+    model, settings = SCENES[name]
+    scene = load_scene(MODELS / f"{model}.yaml", [*settings, *settings_of(kind, count)])
+    seconds = []
+    for _ in range(REPEATS):
+        began = process_time()
+        result = simulate(scene)
+        seconds.append(process_time() - began)
+    if not result.outcome.completed:
+        sys.exit(f"{name}, {kind}, {count}: {result.outcome.reason}")
+    print(f"{name}, {kind} {count}: {min(seconds):.1f} s", file=sys.stderr)
+    return _read(result, min(seconds))
+
+
+def _read(result: Result, seconds: float) -> Run:
+    interval = result.scene.run.sample or 0.0
+    even = np.abs(result.time / interval - np.round(result.time / interval)) < 1e-6
+    s = path(result, "link.end").position
+    names = result.part_names
+    guide, levers = names.index("guide"), [i for i, part in enumerate(names) if part == "lever"]
+    lever = result.poses[even, levers[0], 2] if levers else np.zeros(int(even.sum()))
+    angle = result.poses[:, guide, 2]
+    away = s - result.poses[:, guide, :2]
+    bent = np.abs(np.cos(angle) * away[:, 1] - np.sin(angle) * away[:, 0]).max()
+    return Run(s[even], lever, result.checks.steps, seconds, float(bent))
+
+
+def study(name: str) -> dict[str, list[Answer]]:
+    """Answers of every kind, with growing number of elements or rods."""
+    truth = simulated(name, "beam", FINEST)
+    print(f"{name}: S strays up to {truth.bent * 1e3:.2f} mm from the guide's axis")
+    found: dict[str, list[Answer]] = {}
+    for kind in KINDS:
+        found[kind] = []
+        for count in ELEMENTS if kind == "beam" else RODS:
+            run = simulated(name, kind, count)
+            off = float(np.linalg.norm(run.s - truth.s, axis=1).max())
+            turned = float(np.abs(run.lever - truth.lever).max())
+            found[kind].append(Answer(count, off, turned, run.steps, run.seconds))
+    return found
+
+
+def rods_that_equal(rods: list[Answer], wanted: float) -> tuple[float, float]:
+    """Return how many rods err as much as `wanted`, by powers between and beyond; their time, s."""
+    n = np.log([one.count for one in rods])
+    off, seconds = np.log([one.s for one in rods]), np.log([one.seconds for one in rods])
+    for k in range(len(rods) - 1):
+        if off[k + 1] <= np.log(wanted) or k == len(rods) - 2:
+            part = (np.log(wanted) - off[k]) / (off[k + 1] - off[k])
+            count = n[k] + part * (n[k + 1] - n[k])
+            cost = seconds[k] + part * (seconds[k + 1] - seconds[k])
+            return float(np.exp(count)), float(np.exp(cost))
+    raise ValueError("at least two numbers of rods")
+
+
+def tell(name: str, found: dict[str, list[Answer]]) -> None:
+    """Print the table of a scene, and how many rods equal a few elements."""
+    columns = ("link", "n", "S off by m", "lever rad", "steps", "time s", "us/step")
+    table = Table(*columns, title=f"{name}: against a beam of {FINEST} elements")
+    for kind, answers in found.items():
+        for one in answers:
+            cost = (f"{one.steps}", f"{one.seconds:.2f}", f"{one.per_step:.0f}")
+            table.add_row(LABELS[kind], str(one.count), f"{one.s:.1e}", f"{one.lever:.1e}", *cost)
+    Console(width=100).print(table)
+    for beam in found["beam"][:3]:
+        for kind in ("half_ends", "equal"):
+            count, seconds = rods_that_equal(found[kind], beam.s)
+            beyond = "" if count <= RODS[-1] else " (extrapolated)"
+            print(
+                f"{name}: {beam.count} elements ({beam.s:.1e} m, {beam.seconds:.2f} s) equal "
+                f"{count:.0f} {LABELS[kind]}, {seconds / beam.seconds:.1f} times the time{beyond}"
+            )
+
+
+def draw(studies: dict[str, dict[str, list[Answer]]], out: Path) -> None:
+    """Draw the error of S over the number of elements or rods, and over the time they take."""
+    figure = Figure(figsize=(10, 8), layout="constrained")
+    for row, (name, found) in zip(figure.subplots(2, 2), studies.items(), strict=True):
+        for kind, colour in KINDS.items():
+            counts = [one.count for one in found[kind]]
+            off = [one.s for one in found[kind]]
+            row[0].loglog(counts, off, "o-", color=colour, label=LABELS[kind])
+            row[1].loglog([one.seconds for one in found[kind]], off, "o-", color=colour)
+            for one in found[kind]:
+                at = (one.seconds, one.s)
+                row[1].annotate(
+                    str(one.count), at, (5, 4), textcoords="offset points", fontsize=8, color=colour
+                )
+        _label(row[0], name, "number of elements or rods")
+        row[0].set_xticks([1, 2, 5, 10, 20, 40, 80], ["1", "2", "5", "10", "20", "40", "80"])
+        row[0].minorticks_off()
+        row[0].legend()
+        _label(row[1], name, "process time (s)")
+    figure.savefig(out / "beam_against_rods.png", dpi=150)
+
+
+def _label(axes: Axes, name: str, along: str) -> None:
+    axes.set(xlabel=along, ylabel="largest error of S (m)", title=name)
+    axes.grid(alpha=0.3, which="both")
+
+
+def main() -> None:
+    """Run both scenes, print their tables and draw the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the figure")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    studies = {name: study(name) for name in SCENES}
+    for name, found in studies.items():
+        tell(name, found)
+    draw(studies, options.out)
+
+
+if __name__ == "__main__":
+    main()
