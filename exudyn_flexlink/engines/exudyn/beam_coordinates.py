@@ -62,9 +62,9 @@ class BeamCoordinates:
         self._gravity = np.asarray(self.mechanism.gravity)
         self._beams: list[_Placed] = []
         self._rigid: list[tuple[int, int]] = []  # part, first coordinate
-        self._moved: list[int] = []  # first coordinate of each part, -1 inside a beam
         self._lay_out(beams)
         _refuse_bent(self._state.q, self._state.v, beams)
+        self._q, self._v = self._straight()
 
     def _lay_out(self, beams: tuple[BeamLink, ...]) -> None:
         starts = {beam.rods[0]: beam for beam in beams}
@@ -82,26 +82,24 @@ class BeamCoordinates:
                 weights += [1.0, 1.0, part.reach]
             first = len(weights)
         self.weights = np.array(weights)
-        self.first_of_part = dict(self._rigid) | {b.link.rods[0]: b.first for b in self._beams}
 
     # --- at time 0 -------------------------------------------------------------------------------
 
     def start(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Straight beams that move as their rods, and the accelerations that joints allow."""
+        return self._q, self._v, self._accelerations(self._q, self._v)
+
+    def _straight(self) -> tuple[FloatArray, FloatArray]:
         q, v = np.zeros(len(self.weights)), np.zeros(len(self.weights))
         for part, first in self._rigid:
             q[first : first + 3], v[first : first + 3] = self._state.q[part], self._state.v[part]
         for beam in self._beams:
             for x, controls in zip((q, v), straight(beam.link, self._state), strict=True):
                 x[beam.columns] = controls.ravel()
-        return q, v, self._accelerations(q, v)
+        return q, v
 
     def _accelerations(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Beams are unbent at time 0 and turn as one: they weigh, and nothing else moves them."""
-
-        def jacobian_at(at: FloatArray) -> FloatArray:
-            return self._joints(at)
-
         poses, rates = self._at_one(q, v)
         spread = self._spread(q)
         forces = spread.T @ applied_forces(self.mechanism, poses, rates, 0.0)
@@ -109,7 +107,7 @@ class BeamCoordinates:
             shape = beam.link.shape
             weight = shape.elastic.mass * np.outer(shape.weight_rows(), self._gravity)
             forces[beam.columns] += weight.ravel()
-        right = -rate_of_jacobian_times_velocity(jacobian_at, q, v)
+        right = -rate_of_jacobian_times_velocity(self._joints, q, v)
         motors = [motor.ramp.rate(0.0) for motor in self.mechanism.speed_motors]
         if motors:
             right[-len(motors) :] += motors
@@ -146,9 +144,8 @@ class BeamCoordinates:
     def half_period(self, contact: FaceContact) -> float:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        q = self.start()[0]
-        poses, spread = self._at_one(q, q)[0], self._spread(q)
-        mass, joints = self._mass(q), self._joints(q)
+        poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
+        mass, joints = self._mass(self._q), self._joints(self._q)
         point, start, end = (
             mobility(mass, joints, anchor_jacobian(anchor, poses) @ spread)
             for anchor in (contact.point, contact.start, contact.end)
