@@ -7,7 +7,7 @@ from functools import partial
 
 from benchmarks.measuring import Table, exponent, timed
 from benchmarks.stepping import Stepped, cost_per_step, lasting
-from benchmarks.strike import ROOT
+from benchmarks.strike import ROOT, warm_up
 from benchmarks.variants import VARIANTS, Variant
 from exudyn_flexlink import Scene, load_scene, simulate
 
@@ -29,6 +29,7 @@ def measure(
     """Cost of a step by variant and number of rods."""
     cases, durations = {}, {}
     for variant in VARIANTS:
+        warm_up(variant)  # else compiling counts as a long run
         for n in rods:
             scene = scene_with(variant, n)
             name = f"{variant.name} {n}"
