@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.measuring import Table
 from benchmarks.stepping import Stepped, completed, cost_per_step, lasting
-from benchmarks.strike import ROOT
+from benchmarks.strike import ROOT, warm_up
 from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import NotRepresentableError, Result, Scene, load_scene, simulate
 from exudyn_flexlink.effects import idealise
@@ -123,6 +123,7 @@ def _equal(first: Result, second: Result) -> bool:
 
 def measure(variant: Variant, brief: bool, repeat: int) -> dict[str, dict[str, Stepped]]:
     """Cost of a step by effect and state; effects that the engine can't represent are left out."""
+    warm_up(variant)
     found = {}
     for effect in effects(variant):
         cases = {state: (variant.engine, scene) for state, scene in effect.scenes.items()}
