@@ -39,6 +39,7 @@ SETTINGS = [
     f"run.sample={2 * pi / 10 / SAMPLES}",
     "bodies.link.rods=4",
     "bodies.link.hinges.stiffness=beam",
+    "accuracy.tolerance=4e-5",
 ]
 RODS = 2e-3  # m: error of S of one rod
 CONTACT = 1e-4  # m: error of S at the model's stiffness, 2e4 N/m
