@@ -242,12 +242,13 @@ class Studying:
     def _base(self, method: Method, dearer: float) -> Trial | None:
         """Return the finest run that a changed scene, `dearer` times as costly, can be held to.
 
-        One rung finer than the model's own setting, if there is time.
+        One rung finer than the model's own setting, if that leaves plenty of time for the others.
         """
         value = own_value(self.runs.scene, method) or 0.0
         known = self._costs[method.name]
-        expected = (1 + dearer) * self._expected(method, value / 10)
-        if expected <= self.left and not any(_alike(value / 10, other) for other in known):
+        every = 1 + MORE_RODS_COST + STIFFER_COST
+        expected = every * self._expected(method, value / 10)
+        if expected <= self.left / 2 and not any(_alike(value / 10, other) for other in known):
             self._try(method, value / 10)
         return next((t for t in self.runs.of(method) if dearer * t.wall <= self.left), None)
 

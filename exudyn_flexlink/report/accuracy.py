@@ -120,7 +120,8 @@ def _source(study: Study, source: Source) -> list[str]:
 def _about(study: Study, source: Source) -> str:
     """Say what a source's error was told from."""
     if source.kind == "time":
-        return "against the reference"
+        own = study.own is not None
+        return "against the reference" if own else "this is the finest run: that of the check"
     if source.kind == "rods":
         rods = ", ".join(f"{b.rods}" for b in beams(study.scene).values())
         twice = ", ".join(f"{2 * b.rods}" for b in beams(study.scene).values())
