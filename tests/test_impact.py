@@ -24,6 +24,7 @@ MODELS = Path(__file__).parent.parent / "models"
 MODEL = MODELS / "no_clearance.yaml"
 IMPULSE = "contacts.strike.law={type: impulse, restitution: 0.5}"
 SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
+TIGHT = "accuracy.relative_tolerance=1e-10"  # local tolerances: the explicit method
 
 
 class Ball:
@@ -99,7 +100,7 @@ def test_jump_of_a_coupled_system():
 
 def impulse_scene(restitution, *settings, model=MODEL):
     law = f"contacts.strike.law={{type: impulse, restitution: {restitution}}}"
-    return load_scene(model, [law, *SHORT, *settings])
+    return load_scene(model, [law, *SHORT, TIGHT, *settings])
 
 
 @cache

@@ -19,6 +19,8 @@ try:
 except ImportError:
     numba = None
 
+REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -26,7 +28,7 @@ def compiled(function: F) -> F:
     """Compile the function at its first call, and keep the code on disk; the same without numba."""
     if numba is None:
         return function
-    dispatcher = numba.njit(cache=True)(function)
+    dispatcher = numba.njit(cache=True, error_model="numpy", fastmath=REORDERED)(function)
     with suppress(AttributeError):  # compiling switched off, or kept elsewhere than in files
         dispatcher._cache._cache_file._source_stamp = _STAMP
     return cast(F, dispatcher)

@@ -40,6 +40,8 @@ from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces, wall_power
 
 FloatArray = NDArray[np.float64]
 Root = tuple[float, float, float, float, float, float]
+Turned = tuple[FloatArray, FloatArray]
+Given = tuple[tuple[float, float, float], Root, FloatArray, NDArray[np.int64]]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
 HOLD = 1e3  # 1/s: rate at which rounding in the gap of a lasting contact dies out
@@ -124,19 +126,33 @@ def unpacked(data: FloatArray) -> Constants:
 @compiled
 def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
     """Mass matrix M (N, N)."""
-    n, count, p = len(c.firsts), len(q), int(c.root)
+    return _mass((np.cos(q), np.sin(q)), root, c)
+
+
+@compiled
+def _of_rods(angles: FloatArray, c: Constants) -> FloatArray:
+    """Pick the values of the rods from those of all coordinates, (n,)."""
+    picked = np.empty(len(c.rods))
+    for i in range(len(picked)):
+        picked[i] = angles[int(c.rods[i])]
+    return picked
+
+
+@compiled
+def _mass(turned: Turned, root: Root, c: Constants) -> FloatArray:
+    """As `mass_matrix`, from cosines and sines of the coordinates."""
+    n, p, count = len(c.firsts), int(c.root), len(turned[0])
+    cosines, sines = _of_rods(turned[0], c), _of_rods(turned[1], c)
     mass = np.zeros((count, count))
+    begin = int(c.rods[0])  # the rods' coordinates follow one another
     for i in range(n):
-        j = int(c.rods[i])
-        for h in range(i):
-            k = int(c.rods[h])
-            mass[j, k] = mass[k, j] = c.couplings[i, h] * np.cos(q[j] - q[k])
-        mass[j, j] = c.couplings[i, i]
+        cosine, sine = cosines[i], sines[i]
+        for h in range(n):
+            mass[begin + i, begin + h] = c.couplings[i, h] * (cosine * cosines[h] + sine * sines[h])
     for i in range(n):
-        j = int(c.rods[i])
-        slip = c.firsts[i] * (root[3] * np.cos(q[j]) - root[2] * np.sin(q[j]))
-        mass[p, j] += slip
-        mass[j, p] += slip
+        slip = c.firsts[i] * (root[3] * cosines[i] - root[2] * sines[i])
+        mass[p, begin + i] += slip
+        mass[begin + i, p] += slip
     for j in range(count):
         mass[j, j] += c.inertias[j]
     mass[p, p] += c.mass * (root[2] * root[2] + root[3] * root[3])
@@ -146,22 +162,32 @@ def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
 @compiled
 def quadratic_terms(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> FloatArray:
     """Terms h (N,) of the squares of the speeds."""
-    n, p = len(c.firsts), int(c.root)
     terms = np.zeros(len(q))
+    _take_quadratic_terms((np.cos(q), np.sin(q)), v, root, c, terms)
+    return -terms
+
+
+@compiled
+def _take_quadratic_terms(
+    turned: Turned, v: FloatArray, root: Root, c: Constants, right: FloatArray
+) -> None:
+    """Take the terms of the squares of the speeds from the right side (N,)."""
+    n, p, begin = len(c.firsts), int(c.root), int(c.rods[0])
+    cosines, sines = _of_rods(turned[0], c), _of_rods(turned[1], c)
     moved = v[p] * v[p]
+    along, across = np.empty(n), np.empty(n)
+    for h in range(n):
+        square = v[begin + h] * v[begin + h]
+        along[h], across[h] = cosines[h] * square, sines[h] * square
+        right[p] += c.firsts[h] * (root[2] * along[h] + root[3] * across[h])
     for i in range(n):
-        j = int(c.rods[i])
-        cosine, sine = np.cos(q[j]), np.sin(q[j])
-        square = v[j] * v[j]
-        for h in range(i):
-            k = int(c.rods[h])
-            coupling = c.couplings[i, h] * np.sin(q[j] - q[k])
-            terms[j] += coupling * v[k] * v[k]
-            terms[k] -= coupling * square
-        terms[j] += c.firsts[i] * (root[5] * cosine - root[4] * sine) * moved
-        terms[p] -= c.firsts[i] * (root[2] * cosine + root[3] * sine) * square
-    terms[p] += c.mass * (root[2] * root[4] + root[3] * root[5]) * moved
-    return terms
+        pulled, pushed = 0.0, 0.0
+        for h in range(n):
+            pulled += c.couplings[i, h] * along[h]
+            pushed += c.couplings[i, h] * across[h]
+        right[begin + i] -= sines[i] * pulled - cosines[i] * pushed
+        right[begin + i] -= c.firsts[i] * (root[5] * cosines[i] - root[4] * sines[i]) * moved
+    right[p] -= c.mass * (root[2] * root[4] + root[3] * root[5]) * moved
 
 
 @compiled
@@ -170,9 +196,10 @@ def applied_torques(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> F
     count = len(q)
     torques = np.zeros(count)
     for j in range(count):
-        torques[j] = c.preload[j]
+        torque = c.preload[j]
         for k in range(count):
-            torques[j] -= c.stiffness[j, k] * q[k] + c.damping[j, k] * v[k]
+            torque -= c.stiffness[j, k] * q[k] + c.damping[j, k] * v[k]
+        torques[j] = torque
     gx, gy = c.gravity[0], c.gravity[1]
     if gx != 0.0 or gy != 0.0:
         torques[int(c.root)] += c.mass * (gx * root[2] + gy * root[3])
@@ -231,9 +258,10 @@ def touches(
 
 @compiled
 def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
-    """Force (N) of `laws.RestitutionPenalty` at a gap and its rate."""
-    if gap >= 0.0:
-        return 0.0
+    """Force (N) of `laws.RestitutionPenalty` at a gap and its rate.
+
+    It goes on smoothly where the gap has opened: there the contact ends, within the step.
+    """
     e2 = face[8] * face[8]
     rising = np.tanh(-gap_rate / face[9])
     return float(-gap * face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising))
@@ -247,8 +275,11 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
     """
     size = len(vector)
     for p in range(size):
+        pivot = 1.0 / matrix[p, p]
         for i in range(p + 1, size):
-            factor = matrix[i, p] / matrix[p, p]
+            factor = matrix[i, p] * pivot
+            if factor == 0.0:
+                continue
             for j in range(p + 1, size):
                 matrix[i, j] -= factor * matrix[p, j]
             vector[i] -= factor * vector[p]
@@ -259,28 +290,40 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
 
 
 @compiled
-def _right_side(
-    state: State,
-    drive: Drive,
-    pressing: tuple[FloatArray, FloatArray],
-    rubbing: tuple[FloatArray, FloatArray],
-    c: Constants,
-) -> FloatArray:
-    """``Q - h`` (N,) with motors, penalty forces, friction and the walls' forces.
+def factorise(matrix: FloatArray, first: int) -> None:
+    """Factors L D L^T, in place, of a positive definite matrix from row and column `first` on.
 
-    `pressing` and `rubbing` are forces (c,) and their gradients (c, N), across and along faces.
+    Only the lower half is read and written.
     """
-    forces, gradients = pressing
-    drags, slides = rubbing
-    right = applied_torques(state.q, state.v, state.root, c)
-    terms = quadratic_terms(state.q, state.v, state.root, c)
-    for j in range(len(right)):
-        right[j] += drive.torques[j] - terms[j]
-        for k in range(len(forces)):
-            right[j] += forces[k] * gradients[k, j] + drags[k] * slides[k, j]
-    if len(c.channel) > 0:
-        add_wall_forces(state.q, state.v, state.root, chain_of(c), right)
-    return right
+    size = len(matrix)
+    scaled = np.empty(size)
+    for j in range(first, size):
+        pivot = matrix[j, j]
+        for k in range(first, j):
+            scaled[k] = matrix[j, k] * matrix[k, k]
+            pivot -= matrix[j, k] * scaled[k]
+        matrix[j, j] = pivot
+        for i in range(j + 1, size):
+            entry = matrix[i, j]
+            for k in range(first, j):
+                entry -= matrix[i, k] * scaled[k]
+            matrix[i, j] = entry / pivot
+
+
+@compiled
+def substitute(factors: FloatArray, first: int, vector: FloatArray) -> None:
+    """Solve in place, with the factors of `factorise`, for the entries from `first` on."""
+    size = len(vector)
+    for i in range(first, size):
+        value = vector[i]
+        for k in range(first, i):
+            value -= factors[i, k] * vector[k]
+        vector[i] = value
+    for i in range(size - 1, first - 1, -1):
+        value = vector[i] / factors[i, i]
+        for k in range(i + 1, size):
+            value -= factors[k, i] * vector[k]
+        vector[i] = value
 
 
 @compiled
@@ -300,6 +343,14 @@ def _solve(
     """Fill in `found`: accelerations from its first free one on, forces of the lasting `rows`."""
     states, gradients = touching
     result, forces, first = found
+    if len(rows) == 0:
+        for j in range(first, len(right)):
+            result[j] = right[j]
+            if first == 1:
+                result[j] -= mass[j, 0] * result[0]
+        factorise(mass, first)
+        substitute(mass, first, result)
+        return
     free, count = len(right) - first, len(right)
     matrix = np.zeros((free + len(rows), free + len(rows)))
     vector = np.zeros(free + len(rows))
@@ -337,14 +388,29 @@ def accelerations(
     without the row of theta where theta'' is known; that row gives the drive's torque.
     """
     contacts = len(acting)
-    states, gradients, slides = touches(state.q, state.v, state.root, c)
     forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
+    turned = (np.cos(state.q), np.sin(state.q))
+    mass = _mass(turned, state.root, c)
+    right = applied_torques(state.q, state.v, state.root, c)
+    _take_quadratic_terms(turned, state.v, state.root, c, right)
+    for j in range(len(right)):
+        right[j] += drive.torques[j]
+    any_acts = False
     for k in range(contacts):
-        if acting[k] == PENALTY:
+        any_acts = any_acts or acting[k] != APART
+    if any_acts:
+        states, gradients, slides = touches(state.q, state.v, state.root, c)
+        for k in range(contacts):
+            if acting[k] != PENALTY:
+                continue
             forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
             drags[k] = -c.faces[k, 10] * forces[k] * np.tanh(states[k, 3] / c.faces[k, 11])
-    mass = mass_matrix(state.q, state.root, c)
-    right = _right_side(state, drive, (forces, gradients), (drags, slides), c)
+            for j in range(len(right)):
+                right[j] += forces[k] * gradients[k, j] + drags[k] * slides[k, j]
+    else:
+        states, gradients = np.zeros((0, 5)), np.zeros((0, 0))
+    if len(c.channel) > 0:
+        add_wall_forces(state.q, state.v, state.root, chain_of(c), right)
     result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
@@ -358,8 +424,9 @@ def accelerations(
         for k in range(contacts):
             if acting[k] == LASTING:
                 motor -= forces[k] * gradients[k, 0]
-    for k in range(contacts):
-        powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
+    if any_acts:
+        for k in range(contacts):
+            powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
     return result, motor, forces, powers
 
 
@@ -379,11 +446,19 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     done on it. `guide` is the guide's angle, speed and prescribed acceleration; `data` are the
     constants, packed.
     """
-    c = unpacked(data)
+    rate = np.empty(len(y))
+    fill_rate(y, (guide, root, torques, acting), unpacked(data), rate)
+    return rate
+
+
+@compiled
+def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> None:
+    """Fill in the rate of `state_rate`; `given` are its arguments guide, root, torques, acting."""
+    guide, root, torques, acting = given
     count, contacts = len(c.inertias), len(acting)
     free = (len(y) - 2 - 2 * contacts) // 2
     first = count - free
-    q, v, rate = np.empty(count), np.empty(count), np.empty(len(y))
+    q, v = np.empty(count), np.empty(count)
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
@@ -404,4 +479,3 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     for k in range(contacts):
         rate[at + 2 + k] = forces[k]
         rate[at + 2 + contacts + k] = powers[k]
-    return rate

@@ -140,34 +140,43 @@ class Loop:
 
     def _first_event(self, solver: Any, dense: Dense) -> tuple[float, int] | None:
         """Find instant and number of the guard that falls first in the last step."""
-        system, t = self.system, solver.t_old
-        if system.quiet(solver.t - t, solver.t, solver.y):
+        if self.system.quiet(solver.t - solver.t_old, solver.t, solver.y):
             return None
-        for after in np.linspace(t, solver.t, LOOKS + 1)[1:].tolist():
-            found = [
-                (self._fall(dense, which, t, after), which)
-                for which, value in enumerate(system.guards(after, dense(after)))
-                if value < -NOTHING
-            ]
-            if found:
-                return min(found)
-            t = after
-        return None
+        return first_event(self.system, dense, solver.t_old, solver.t)
 
-    def _fall(self, dense: Dense, which: int, t: float, after: float) -> float:
-        """Instant between t and `after` at which a guard falls to zero."""
 
-        def guard(at: float) -> float:
-            return self.system.guards(at, dense(at))[which]
+def first_event(
+    system: Hybrid, dense: Dense, begin: float, end: float
+) -> tuple[float, int] | None:
+    """Find instant and number of the guard that falls first in a step."""
+    t = begin
+    for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():
+        found = [
+            (_fall(system, dense, which, (t, after)), which)
+            for which, value in enumerate(system.guards(after, dense(after)))
+            if value < -NOTHING
+        ]
+        if found:
+            return min(found)
+        t = after
+    return None
 
-        if guard(t) <= NOTHING:
-            # Right after an event it starts at zero, and a bounce may be lower than any fixed
-            # limit: it falls after the highest place, of those that close in on the start.
-            places = [t + (after - t) * 0.5**k for k in range(1, HALVINGS)]
-            t = max(places, key=guard)
-            if guard(t) <= 0:
-                return t
-        return float(brentq(guard, t, after, xtol=EVENT_TIME, rtol=1e-15))
+
+def _fall(system: Hybrid, dense: Dense, which: int, within: tuple[float, float]) -> float:
+    """Instant at which a guard falls to zero."""
+    t, after = within
+
+    def guard(at: float) -> float:
+        return system.guards(at, dense(at))[which]
+
+    if guard(t) <= NOTHING:
+        # Right after an event it starts at zero, and a bounce may be lower than any fixed
+        # limit: it falls after the highest place, of those that close in on the start.
+        places = [t + (after - t) * 0.5**k for k in range(1, HALVINGS)]
+        t = max(places, key=guard)
+        if guard(t) <= 0:
+            return t
+    return float(brentq(guard, t, after, xtol=EVENT_TIME, rtol=1e-15))
 
 
 class _Lazy:

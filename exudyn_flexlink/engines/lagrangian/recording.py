@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.events import Dense
+from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.lagrangian.touching import WallWatch
 from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
@@ -60,7 +61,8 @@ class Recorder:
         self._next = 0
         self._told = monotonic()
         self._events = 0
-        self._block: list[tuple[FloatArray, FloatArray, tuple[float, ...], FloatArray]] = []
+        self._checked: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
+        self._waiting = 0
         self._start_energy: float | None = None
 
     def before(self, end: float, dense: Dense) -> None:
@@ -83,12 +85,60 @@ class Recorder:
             self._keep(t, y)
         self._events = len(self.system.events)
         q, v, root = self.system.coordinates(t, y)
-        self._block.append((q, v, (*root, self.system.track.place), self._row(t, y)))
-        if len(self._block) == BLOCK:
+        place = np.array([*root, self.system.track.place])
+        row = self._row(t, y)
+        self._checked.append((q[None], v[None], place[None], row[None]))
+        self._waiting += 1
+        if self._waiting >= BLOCK:
             self.flush()
+        self._tell(t)
+
+    def _tell(self, t: float) -> None:
         if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
             self._told = monotonic()
             self.progress(min(t / float(self.grid[-1]), 1.0))
+
+    def take(self, block: Block) -> None:
+        """Keep the samples within steps in which nothing happened, and check their ends."""
+        end = float(block.times[-1])
+        last = int(np.searchsorted(self.grid, end, side="right"))
+        if last > self._next:
+            self._keep_all(self.grid[self._next : last], block)
+            self._next = last
+        near, shift = float(block.places[0]), self.system.track.place_of(0.0)
+        ends = motions_at(block.times[1:], block.states[1:], near, block.course, False)
+        rows = self._rows(block.states[1:])
+        self._checked.append((ends.q, ends.v, np.column_stack([ends.root, ends.u + shift]), rows))
+        self._waiting += len(rows)
+        if self._waiting >= BLOCK:
+            self.flush()
+        self._tell(end)
+
+    def _keep_all(self, instants: FloatArray, block: Block) -> None:
+        """Keep the samples at instants within a block."""
+        states = states_within(
+            instants, block.times, block.states, block.changes, block.method.powers
+        )
+        found = motions_at(instants, states, float(block.places[0]), block.course, True)
+        kept, shift = self.samples, self.system.track.place_of(0.0)
+        if kept.time and kept.time[-1] >= instants[0]:
+            kept.drop_last()
+        kept.time += instants.tolist()
+        kept.motion += [
+            Motion(q, v, a, tuple(root), u + shift, motor, forces)
+            for q, v, a, root, u, motor, forces in zip(*found, strict=True)
+        ]
+        kept.totals += list(self._rows(states))
+
+    def _rows(self, states: FloatArray) -> FloatArray:
+        """As `_row`, of many states of a mechanism without walls, (m, ..)."""
+        _, _, impulses, _ = self.system.totals(states[0])
+        at, count = states.shape[1] - 2 - 2 * len(impulses), len(impulses)
+        first = self._row(0.0, states[0])
+        rows = np.tile(first, (len(states), 1))
+        rows[:, :2] = states[:, at : at + 2]
+        rows[:, 2 : 2 + count] = states[:, at + 2 + count :]
+        return rows
 
     def keep_last(self, t: float, y: FloatArray) -> None:
         """Keep the state in which a run ends before its time."""
@@ -115,10 +165,11 @@ class Recorder:
 
     def flush(self) -> None:
         """Check the states of the block."""
-        if not self._block:
+        if not self._checked:
             return
-        q, v, roots, rows = (np.array(values) for values in zip(*self._block, strict=True))
-        self._block.clear()
+        q, v, roots, rows = (np.concatenate(parts) for parts in zip(*self._checked, strict=True))
+        self._checked.clear()
+        self._waiting = 0
         poses, rates = self.system.rig.poses(q, v, roots[:, :6])
         energies = self.energies(poses, rates, rows)
         total = energies[:, 0] + energies[:, 1]

@@ -9,11 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import perf_counter
 
+import numpy as np
+
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.lagrangian.advance import Control
+from exudyn_flexlink.engines.lagrangian.collocation import radau
 from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
+from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.rig import build_rig
+from exudyn_flexlink.engines.lagrangian.rig import Rig, build_rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
 from exudyn_flexlink.loading import assemble_scene
@@ -21,6 +26,10 @@ from exudyn_flexlink.mechanism import Mechanism, end_of_run, sample_times, turn_
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
+STAGES = 5  # order 9
+SHARE = 0.08  # of the tolerance: error that one step may make
+TAU = 1e-3  # s: by which an error of speeds becomes one of positions, of slow vibrations
+LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
 RELATIVE = 1e-10
 ABSOLUTE = 1e-12  # rad, rad/s, J, N s
 
@@ -48,13 +57,27 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     system = System(rig, turn_goal(scene, assembly))
     recorder = Recorder(system, sample_times(scene, end), progress)
     accuracy = scene.accuracy
-    loop = Loop(
-        system,
-        recorder,
-        accuracy.relative_tolerance or RELATIVE,
-        accuracy.absolute_tolerance or ABSOLUTE,
-    )
+    given = accuracy.relative_tolerance or accuracy.absolute_tolerance
+    loop: Loop | March
+    if accuracy.tolerance is None or given or assembly.mechanism.channels:
+        loop = Loop(
+            system,
+            recorder,
+            accuracy.relative_tolerance or RELATIVE,
+            accuracy.absolute_tolerance or ABSOLUTE,
+        )
+    else:
+        loop = March(system, recorder, radau(STAGES), control(rig, accuracy.tolerance))
     return Prepared(scene, rig, system, recorder, loop, end)
+
+
+def control(rig: Rig, tolerance: float) -> Control:
+    """Error of one step so that the whole run keeps the tolerance (m)."""
+    reaches = np.zeros(rig.layout.count)
+    for pivot in (rig.layout.guide, *rig.layout.levers):
+        part = rig.mechanism.parts[pivot.part]
+        reaches[rig.layout.coordinate(pivot.part)] = part.reach
+    return Control(tolerance * SHARE, TAU, np.inf, LONGEST_TURN, reaches)
 
 
 def solve(prepared: Prepared) -> str:

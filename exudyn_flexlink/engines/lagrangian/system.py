@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
+from exudyn_flexlink.engines.lagrangian.course import Course, drive_numbers, motor_numbers
 from exudyn_flexlink.engines.lagrangian.equations import (
+    PENALTY,
     Drive,
     Root,
     State,
@@ -23,6 +25,7 @@ from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.engines.lagrangian.walls import wall_states
+from exudyn_flexlink.engines.lagrangian.watch import APART, BEHIND, PRESSED, Watched
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach, wall_half_period
 from exudyn_flexlink.result import Event
@@ -121,6 +124,34 @@ class System:
             torques = torques + ramp.at(t) * row
         return torques
 
+    def course(self) -> Course:
+        """The present equations, for machine code."""
+        layout = self.rig.layout
+        return Course(
+            self._data,
+            self.track.numbers,
+            np.array(layout.guide.at, dtype=float),
+            drive_numbers(self._ramp, self._way, self._theta, layout.play),
+            motor_numbers(self._motors, self._first + self._free),
+            self._acting,
+        )
+
+    def watched(self) -> Watched:
+        """The present guards, for machine code."""
+        coordinates = [-1.0, -1.0, 0.0, 0.0]
+        if self.goal is not None:
+            for i, part in enumerate((self.goal.first, self.goal.second)):
+                if part != GROUND:
+                    coordinates[i] = float(self.rig.layout.coordinate(part))
+            coordinates[2:] = self.goal.start, self.goal.turned
+        sides = {Side.APART: APART, Side.PRESSED: PRESSED, Side.BEHIND: BEHIND}
+        return Watched(
+            np.array([sides[contact.side] for contact in self.contacts], dtype=np.int64),
+            np.array([contact.length for contact in self.contacts], dtype=float),
+            np.array(coordinates),
+            np.zeros(len(self.contacts)),
+        )
+
     def rate(self, t: float, y: FloatArray) -> FloatArray:
         """dy/dt."""
         guide = self._guide(t, y)
@@ -153,6 +184,7 @@ class System:
         a, motor, forces, _ = accelerations(
             State(q, v, root), drive, self._acting, self.rig.constants
         )
+        forces = np.where(self._acting == PENALTY, np.maximum(forces, 0.0), forces)
         return Motion(q, v, a, root, self.track.place, motor, forces)
 
     def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:

@@ -1,23 +1,28 @@
-r"""Where the guide's angle puts P on its track: gamma(theta) and its derivatives.
+"""The track of P, piece by piece: on which piece P is, which comes next, and which lap begins.
 
-P lies on the guide's axis, ``gamma - C = r e(theta)``, and on the current piece ``gamma(u)``, so
-that ``e x (gamma - C) = 0`` (x the 2D cross product). Differentiated once and twice by theta:
-
-    u'  = r / (e x gamma_u)
-    u'' = (2 (e.gamma_u) u' - (e x gamma_uu) u'^2) / (e x gamma_u)
-    gamma' = gamma_u u',   gamma'' = gamma_uu u'^2 + gamma_u u''
+Places on a piece are computed in `rail`.
 """
 
 from __future__ import annotations
 
-from math import cos, hypot, nan, sin
+from math import nan
 
-from exudyn_flexlink.curves import Curve, Evaluator, evaluator, lap_number, pieces_of_laps
-from exudyn_flexlink.engines.lagrangian.equations import Root
+from exudyn_flexlink.curves import Curve, lap_number, pieces_of_laps
+from exudyn_flexlink.engines.lagrangian.rail import (
+    FINE,
+    MISSES,
+    TOUCHES,
+    FloatArray,
+    Root,
+    crossing,
+    packed_piece,
+    place_on,
+)
 
-NEWTON_STEPS = 40
-ROUNDING = 4e-16
-LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
+TROUBLES = {
+    TOUCHES: "the guide's axis touches the track",
+    MISSES: "the guide's axis misses the track",
+}
 
 
 class DeadCentreError(ValueError):
@@ -38,8 +43,7 @@ class Track:
         self._laps = pieces_of_laps(self.curve)
         self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         self._winding = self._lap
-        self._pieces: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
-        self._at = self._pieces[self.piece]
+        self._pieces = [packed_piece(piece) for piece in curve.pieces]
         self._angle = nan
         self._root: Root = (0.0,) * 6
 
@@ -55,46 +59,25 @@ class Track:
         return self._root
 
     def _cross(self, theta: float) -> Root:
-        """Newton's method to rounding, for where the guide's axis crosses the piece.
-
-        The answer depends on where it starts only if the axis crosses the piece more than once.
-        """
-        c, s = cos(theta), sin(theta)
-        cx, cy = self.centre
-        u = self._home
-        for _ in range(NEWTON_STEPS):
-            x, y, dx, dy, ddx, ddy = self._at(u)
-            slope = c * dy - s * dx
-            if abs(slope) < LEAST_SLOPE * hypot(dx, dy):
-                raise DeadCentreError("the guide's axis touches the track")
-            step = (c * (y - cy) - s * (x - cx)) / slope
-            u -= step
-            if abs(step) <= ROUNDING * (1 + abs(u)):
-                break
-            if abs(step) <= 1e-9 * (1 + abs(u)):
-                x, y, dx, dy, ddx, ddy = self._at(u)  # quadratic: this one is exact
-                slope = c * dy - s * dx
-                break
-        else:
-            raise DeadCentreError("the guide's axis misses the track")
-        self.u = u
-        r = c * (x - cx) + s * (y - cy)
-        first = r / slope
-        second = (2 * (c * dx + s * dy) * first - (c * ddy - s * ddx) * first * first) / slope
-        square = first * first
-        return (
-            x,
-            y,
-            dx * first,
-            dy * first,
-            ddx * square + dx * second,
-            ddy * square + dy * second,
-        )
+        self.u, root, ended = crossing(self.numbers, self.centre, theta, self._home)
+        if ended != FINE:
+            raise DeadCentreError(TROUBLES[ended])
+        return root
 
     def at(self, u: float) -> Root:
         """Components of gamma, gamma', gamma'' by the current piece's parameter, at its value u."""
         self.u = u
-        return self._at(u)
+        return place_on(self.numbers, u)
+
+    @property
+    def numbers(self) -> FloatArray:
+        """The current piece, packed as in `rail`."""
+        return self._pieces[self.piece]
+
+    def at_rest(self, u: float) -> None:
+        """P is at u on its piece: searches start there from now on."""
+        self.u = self._home = u
+        self._angle = nan
 
     def settle(self) -> None:
         """Start from the last place from now on."""
@@ -109,8 +92,11 @@ class Track:
     @property
     def place(self) -> float:
         """Parameter of the whole curve at the last place."""
-        piece = self.curve.pieces[self.piece]
-        return float(self.curve.breaks[self.piece] + self.u - piece.start)
+        return self.place_of(self.u)
+
+    def place_of(self, u: float) -> float:
+        """Parameter of the whole curve at u on the current piece."""
+        return float(self.curve.breaks[self.piece] + u - self.curve.pieces[self.piece].start)
 
     def next_piece(self, way: int) -> int | None:
         """Go on to the next piece (way 1) or the one before (-1); None at an open curve's end.
@@ -133,5 +119,5 @@ class Track:
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
         self._home = self.u
-        self._at, self._angle = self._pieces[self.piece], nan
+        self._angle = nan
         return begun

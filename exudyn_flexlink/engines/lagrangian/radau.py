@@ -1,0 +1,306 @@
+r"""One implicit step of a Radau IIA method, for equations of second order.
+
+Of ``q' = v, v' = a(t, q, v)`` the unknowns are the changes W_i of the speeds at the stages alone:
+``Q_i = q_0 + h c_i v_0 + h sum_j A_ij W_j``. Newton's method for ``A^-1 W / h = a`` falls, with the
+eigenvectors of A^-1 and one Jacobian for all stages, into systems of the size of q,
+
+    (mu I - da/dv - da/dq / mu) dU = -(T^-1 residual),    mu = lambda / h,
+
+one real and (s - 1)/2 complex (Hairer & Wanner II, IV.8). The rest of the state, energies and
+impulses, is integrated by the same collocation once the stages are known. The estimate of the error
+is theirs too: that of an embedded formula, filtered by the real matrix, so that what is stiff does
+not count.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
+from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at, rate_at
+from exudyn_flexlink.engines.lagrangian.equations import Constants
+from exudyn_flexlink.engines.lagrangian.newton import decompose, solve
+from exudyn_flexlink.engines.lagrangian.rail import FINE
+
+ITERATIONS = 8
+SMALL = 0.03  # of the local tolerance: what the iteration may leave
+
+SOLVED, DIVERGED = 0, 1
+
+
+class Work(NamedTuple):
+    """Arrays of a step of s stages from a state of `size` numbers, f of them coordinates."""
+
+    speeds: FloatArray  # W, (s, f)
+    states: FloatArray  # (s, size)
+    rates: FloatArray  # (s, size)
+    begin: FloatArray  # (size,): rate at the step's start
+    real: FloatArray  # (f, f) factors
+    pairs: ComplexArray  # ((s - 1)/2, f, f) factors
+    rows: NDArray[np.int64]  # (1 + (s - 1)/2, f)
+    near: FloatArray  # (s,): places of P at the stages
+
+
+class Scale(NamedTuple):
+    """What turns changes of coordinates into lengths."""
+
+    cosines: FloatArray  # (n,) of the rods' angles
+    sines: FloatArray
+    lengths: FloatArray  # (n,) of the rods
+    root: FloatArray  # (2,): gamma'
+    places: NDArray[np.int64]  # first free coordinate, that of P, that of the first rod
+    reaches: FloatArray  # (N,): of guide and levers, m
+
+
+@compiled
+def work_for(stages: int, size: int, free: int) -> Work:
+    """Fresh arrays."""
+    pairs = (stages - 1) // 2
+    return Work(
+        np.zeros((stages, free)),
+        np.zeros((stages, size)),
+        np.zeros((stages, size)),
+        np.zeros(size),
+        np.zeros((free, free)),
+        np.zeros((pairs, free, free), dtype=np.complex128),
+        np.zeros((1 + pairs, free), dtype=np.int64),
+        np.zeros(stages),
+    )
+
+
+@compiled
+def scale_at(
+    t: float, y: FloatArray, near: float, course: Course, c: Constants, reaches: FloatArray
+) -> Scale:
+    """Lengths that changes at the state y mean."""
+    q, _, root, _ = coordinates_at(t, y, near, course, c)
+    n, begin = len(c.rods), int(c.rods[0])
+    angles = q[begin : begin + n]
+    places = np.array([int(course.drive[0]), int(c.root), begin])
+    gamma = np.array([root[2], root[3]])
+    return Scale(np.cos(angles), np.sin(angles), c.lengths, gamma, places, reaches)
+
+
+@compiled
+def length_of(change: FloatArray, scale: Scale) -> float:
+    """Largest way that a point of the mechanism goes in a change (f,) of the free coordinates."""
+    first, root, begin = scale.places[0], scale.places[1], scale.places[2]
+    x, y = 0.0, 0.0
+    if root >= first:
+        x, y = scale.root[0] * change[root - first], scale.root[1] * change[root - first]
+    largest = x * x + y * y
+    for i in range(len(scale.lengths)):
+        if begin + i >= first:
+            way = scale.lengths[i] * change[begin + i - first]
+            x, y = x - way * scale.sines[i], y + way * scale.cosines[i]
+            square = x * x + y * y
+            if not square <= largest:
+                largest = square
+    for j in range(first, len(scale.reaches)):
+        way = scale.reaches[j] * change[j - first]
+        if not way * way <= largest:
+            largest = way * way
+    return np.sqrt(largest)
+
+
+@compiled
+def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
+    """Factors of the real and of the complex matrices of a step h."""
+    free = len(by_q)
+    mu = method.real / h
+    for i in range(free):
+        for j in range(free):
+            work.real[i, j] = -by_v[i, j] - by_q[i, j] / mu
+        work.real[i, i] += mu
+    decompose(work.real, work.rows[0])
+    for p in range(len(method.pairs)):
+        turning = method.pairs[p] / h
+        inverse = 1.0 / turning
+        for i in range(free):
+            for j in range(free):
+                work.pairs[p, i, j] = -by_v[i, j] - by_q[i, j] * inverse
+            work.pairs[p, i, i] += turning
+        decompose(work.pairs[p], work.rows[1 + p])
+
+
+@compiled
+def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
+    """Speeds at the stages from the polynomial of the last step's changes, `ahead` = h / its h."""
+    stages, free = work.speeds.shape
+    for i in range(stages):
+        sigma = 1.0 + ahead * method.nodes[i]
+        for j in range(free):
+            work.speeds[i, j] = 0.0
+        power = 1.0
+        for k in range(stages):
+            power *= sigma
+            for m in range(stages):
+                weight = (power - 1.0) * method.powers[k, m]
+                for j in range(free):
+                    work.speeds[i, j] += weight * last[m, free + j]
+
+
+@compiled
+def _stages(
+    t: float, y: FloatArray, h: float, near: float,
+    course: Course, c: Constants, method: Method, work: Work,
+) -> bool:  # fmt: skip
+    """States and rates at the stages from their speeds; tell whether P could be found."""
+    stages, free = work.speeds.shape
+    for i in range(stages):
+        state = work.states[i]
+        for j in range(free):
+            moved = method.nodes[i] * y[free + j]
+            for m in range(stages):
+                moved += method.matrix[i, m] * work.speeds[m, j]
+            state[j] = y[j] + h * moved
+            state[free + j] = y[free + j] + work.speeds[i, j]
+        near, ended = rate_at(t + method.nodes[i] * h, state, near, course, c, work.rates[i])
+        if ended != FINE:
+            return False
+        work.near[i] = near
+    return True
+
+
+@compiled
+def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
+    """One step of Newton's method: `change` (s, f) of the speeds, which are changed by it."""
+    stages, free = work.speeds.shape
+    residual = np.empty((stages, free))
+    for i in range(stages):
+        for j in range(free):
+            value = work.rates[i, free + j]
+            for m in range(stages):
+                value -= method.inverse[i, m] * work.speeds[m, j] / h
+            residual[i, j] = value
+    part = np.zeros(free)
+    for i in range(stages):
+        for j in range(free):
+            part[j] += method.row[i] * residual[i, j]
+    solve(work.real, work.rows[0], part)
+    for i in range(stages):
+        for j in range(free):
+            change[i, j] = method.column[i] * part[j]
+    turned = np.empty(free, dtype=np.complex128)
+    for p in range(len(method.pairs)):
+        turned[:] = 0.0
+        for i in range(stages):
+            for j in range(free):
+                turned[j] += method.rows[p, i] * residual[i, j]
+        solve(work.pairs[p], work.rows[1 + p], turned)
+        for i in range(stages):
+            for j in range(free):
+                change[i, j] += 2.0 * (method.columns[i, p] * turned[j]).real
+    for i in range(stages):
+        for j in range(free):
+            work.speeds[i, j] += change[i, j]
+
+
+@compiled
+def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Method) -> float:
+    """Length that a change (s, f) of the stages' speeds means."""
+    stages, free = change.shape
+    largest = 0.0
+    moved = np.empty(free)
+    for i in range(stages):
+        for j in range(free):
+            way = 0.0
+            for m in range(stages):
+                way += method.matrix[i, m] * change[m, j]
+            moved[j] = h * way
+        size = max(length_of(moved, scale), tau * length_of(change[i], scale))
+        if not size <= largest:
+            largest = size
+    return largest
+
+
+@compiled
+def iterate(
+    t: float, y: FloatArray, h: float, near: float, allowed: tuple[float, float],
+    course: Course, c: Constants, method: Method, scale: Scale, work: Work,
+) -> tuple[int, int]:  # fmt: skip
+    """Newton's method for the stages, to a part of the local tolerance.
+
+    `allowed` is that tolerance (m) and the time (s) that turns speeds into lengths. Return how it
+    ended and the number of iterations.
+    """
+    tolerance, tau = allowed
+    change = np.empty(work.speeds.shape)
+    before, factor_before = 0.0, 1.0
+    for k in range(ITERATIONS):
+        if not _stages(t, y, h, near, course, c, method, work):
+            return DIVERGED, k
+        _correct(h, change, method, work)
+        size = _size_of(h, tau, change, scale, method)
+        if not np.isfinite(size):
+            return DIVERGED, k
+        if size == 0.0:
+            return SOLVED, k + 1
+        if k > 0:
+            rate = size / before
+            if rate >= 0.99:
+                return DIVERGED, k
+            factor_before = rate / (1.0 - rate)
+            ahead = size * rate ** (ITERATIONS - 1 - k) / (1.0 - rate)
+            if ahead > SMALL * tolerance:
+                return DIVERGED, k
+            if factor_before * size <= SMALL * tolerance:
+                return SOLVED, k + 1
+        elif size <= 1e-3 * SMALL * tolerance:
+            return SOLVED, 1
+        before = size
+    return DIVERGED, ITERATIONS
+
+
+@compiled
+def finish(
+    y: FloatArray, h: float, method: Method, work: Work, changes: FloatArray
+) -> None:
+    """Changes (s, size) of the whole state at the stages, from the speeds and the last rates."""
+    stages, free = work.speeds.shape
+    for i in range(stages):
+        for j in range(free):
+            moved = method.nodes[i] * y[free + j]
+            for m in range(stages):
+                moved += method.matrix[i, m] * work.speeds[m, j]
+            changes[i, j] = h * moved
+            changes[i, free + j] = work.speeds[i, j]
+        for j in range(2 * free, len(y)):
+            value = 0.0
+            for m in range(stages):
+                value += method.matrix[i, m] * work.rates[m, j]
+            changes[i, j] = h * value
+
+
+@compiled
+def estimate(
+    h: float, by_q: FloatArray, begin: FloatArray, tau: float,
+    method: Method, scale: Scale, work: Work,
+) -> float:  # fmt: skip
+    """Estimate the error of the step, m; `begin` are the accelerations (f,) at its start."""
+    stages, free = work.speeds.shape
+    mu = method.real / h
+    moved, sped = np.zeros(free), np.zeros(free)
+    for j in range(free):
+        sped[j] = begin[j] / mu
+    for i in range(stages):
+        weight = 0.0
+        for m in range(stages):
+            weight += method.differences[m] * method.inverse[m, i]
+        for j in range(free):
+            moved[j] += h * method.differences[i] * work.speeds[i, j]
+            sped[j] += weight * work.speeds[i, j]
+    right = np.empty(free)
+    for j in range(free):
+        right[j] = mu * sped[j]
+        for m in range(free):
+            right[j] += by_q[j, m] * moved[m]
+    solve(work.real, work.rows[0], right)
+    for j in range(free):
+        moved[j] += right[j] / mu
+    return max(length_of(moved, scale), tau * length_of(right, scale))

@@ -1,0 +1,136 @@
+r"""A smooth piece of track in machine code: its place, and where the guide's axis crosses it.
+
+P lies on the guide's axis, ``gamma - C = r e(theta)``, and on the piece ``gamma(u)``, so that
+``e x (gamma - C) = 0`` (x the 2D cross product). Differentiated once and twice by theta:
+
+    u'  = r / (e x gamma_u)
+    u'' = (2 (e.gamma_u) u' - (e x gamma_uu) u'^2) / (e x gamma_u)
+    gamma' = gamma_u u',   gamma'' = gamma_uu u'^2 + gamma_u u''
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.curves import Arc, Curve, LineSegment, Spline, SplinePiece
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
+
+FloatArray = NDArray[np.float64]
+Root = tuple[float, float, float, float, float, float]
+
+ARC, LINE, SPLINE = 0.0, 1.0, 2.0
+START, END = 1, 2  # of the parameter, in a packed piece
+FINE, TOUCHES, MISSES = 0, 1, 2  # how a search for the crossing ended
+NEWTON_STEPS = 40
+ROUNDING = 4e-16
+LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
+
+
+def packed_piece(piece: Curve) -> FloatArray:
+    """Kind, start and end of a smooth piece, then the numbers of its kind, in one array.
+
+    Arc: C, A, B. Line: a and the tangent. Spline: period (0 if open), number of spans, knots, and
+    of every span the coefficients x, y of w^3, w^2, w, 1.
+
+    Raises:
+        TypeError: the curve is not a single smooth piece.
+
+    """
+    if isinstance(piece, Arc):
+        return np.concatenate([[ARC, piece.start, piece.end], *piece.conic])
+    if isinstance(piece, LineSegment):
+        a, b = np.array(piece.a), np.array(piece.b)
+        return np.concatenate([[LINE, piece.start, piece.end], a, (b - a) / piece.end])
+    spline = piece.spline if isinstance(piece, SplinePiece) else piece
+    if not isinstance(spline, Spline):
+        raise TypeError(f"not a smooth piece: {type(piece).__name__}")
+    knots, spans = spline.cubics()
+    head = [SPLINE, piece.start, piece.end, spline.period if spline.closed else 0.0, len(spans)]
+    return np.concatenate([head, knots, np.ravel(spans)])
+
+
+@compiled
+def _span(piece: FloatArray, u: float) -> int:
+    """Index of the spline's span with u; the first or the last one beyond the ends."""
+    low, high = 0, int(piece[4]) - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if piece[5 + middle] <= u:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@compiled
+def place_on(piece: FloatArray, u: float) -> Root:
+    """Return x, y, dx/du, dy/du, d2x/du2, d2y/du2 at u, also beyond the piece's ends."""
+    if piece[0] == ARC:
+        c, s = np.cos(u), np.sin(u)
+        x, y = piece[5] * c + piece[7] * s, piece[6] * c + piece[8] * s
+        dx, dy = piece[7] * c - piece[5] * s, piece[8] * c - piece[6] * s
+        return piece[3] + x, piece[4] + y, dx, dy, -x, -y
+    if piece[0] == LINE:
+        return piece[3] + piece[5] * u, piece[4] + piece[6] * u, piece[5], piece[6], 0.0, 0.0
+    if piece[3] > 0.0:
+        u = u % piece[3]
+    span = _span(piece, u)
+    w = u - piece[5 + span]
+    k = 6 + int(piece[4]) + 8 * span
+    x3, y3, x2, y2 = piece[k], piece[k + 1], piece[k + 2], piece[k + 3]
+    x1, y1 = piece[k + 4], piece[k + 5]
+    return (
+        ((x3 * w + x2) * w + x1) * w + piece[k + 6],
+        ((y3 * w + y2) * w + y1) * w + piece[k + 7],
+        (3 * x3 * w + 2 * x2) * w + x1,
+        (3 * y3 * w + 2 * y2) * w + y1,
+        6 * x3 * w + 2 * x2,
+        6 * y3 * w + 2 * y2,
+    )
+
+
+@compiled
+def crossing(
+    piece: FloatArray, centre: tuple[float, float], theta: float, near: float
+) -> tuple[float, Root, int]:
+    """Where the guide's axis crosses the piece, by Newton's method to rounding from `near`.
+
+    Return u, the components of gamma, gamma', gamma'' by theta, and how the search ended. The
+    answer depends on where it starts only if the axis crosses the piece more than once.
+    """
+    c, s = np.cos(theta), np.sin(theta)
+    cx, cy = centre
+    u, ended = near, MISSES
+    x, y, dx, dy, ddx, ddy = place_on(piece, u)
+    slope = c * dy - s * dx
+    for _ in range(NEWTON_STEPS):
+        if abs(slope) < LEAST_SLOPE * np.sqrt(dx * dx + dy * dy):
+            ended = TOUCHES
+            break
+        step = (c * (y - cy) - s * (x - cx)) / slope
+        if abs(step) <= ROUNDING * (1 + abs(u)):
+            u, ended = u - step, FINE
+            break
+        u -= step
+        x, y, dx, dy, ddx, ddy = place_on(piece, u)
+        slope = c * dy - s * dx
+        if abs(step) <= 1e-9 * (1 + abs(u)):
+            ended = FINE  # quadratic: this one is exact
+            break
+    if ended != FINE:
+        nan = np.nan
+        return u, (nan, nan, nan, nan, nan, nan), ended
+    r = c * (x - cx) + s * (y - cy)
+    first = r / slope
+    second = (2 * (c * dx + s * dy) * first - (c * ddy - s * ddx) * first * first) / slope
+    square = first * first
+    root = (
+        x,
+        y,
+        dx * first,
+        dy * first,
+        ddx * square + dx * second,
+        ddy * square + dy * second,
+    )
+    return u, root, ended

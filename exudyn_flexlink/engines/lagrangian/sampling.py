@@ -1,0 +1,100 @@
+"""Motion at many instants at once, in machine code."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.collocation import Collocation
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.course import (
+    Course,
+    coordinates_at,
+    guide_at,
+    torques_at,
+)
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY, Drive, State, accelerations, unpacked
+from exudyn_flexlink.engines.lagrangian.watch import interpolate
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Steps in a row, between two events: see `advance.Buffer`; course and method they are of."""
+
+    times: FloatArray  # (m + 1,)
+    states: FloatArray  # (m + 1, size)
+    changes: FloatArray  # (m, s, size)
+    places: FloatArray  # (m + 1,)
+    course: Course
+    method: Collocation
+
+
+class Motions(NamedTuple):
+    """The fields of `system.Motion`, of m instants; `u` is P's place on its piece."""
+
+    q: FloatArray  # (m, N)
+    v: FloatArray  # (m, N)
+    a: FloatArray  # (m, N)
+    root: FloatArray  # (m, 6)
+    u: FloatArray  # (m,)
+    motor: FloatArray  # (m,)
+    forces: FloatArray  # (m, c)
+
+
+@compiled
+def states_within(
+    instants: FloatArray,
+    times: FloatArray,
+    states: FloatArray,
+    changes: FloatArray,
+    powers: FloatArray,
+) -> FloatArray:
+    """States (m, size) at increasing instants within steps."""
+    found = np.empty((len(instants), states.shape[1]))
+    step = 0
+    for i in range(len(instants)):
+        while step < len(changes) - 1 and instants[i] > times[step + 1]:
+            step += 1
+        sigma = (instants[i] - times[step]) / (times[step + 1] - times[step])
+        interpolate(sigma, states[step], changes[step], powers, found[i])
+    return found
+
+
+@compiled
+def motions_at(
+    times: FloatArray, states: FloatArray, near: float, course: Course, with_forces: bool
+) -> Motions:
+    """Motion at instants, one after the other; accelerations and forces only if asked for."""
+    c = unpacked(course.data)
+    count, contacts, size = len(c.inertias), len(course.acting), len(times)
+    first = int(course.drive[0])
+    found = Motions(
+        np.zeros((size, count)),
+        np.zeros((size, count)),
+        np.zeros((size, count)),
+        np.zeros((size, 6)),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, contacts)),
+    )
+    for i in range(size):
+        t, y = times[i], states[i]
+        q, v, root, u = coordinates_at(t, y, near, course, c)
+        near = u
+        found.q[i], found.v[i], found.u[i] = q, v, u
+        for k in range(6):
+            found.root[i, k] = root[k]
+        if with_forces:
+            alpha = guide_at(t, y, count - first, course)[2]
+            drive = Drive(first, alpha, torques_at(t, count, course))
+            a, motor, forces, _ = accelerations(State(q, v, root), drive, course.acting, c)
+            found.a[i], found.motor[i] = a, motor
+            for k in range(contacts):
+                penalty = course.acting[k] == PENALTY
+                found.forces[i, k] = max(forces[k], 0.0) if penalty else forces[k]
+    return found

@@ -1,0 +1,108 @@
+"""How accelerations change with coordinates and speeds: the Jacobian of the implicit steps.
+
+Springs, dampers and contacts make the equations stiff; what else depends on the motion changes
+little within a step, and only slows the iteration down a little: it is left out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at, rate_at
+from exudyn_flexlink.engines.lagrangian.equations import (
+    LASTING,
+    PENALTY,
+    Constants,
+    factorise,
+    mass_matrix,
+    substitute,
+    touches,
+)
+
+FloatArray = NDArray[np.float64]
+
+NUDGE = 1e-7  # rad and rad/s: of finite differences
+
+
+@compiled
+def slopes(
+    t: float, y: FloatArray, near: float, course: Course, c: Constants
+) -> tuple[FloatArray, FloatArray]:
+    """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y."""
+    for k in range(len(course.acting)):
+        if course.acting[k] == LASTING:
+            return _differences(t, y, near, course, c)
+    first, count = int(course.drive[0]), len(c.inertias)
+    free = count - first
+    q, v, root, _ = coordinates_at(t, y, near, course, c)
+    springs, dampers = -c.stiffness, -c.damping
+    _add_contacts(q, v, root, course, c, (springs, dampers))
+    mass = mass_matrix(q, root, c)
+    factorise(mass, first)
+    by_q, by_v = np.empty((free, free)), np.empty((free, free))
+    column = np.empty(count)
+    for j in range(free):
+        column[:] = springs[:, first + j]
+        substitute(mass, first, column)
+        by_q[:, j] = column[first:]
+        column[:] = dampers[:, first + j]
+        substitute(mass, first, column)
+        by_v[:, j] = column[first:]
+    return by_q, by_v
+
+
+@compiled
+def _add_contacts(
+    q: FloatArray,
+    v: FloatArray,
+    root: tuple[float, float, float, float, float, float],
+    course: Course,
+    c: Constants,
+    into: tuple[FloatArray, FloatArray],
+) -> None:
+    """Add what penalty forces and friction give, along their present directions."""
+    springs, dampers = into
+    pressed = False
+    for k in range(len(course.acting)):
+        pressed = pressed or course.acting[k] == PENALTY
+    if not pressed:
+        return
+    states, gradients, slides = touches(q, v, root, c)
+    for k in range(len(course.acting)):
+        if course.acting[k] != PENALTY:
+            continue
+        face = c.faces[k]
+        e2, rising = face[8] * face[8], np.tanh(-states[k, 2] / face[9])
+        spring = -face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
+        damper = states[k, 0] * face[7] * (1 - e2) / 2 * (1 - rising * rising) / face[9]
+        slip = np.tanh(states[k, 3] / face[11])
+        drag = face[10] * states[k, 0] * -spring * (1 - slip * slip) / face[11]
+        for i in range(len(q)):
+            for j in range(len(q)):
+                springs[i, j] += spring * gradients[k, i] * gradients[k, j]
+                dampers[i, j] += damper * gradients[k, i] * gradients[k, j]
+                dampers[i, j] += drag * slides[k, i] * slides[k, j]
+
+
+@compiled
+def _differences(
+    t: float, y: FloatArray, near: float, course: Course, c: Constants
+) -> tuple[FloatArray, FloatArray]:
+    """As `slopes`, by finite differences: with forces that hold a contact's gap at zero."""
+    free = len(c.inertias) - int(course.drive[0])
+    by_q, by_v = np.empty((free, free)), np.empty((free, free))
+    here, there, moved = np.empty(len(y)), np.empty(len(y)), y.copy()
+    rate_at(t, y, near, course, c, here)
+    for j in range(2 * free):
+        moved[j] += NUDGE
+        rate_at(t, moved, near, course, c, there)
+        moved[j] = y[j]
+        for i in range(free):
+            slope = (there[free + i] - here[free + i]) / NUDGE
+            if j < free:
+                by_q[i, j] = slope
+            else:
+                by_v[i, j - free] = slope
+    return by_q, by_v

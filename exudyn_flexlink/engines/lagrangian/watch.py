@@ -1,0 +1,160 @@
+"""Whether anything can have happened in a step: the guards of `system`, in machine code.
+
+A step in which a guard may have fallen is handed to the event loop, which looks for itself.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at, guide_at, torques_at
+from exudyn_flexlink.engines.lagrangian.equations import (
+    LASTING,
+    Constants,
+    Drive,
+    Root,
+    State,
+    accelerations,
+    penalty_force,
+    touches,
+)
+from exudyn_flexlink.engines.lagrangian.rail import END, START
+
+FloatArray = NDArray[np.float64]
+
+APART, PRESSED, BEHIND = 0, 1, 2  # sides of a contact
+LOOKS = 8  # guards are looked at so often within a step where something may happen
+NOTHING = 1e-13  # m: a guard this little below zero is there by rounding
+
+
+class Watched(NamedTuple):
+    """What the guards need besides the equations."""
+
+    sides: NDArray[np.int64]  # (c,) of the contacts
+    lengths: FloatArray  # (c,) of their faces, m
+    goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
+    peaks: FloatArray  # (c,) largest force of each contact in steps that were let pass, N
+
+
+@compiled
+def turns_left(q: FloatArray, goal: FloatArray) -> float:
+    """Angle that is still to turn; 1 without a goal."""
+    if goal[3] == 0.0:
+        return 1.0
+    done = -goal[2]
+    if goal[1] >= 0.0:
+        done += q[int(goal[1])]
+    if goal[0] >= 0.0:
+        done -= q[int(goal[0])]
+    return abs(goal[3]) - (done if goal[3] > 0 else -done)
+
+
+@compiled
+def _lasting_forces(
+    t: float, at: tuple[FloatArray, FloatArray, Root], course: Course, c: Constants
+) -> FloatArray:
+    q, v, root = at
+    first = int(course.drive[0])
+    alpha = guide_at(t, q[first:], len(q) - first, course)[2] if first else 0.0
+    drive = Drive(first, alpha, torques_at(t, len(q), course))
+    return accelerations(State(q, v, root), drive, course.acting, c)[2]
+
+
+@compiled
+def _all_hold(
+    t: float, y: FloatArray, near: float, course: Course, c: Constants, watched: Watched
+) -> bool:
+    """Tell whether no guard has fallen at an instant; keep the largest forces."""
+    q, v, root, u = coordinates_at(t, y, near, course, c)
+    if min(course.piece[END] - u, u - course.piece[START]) < -NOTHING:
+        return False
+    if turns_left(q, watched.goal) < -NOTHING:
+        return False
+    if len(course.acting) == 0:
+        return True
+    states, _, _ = touches(q, v, root, c)
+    forces = np.zeros(len(course.acting))
+    if np.any(course.acting == LASTING):
+        forces = _lasting_forces(t, (q, v, root), course, c)
+    for k in range(len(course.acting)):
+        gap, place, side = states[k, 0], states[k, 1], watched.sides[k]
+        if side == PRESSED:
+            lasting = course.acting[k] == LASTING
+            if min(place, watched.lengths[k] - place) < -NOTHING:
+                return False
+            if (forces[k] if lasting else -gap) < -NOTHING:
+                return False
+            force = forces[k] if lasting else penalty_force(gap, states[k, 2], c.faces[k])
+            watched.peaks[k] = max(watched.peaks[k], force)
+        elif (gap if side == APART else -gap) < -NOTHING:
+            return False
+    return True
+
+
+@compiled
+def _quiet(
+    t: tuple[float, float], y: tuple[FloatArray, FloatArray], near: tuple[float, float],
+    course: Course, c: Constants, watched: Watched,
+) -> bool:  # fmt: skip
+    """Tell from the two ends of a step that nothing can have happened in between.
+
+    The cubic through gaps and rates at both ends strays from them by less than a sixth of the way
+    that the larger speed covers; the margin is sixfold.
+    """
+    q, v, root, u = coordinates_at(t[0], y[0], near[0], course, c)
+    q1, v1, root1, u1 = coordinates_at(t[1], y[1], near[1], course, c)
+    p = int(c.root)
+    if v[p] * v1[p] < 0 or min(course.piece[END] - u1, u1 - course.piece[START]) < 0:
+        return False
+    if turns_left(q1, watched.goal) < 0:
+        return False
+    if len(course.acting) == 0:
+        return True
+    before, _, _ = touches(q, v, root, c)
+    after, _, _ = touches(q1, v1, root1, c)
+    for k in range(len(course.acting)):
+        one, two = before[k, 0], after[k, 0]
+        if watched.sides[k] == PRESSED or one * two <= 0:
+            return False
+        fastest = max(abs(before[k, 2]), abs(after[k, 2]))
+        if min(abs(one), abs(two)) <= (t[1] - t[0]) * fastest:
+            return False
+    return True
+
+
+@compiled
+def interpolate(
+    sigma: float, y: FloatArray, changes: FloatArray, powers: FloatArray, at: FloatArray
+) -> None:
+    """Fill in the state at the part sigma of a step from y, whose stages have the `changes`."""
+    stages, size = changes.shape
+    for j in range(size):
+        at[j] = y[j]
+    power = 1.0
+    for k in range(stages):
+        power *= sigma
+        for m in range(stages):
+            weight = power * powers[k, m]
+            for j in range(size):
+                at[j] += weight * changes[m, j]
+
+
+@compiled
+def uneventful(
+    t: tuple[float, float], y: tuple[FloatArray, FloatArray], near: tuple[float, float],
+    inside: tuple[FloatArray, FloatArray], course: Course, c: Constants, watched: Watched,
+) -> bool:  # fmt: skip
+    """Tell that no guard has fallen in a step; `inside` are its changes and the method's powers."""
+    if _quiet(t, y, near, course, c, watched):
+        return True
+    at = np.empty(len(y[0]))
+    for k in range(1, LOOKS + 1):
+        sigma = k / LOOKS
+        interpolate(sigma, y[0], inside[0], inside[1], at)
+        if not _all_hold(t[0] + sigma * (t[1] - t[0]), at, near[0], course, c, watched):
+            return False
+    return True
