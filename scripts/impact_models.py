@@ -56,6 +56,7 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
         "initial.angles.guide=178 deg",
         "run.duration=0.03",
         "run.sample=0.1 ms",
+        "accuracy.tolerance=1e-9",
         "bodies.link.hinges.stiffness=beam",
         f"bodies.link.rods={rods}",
         f"contacts.strike.law.stiffness={STIFFNESS * factor}",

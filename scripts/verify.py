@@ -40,6 +40,7 @@ from exudyn_flexlink.storage import read_series
 ROOT = Path(__file__).parent.parent
 MODELS, DATA = ROOT / "models", ROOT / "tests" / "data"
 BEAM = "bodies.link.hinges.stiffness=beam"
+JUDGE = "accuracy.tolerance=1e-10"
 TIGHT = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=100")
 
 Row = tuple[str, str, str]
@@ -192,7 +193,7 @@ def engines() -> Iterator[Row]:
     close = ("accuracy.tolerance=1e-7",)
     for name, (model, own) in CASES.items():
         settings = ("run.turns=2", "run.sample=1 ms", *own)
-        judge = simulate(load_scene(MODELS / model, settings), "lagrangian")
+        judge = simulate(load_scene(MODELS / model, (*settings, JUDGE)), "lagrangian")
         series = read_series(DATA / f"{name}.csv")
         found = deviation(judge, series.time, series.position, series.lever_angle)
         limit = LIMITS[name]

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
     from exudyn_flexlink.scene import Scene
 
+JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
 
 
@@ -57,12 +58,21 @@ def _both_engines(options: argparse.Namespace) -> Comparison:
     # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
     other = read_scene(options, "penalty")
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    judge = _whole(run(scene, "lagrangian", options, "lagrangian"))
+    judge = _whole(run(_tightened(scene), "lagrangian", options, "lagrangian"))
     exudyn = _whole(run(other, "exudyn", options, "exudyn"))
     again = _whole(
         run(retuned(scene, judge, LOOSER), "lagrangian", options, "lagrangian, for the horizon")
     )
     return compare(exudyn, judge, again)
+
+
+def _tightened(scene: Scene) -> Scene:
+    """Return the scene with the tolerance of a judge, where it states one."""
+    accuracy = scene.accuracy
+    if accuracy.tolerance is None:
+        return scene
+    tolerance = JUDGE * accuracy.tolerance
+    return scene.changed(accuracy=accuracy.model_copy(update={"tolerance": tolerance}))
 
 
 def _without_effects(options: argparse.Namespace) -> Comparison:

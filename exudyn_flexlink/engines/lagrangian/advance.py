@@ -12,6 +12,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.course import Course, guide_at, rate_at
 from exudyn_flexlink.engines.lagrangian.equations import Constants, unpacked
 from exudyn_flexlink.engines.lagrangian.radau import (
+    DIVERGED,
     ITERATIONS,
     SOLVED,
     estimate,
@@ -107,14 +108,13 @@ def advance(
             h = ahead / 2
         wanted = h
         h = ahead if lands else h
-        near, ended = rate_at(t, y, near, course, c, work.begin)
+        near, _ = rate_at(t, y, near, course, c, work.begin)
         by_q, by_v = slopes(t, y, near, course, c)
         scale = scale_at(t, y, near, course, c, control.reaches)
         plain = fresh
         while True:
             if h < SHORTEST or h < 1e-15 * t:
                 memory[STEP] = h
-                memory[TROUBLE] = ended
                 return done, STUCK
             factor(h, by_q, by_v, method, work)
             if plain:
@@ -130,15 +130,18 @@ def advance(
             if how != SOLVED:
                 h, rejected, lands, plain = h / 2, True, False, True
                 memory[REJECTED] += 1
+                memory[TROUBLE] = how if how != DIVERGED else memory[TROUBLE]
                 continue
-            error = estimate(
-                h, by_q, work.begin[free : 2 * free], control.tau, method, scale, work
-            ) / control.tolerance
+            error = (
+                estimate(h, by_q, work.begin[free : 2 * free], control.tau, method, scale, work)
+                / control.tolerance
+            )
             change = _factor_of_step(error, stages, iterations)
             if error < 1.0:
                 break
             h, rejected, lands = h * min(change, SAFETY), True, False
             memory[REJECTED] += 1
+        memory[TROUBLE] = FINE
         changes = buffer.changes[done]
         finish(y, h, method, work, changes)
         end = buffer.states[done + 1]
@@ -151,8 +154,10 @@ def advance(
         memory[STEPS] += 1
         if not fresh and memory[OLD_ERROR] > 0:
             # Gustafsson: the trend of the last two steps goes on.
-            trend = h / memory[OLD_STEP] * (memory[OLD_ERROR] / max(error, 1e-12)) ** (
-                1.0 / (stages + 1)
+            trend = (
+                h
+                / memory[OLD_STEP]
+                * (memory[OLD_ERROR] / max(error, 1e-12)) ** (1.0 / (stages + 1))
             )
             change = max(LEAST, min(change, change * trend))
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)

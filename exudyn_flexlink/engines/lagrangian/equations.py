@@ -376,6 +376,18 @@ def _solve(
 
 
 @compiled
+def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Numbers of the contacts that last."""
+    rows = np.empty(len(acting), dtype=np.int64)
+    count = 0
+    for k in range(len(acting)):
+        if acting[k] == LASTING:
+            rows[count] = k
+            count += 1
+    return rows[:count]
+
+
+@compiled
 def accelerations(
     state: State, drive: Drive, acting: NDArray[np.int64], c: Constants
 ) -> tuple[FloatArray, float, FloatArray, FloatArray]:
@@ -414,8 +426,7 @@ def accelerations(
     result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
-    lasting = np.flatnonzero(acting == LASTING)
-    _solve(mass, right, (states, gradients), lasting, (result, forces, drive.first))
+    _solve(mass, right, (states, gradients), _lasting(acting), (result, forces, drive.first))
     motor = 0.0
     if drive.first == 1:
         motor = -right[0]

@@ -145,9 +145,7 @@ class Loop:
         return first_event(self.system, dense, solver.t_old, solver.t)
 
 
-def first_event(
-    system: Hybrid, dense: Dense, begin: float, end: float
-) -> tuple[float, int] | None:
+def first_event(system: Hybrid, dense: Dense, begin: float, end: float) -> tuple[float, int] | None:
     """Find instant and number of the guard that falls first in a step."""
     t = begin
     for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():

@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.lagrangian.advance import (
     advance,
 )
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation
+from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.course import Course
 from exudyn_flexlink.engines.lagrangian.events import (
     EVENT_TIME,
@@ -51,7 +52,8 @@ class March:
     recorder: Recorder
     method: Collocation
     control: Control
-    room: int = 256
+    first_step: float = FIRST_STEP
+    room: int = 256 if numba is not None else 16  # steps between looks at the user's patience
     steps: int = 0
     iterations: int = 0
     smallest: float = inf
@@ -75,7 +77,7 @@ class March:
             np.zeros(self.room + 1),
             np.zeros(7),
         )
-        self._buffer.memory[STEP] = FIRST_STEP
+        self._buffer.memory[STEP] = self.first_step
         self.recorder.after(self.time, y, False)
         for stop in stops:
             while stop - self.time > EVENT_TIME and not self.system.over:
@@ -90,7 +92,9 @@ class March:
         while ended in {FULL, LOOK} and not system.over:
             buffer.times[0], buffer.states[0] = self.time, self.state
             buffer.places[0] = system.track.u
-            done, ended = advance(stop, course, self.method, self.control, watched, buffer)
+            # An iteration that goes astray may overflow: it is not a number, hence rejected.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                done, ended = advance(stop, course, self.method, self.control, watched, buffer)
             for contact, peak in zip(system.contacts, watched.peaks, strict=True):
                 contact.peak = max(contact.peak, float(peak))
             calm = done - 1 if ended == LOOK else done

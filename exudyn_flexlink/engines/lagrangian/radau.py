@@ -30,7 +30,7 @@ from exudyn_flexlink.engines.lagrangian.rail import FINE
 ITERATIONS = 8
 SMALL = 0.03  # of the local tolerance: what the iteration may leave
 
-SOLVED, DIVERGED = 0, 1
+SOLVED, DIVERGED = FINE, 10  # else: how the search for P ended
 
 
 class Work(NamedTuple):
@@ -149,8 +149,8 @@ def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
 def _stages(
     t: float, y: FloatArray, h: float, near: float,
     course: Course, c: Constants, method: Method, work: Work,
-) -> bool:  # fmt: skip
-    """States and rates at the stages from their speeds; tell whether P could be found."""
+) -> int:  # fmt: skip
+    """States and rates at the stages from their speeds; return how the search for P ended."""
     stages, free = work.speeds.shape
     for i in range(stages):
         state = work.states[i]
@@ -162,9 +162,9 @@ def _stages(
             state[free + j] = y[free + j] + work.speeds[i, j]
         near, ended = rate_at(t + method.nodes[i] * h, state, near, course, c, work.rates[i])
         if ended != FINE:
-            return False
+            return ended
         work.near[i] = near
-    return True
+    return FINE
 
 
 @compiled
@@ -233,8 +233,9 @@ def iterate(
     change = np.empty(work.speeds.shape)
     before, factor_before = 0.0, 1.0
     for k in range(ITERATIONS):
-        if not _stages(t, y, h, near, course, c, method, work):
-            return DIVERGED, k
+        ended = _stages(t, y, h, near, course, c, method, work)
+        if ended != FINE:
+            return ended, k
         _correct(h, change, method, work)
         size = _size_of(h, tau, change, scale, method)
         if not np.isfinite(size):
@@ -258,9 +259,7 @@ def iterate(
 
 
 @compiled
-def finish(
-    y: FloatArray, h: float, method: Method, work: Work, changes: FloatArray
-) -> None:
+def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatArray) -> None:
     """Changes (s, size) of the whole state at the stages, from the speeds and the last rates."""
     stages, free = work.speeds.shape
     for i in range(stages):

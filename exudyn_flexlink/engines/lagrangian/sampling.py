@@ -16,7 +16,13 @@ from exudyn_flexlink.engines.lagrangian.course import (
     guide_at,
     torques_at,
 )
-from exudyn_flexlink.engines.lagrangian.equations import PENALTY, Drive, State, accelerations, unpacked
+from exudyn_flexlink.engines.lagrangian.equations import (
+    PENALTY,
+    Drive,
+    State,
+    accelerations,
+    unpacked,
+)
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
 
 FloatArray = NDArray[np.float64]

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at, rate_at
+from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at
 from exudyn_flexlink.engines.lagrangian.equations import (
-    LASTING,
     PENALTY,
     Constants,
     factorise,
@@ -23,17 +22,12 @@ from exudyn_flexlink.engines.lagrangian.equations import (
 
 FloatArray = NDArray[np.float64]
 
-NUDGE = 1e-7  # rad and rad/s: of finite differences
-
 
 @compiled
 def slopes(
     t: float, y: FloatArray, near: float, course: Course, c: Constants
 ) -> tuple[FloatArray, FloatArray]:
     """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y."""
-    for k in range(len(course.acting)):
-        if course.acting[k] == LASTING:
-            return _differences(t, y, near, course, c)
     first, count = int(course.drive[0]), len(c.inertias)
     free = count - first
     q, v, root, _ = coordinates_at(t, y, near, course, c)
@@ -84,25 +78,3 @@ def _add_contacts(
                 springs[i, j] += spring * gradients[k, i] * gradients[k, j]
                 dampers[i, j] += damper * gradients[k, i] * gradients[k, j]
                 dampers[i, j] += drag * slides[k, i] * slides[k, j]
-
-
-@compiled
-def _differences(
-    t: float, y: FloatArray, near: float, course: Course, c: Constants
-) -> tuple[FloatArray, FloatArray]:
-    """As `slopes`, by finite differences: with forces that hold a contact's gap at zero."""
-    free = len(c.inertias) - int(course.drive[0])
-    by_q, by_v = np.empty((free, free)), np.empty((free, free))
-    here, there, moved = np.empty(len(y)), np.empty(len(y)), y.copy()
-    rate_at(t, y, near, course, c, here)
-    for j in range(2 * free):
-        moved[j] += NUDGE
-        rate_at(t, moved, near, course, c, there)
-        moved[j] = y[j]
-        for i in range(free):
-            slope = (there[free + i] - here[free + i]) / NUDGE
-            if j < free:
-                by_q[i, j] = slope
-            else:
-                by_v[i, j - free] = slope
-    return by_q, by_v

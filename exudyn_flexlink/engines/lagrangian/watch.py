@@ -1,6 +1,6 @@
 """Whether anything can have happened in a step: the guards of `system`, in machine code.
 
-A step in which a guard may have fallen is handed to the event loop, which looks for itself.
+Contacts are those of penalty laws. A step in which a guard may have fallen is handed to the event loop, which looks for itself.
 """
 
 from __future__ import annotations
@@ -11,14 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at, guide_at, torques_at
+from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at
 from exudyn_flexlink.engines.lagrangian.equations import (
-    LASTING,
     Constants,
-    Drive,
-    Root,
-    State,
-    accelerations,
     penalty_force,
     touches,
 )
@@ -54,17 +49,6 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
 
 
 @compiled
-def _lasting_forces(
-    t: float, at: tuple[FloatArray, FloatArray, Root], course: Course, c: Constants
-) -> FloatArray:
-    q, v, root = at
-    first = int(course.drive[0])
-    alpha = guide_at(t, q[first:], len(q) - first, course)[2] if first else 0.0
-    drive = Drive(first, alpha, torques_at(t, len(q), course))
-    return accelerations(State(q, v, root), drive, course.acting, c)[2]
-
-
-@compiled
 def _all_hold(
     t: float, y: FloatArray, near: float, course: Course, c: Constants, watched: Watched
 ) -> bool:
@@ -77,18 +61,12 @@ def _all_hold(
     if len(course.acting) == 0:
         return True
     states, _, _ = touches(q, v, root, c)
-    forces = np.zeros(len(course.acting))
-    if np.any(course.acting == LASTING):
-        forces = _lasting_forces(t, (q, v, root), course, c)
     for k in range(len(course.acting)):
         gap, place, side = states[k, 0], states[k, 1], watched.sides[k]
         if side == PRESSED:
-            lasting = course.acting[k] == LASTING
-            if min(place, watched.lengths[k] - place) < -NOTHING:
+            if min(place, watched.lengths[k] - place, -gap) < -NOTHING:
                 return False
-            if (forces[k] if lasting else -gap) < -NOTHING:
-                return False
-            force = forces[k] if lasting else penalty_force(gap, states[k, 2], c.faces[k])
+            force = penalty_force(gap, states[k, 2], c.faces[k])
             watched.peaks[k] = max(watched.peaks[k], force)
         elif (gap if side == APART else -gap) < -NOTHING:
             return False

@@ -1,0 +1,118 @@
+"""What a tolerance means: the error that is really made, by scene and tolerance.
+
+Usage:
+    python scripts/tolerance.py                        the Lagrangian, all smooth and strike scenes
+    python scripts/tolerance.py --engine exudyn --models smooth rigid --tolerances 1e-4 1e-5
+    python scripts/tolerance.py --turns 1 --repeat 3
+
+Errors are the largest of S and of the lever's tip, m, over the run, against the Lagrangian with a
+tolerance of 1e-11 m. Flagged are errors above the tolerance, and where both are more than a
+hundred times below it. Seconds are of processor time, the least of some solves.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+from exudyn_flexlink.compare import compare
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+MODELS = Path(__file__).parent.parent / "models"
+BEAM, PAPER = "bodies.link.hinges.stiffness=beam", "bodies.link.hinges.stiffness=paper"
+FIVE = "bodies.link.rods=5"
+SCENES = {
+    "smooth": ("smooth.yaml", ()),
+    "smooth_paper": ("smooth.yaml", (PAPER,)),
+    "smooth_n5": ("smooth.yaml", (FIVE,)),
+    "spline_track": ("spline_track.yaml", ()),
+    "rigid": ("rigid.yaml", ()),
+    "strike_n10_beam": ("no_clearance.yaml", (BEAM,)),
+    "strike_n10_paper": ("no_clearance.yaml", (PAPER,)),
+    "strike_n5_beam": ("no_clearance.yaml", (BEAM, FIVE)),
+    "strike_n5_paper": ("no_clearance.yaml", (PAPER, FIVE)),
+}
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+REFERENCE = 1e-11  # m
+FARTHEST_BELOW = 100.0
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run: errors (m), steps, processor time of all of it (s)."""
+
+    error: float
+    tip: float
+    steps: int
+    seconds: float
+
+    def flag(self, tolerance: float) -> str:
+        """What is wrong with the errors, by the tolerance."""
+        largest = max(self.error, self.tip)
+        if largest > tolerance:
+            return "ABOVE"
+        return "far below" if largest < tolerance / FARTHEST_BELOW else ""
+
+
+@cache
+def scene_of(name: str, turns: float, tolerance: float) -> Scene:
+    """One of the scenes, with a tolerance in m."""
+    model, settings = SCENES[name]
+    run = (f"run.turns={turns}", "run.sample=1 ms", f"accuracy.tolerance={tolerance}")
+    return load_scene(MODELS / model, (*settings, *run))
+
+
+@cache
+def reference(name: str, turns: float) -> Result:
+    """The tight Lagrangian."""
+    return simulate(scene_of(name, turns, REFERENCE), "lagrangian")
+
+
+def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int) -> Point:
+    """Run one engine at one tolerance, and hold it against the reference."""
+    seconds = np.inf
+    for _ in range(repeat):
+        began = process_time()
+        result = simulate(scene_of(name, turns, tolerance), engine)
+        seconds = min(seconds, process_time() - began)
+    found = compare(result, reference(name, turns)).deviation
+    tip = 0.0
+    if found.largest_angle is not None:
+        lever = result.scene.bodies["lever"].length if "lever" in result.scene.bodies else 0.0
+        tip = lever * found.largest_angle
+    return Point(found.largest, tip, result.checks.steps, seconds)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
+    parser.add_argument("--models", nargs="+", choices=list(SCENES), default=list(SCENES))
+    parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
+    parser.add_argument("--turns", type=float, default=2.0)
+    parser.add_argument("--repeat", type=int, default=2, help="runs, of which the fastest counts")
+    options = parser.parse_args()
+    head = ("scene", "tolerance", "S, m", "tip, m", "of it", "steps", "s", "")
+    print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
+    for name in options.models:
+        simulate(scene_of(name, 0.01, 1e-3), options.engine)  # compiled, imported
+        for tolerance in options.tolerances:
+            point = measure(name, options.engine, options.turns, tolerance, options.repeat)
+            part = max(point.error, point.tip) / tolerance
+            print(
+                f"{name:<17}{tolerance:>10.0e}{point.error:>10.1e}{point.tip:>10.1e}{part:>9.3f}"
+                f"{point.steps:>8}{point.seconds:>8.3f}  {point.flag(tolerance)}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

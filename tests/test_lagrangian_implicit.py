@@ -1,0 +1,254 @@
+"""The implicit method: its order on closed forms, its tolerance, events, and places on the track."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import cache
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.curves import (
+    CircleArc,
+    EllipseArc,
+    LineSegment,
+    Spline,
+    evaluator,
+)
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.lagrangian.collocation import radau
+from exudyn_flexlink.engines.lagrangian.course import _ramp
+from exudyn_flexlink.engines.lagrangian.events import Loop
+from exudyn_flexlink.engines.lagrangian.marching import March
+from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, packed_piece, place_on
+from exudyn_flexlink.engines.lagrangian.run import prepare, solve
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import Ramp
+from exudyn_flexlink.observables import deviation
+from exudyn_flexlink.storage import read_series
+
+HERE = Path(__file__).parent
+MODELS = HERE.parent / "models"
+FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
+STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
+
+# --- the method itself --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stages", [3, 5])
+def test_the_stages_collocate_and_the_eigenvectors_are_those_of_the_inverse(stages: int) -> None:
+    method = radau(stages)
+    for power in range(stages):
+        exact = method.nodes ** (power + 1) / (power + 1)
+        assert method.matrix @ method.nodes**power == pytest.approx(exact, abs=1e-13)
+    for power in range(2 * stages - 1):
+        assert method.matrix[-1] @ method.nodes**power == pytest.approx(1 / (power + 1), abs=1e-13)
+    rebuilt = method.real * np.outer(method.column, method.row)
+    for i, value in enumerate(method.pairs):
+        rebuilt = rebuilt + 2 * (value * np.outer(method.columns[:, i], method.rows[i])).real
+    assert rebuilt == pytest.approx(method.inverse, abs=1e-11 * np.abs(method.inverse).max())
+
+
+def test_three_stages_are_radau5() -> None:
+    root = 6**0.5
+    assert radau(3).nodes == pytest.approx([(4 - root) / 10, (4 + root) / 10, 1], abs=1e-15)
+
+
+def lever_alone(steps: int, damping_ratio: float) -> tuple[float, float]:
+    """Error and size of a lever's angle (rad) after 40 ms of free vibration, in equal steps.
+
+    It starts with 5 rad/s, has 40 Hz and stands alone: a linear oscillator.
+    """
+    settings = (
+        "contacts={}",
+        "initial.speeds.lever=5",
+        f"springs.lever_return.damping_ratio={damping_ratio}",
+        "run={duration: 0.04, sample: 0.04}",
+    )
+    run = prepare(load_scene(MODELS / "rigid.yaml", settings))
+    assert isinstance(run.loop, March)
+    run.loop.control = run.loop.control._replace(tolerance=1e30, longest=0.04 / steps, turn=inf)
+    run.loop.first_step = 1.0
+    assert solve(run) == ""
+    assert run.loop.steps == steps
+    found = run.recorder.samples.motion[-1].q[-1]
+    omega, t = 2 * np.pi * 40, 0.04
+    root = np.sqrt(complex(damping_ratio**2 - 1))
+    fast, slow = omega * (-damping_ratio - root), omega * (-damping_ratio + root)
+    exact = 5 * ((np.exp(slow * t) - np.exp(fast * t)) / (slow - fast)).real
+    return abs(found - exact), abs(exact)
+
+
+def test_order_nine_on_a_damped_oscillator() -> None:
+    coarse, fine = lever_alone(10, 0.1)[0], lever_alone(20, 0.1)[0]
+    assert coarse < 1e-8
+    assert np.log2(coarse / fine) == pytest.approx(9, abs=0.6)
+
+
+def test_what_is_damped_within_a_thousandth_of_a_step_does_no_harm() -> None:
+    """Damping ratio 2000: one root at 1e6 1/s, steps of 4 ms; an explicit one would need 3 us."""
+    error, size = lever_alone(10, 2000.0)
+    assert error < 2e-5 * size
+
+
+@pytest.mark.parametrize("time", [-0.1, 0.0, 0.02, 0.07, 0.1, 0.3])
+def test_ramps_are_those_of_the_mechanism(time: float) -> None:
+    ramp = Ramp(-7.0, 0.1)
+    expected = (ramp.integral(time), ramp.at(time), ramp.rate(time))
+    assert _ramp(time, ramp.value, ramp.duration) == pytest.approx(expected, rel=1e-14)
+
+
+# --- places on the track ------------------------------------------------------------------------
+
+POINTS = [(0.05, 0.0), (0.03, 0.03), (-0.03, 0.035), (-0.045, -0.01), (0.01, -0.04)]
+PIECES = {
+    "ellipse": EllipseArc((0.01, -0.02), (0.04, 0.03), 0.3, 0.2, 2.5),
+    "clockwise": EllipseArc((0.01, -0.02), (0.04, 0.03), 0.3, 2.5, 0.2),
+    "circle": CircleArc((0.0, 0.01), 0.05),
+    "line": LineSegment((0.04, -0.03), (0.03, 0.03)),
+    "open spline": Spline(np.array(POINTS)),
+    "closed spline": Spline(np.array(POINTS), closed=True),
+    "part of a spline": Spline(np.array(POINTS), closed=True).part(0.02, 0.11),
+}
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_places_are_those_of_the_curves(name: str) -> None:
+    piece = PIECES[name]
+    numbers, at = packed_piece(piece), evaluator(piece)
+    for u in np.linspace(piece.start - 0.01, piece.end + 0.01, 41):
+        assert place_on(numbers, u) == pytest.approx(at(u), rel=1e-14, abs=1e-16)
+
+
+@pytest.mark.parametrize("name", ["ellipse", "circle", "line", "part of a spline"])
+def test_the_guides_axis_crosses_the_piece_where_it_should(name: str) -> None:
+    piece, centre = PIECES[name], (0.005, -0.002)
+    numbers = packed_piece(piece)
+    for u in np.linspace(piece.start, piece.end, 9)[1:-1]:
+        x, y = piece.point(u)
+        theta = np.arctan2(y - centre[1], x - centre[0])
+        found, root, ended = crossing(numbers, centre, theta, u + 1e-3 * piece.period)
+        assert ended == FINE
+        assert found == pytest.approx(u, abs=1e-12)
+        assert root[:2] == pytest.approx((x, y), abs=1e-15)
+    assert crossing(packed_piece(PIECES["circle"]), (1.0, 0.0), np.pi / 2, 0.1)[2] != FINE
+
+
+# --- whole runs ---------------------------------------------------------------------------------
+
+
+@cache
+def run(*settings: str):
+    result = simulate(load_scene(MODELS / STRIKE[0], [*STRIKE[1:], *settings]), "lagrangian")
+    assert result.outcome.completed
+    return result
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
+def test_the_error_of_s_keeps_the_tolerance_and_does_not_waste_it(tolerance: float) -> None:
+    """Over two turns, against the independent series, which knows S to 6e-8 m."""
+    series = read_series(HERE / "data" / "strike_n5_beam.csv")
+    result = run(f"accuracy.tolerance={tolerance}", "run.turns=2")
+    assert result.settings["tolerance"] == tolerance
+    found = deviation(result, series.time, series.position, series.lever_angle)
+    assert tolerance / 100 < found.largest < tolerance
+    assert found.largest_angle * 0.03 < tolerance
+    assert result.checks.steps < 900
+    assert result.checks.newton_iterations > result.checks.steps
+    assert result.warnings == ()
+
+
+def test_events_are_those_of_the_explicit_method() -> None:
+    ours, other = run("accuracy.tolerance=1e-10"), run("accuracy.relative_tolerance=1e-11")
+    assert ours.settings["integrator"] == "Radau IIA of order 9"
+    assert other.settings["integrator"] == "DOP853"
+    assert len(ours.events) == len(other.events) >= 4
+    for mine, theirs in zip(ours.events, other.events, strict=True):
+        assert (mine.kind, mine.name) == (theirs.kind, theirs.name)
+        assert mine.time == pytest.approx(theirs.time, abs=1e-9)
+        assert mine.details.keys() == theirs.details.keys()
+        for key, value in mine.details.items():
+            # The largest force is seen at looks within steps, not between them.
+            allowed = 2e-3 if key == "peak_force" else 1e-6
+            assert value == pytest.approx(theirs.details[key], rel=allowed, abs=1e-11), key
+    assert ours.time[ours.time < 0.33] == pytest.approx(other.time[other.time < 0.33], abs=1e-9)
+    assert np.abs(ours.poses - other.poses).max() < 1e-9 / 0.07
+    for name in ("kinetic", "stored", "dissipated", "supplied"):
+        mine, theirs = getattr(ours.energy, name), getattr(other.energy, name)
+        assert mine == pytest.approx(theirs, abs=1e-6 * ours.checks.largest_kinetic_energy), name
+    assert ours.checks.steps < other.checks.steps / 2
+
+
+def test_a_ramp_and_a_torque_are_met() -> None:
+    """A drive that comes up over 50 ms, and a free guide under a torque and gravity."""
+    ramp = "drives.motor={type: speed, joint: crank, value: 10, ramp: 50 ms}"
+    torque = "drives.motor={type: torque, joint: crank, value: 0.01, ramp: 30 ms}"
+    for drive, more in ((ramp, ()), (torque, ("gravity=[1, -9.81]",))):
+        settings = (drive, "bodies.link.rods=3", "run={duration: 0.2, sample: 1 ms}", *more)
+        runs = [
+            simulate(load_scene(MODELS / "smooth.yaml", [*settings, accuracy]), "lagrangian")
+            for accuracy in ("accuracy.tolerance=1e-8", "accuracy.relative_tolerance=1e-11")
+        ]
+        assert np.abs(runs[0].poses - runs[1].poses).max() < 1e-8 / 0.07
+        for name, force in runs[0].joint_forces.items():
+            assert force == pytest.approx(
+                runs[1].joint_forces[name], abs=2e-4 * np.abs(force).max()
+            )
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ["accuracy.absolute_tolerance=1e-9",
+     "contacts.strike.law={type: impulse, restitution: 0.5}",
+     "joints.sleeve.clearance=5 mm",
+     "accuracy={step: 1e-4}"],
+)  # fmt: skip
+def test_local_tolerances_walls_and_impulses_stay_with_the_explicit_method(setting: str) -> None:
+    walls = "joints.sleeve.law={stiffness: 1e5, restitution: 0.5}"
+    settings = [setting, walls] if "clearance" in setting else [setting]
+    assert isinstance(prepare(load_scene(MODELS / "no_clearance.yaml", settings)).loop, Loop)
+
+
+def test_a_dead_centre_ends_the_run_and_says_so() -> None:
+    """A circle that does not go round C: the guide's axis comes to touch it."""
+    scene = load_scene(
+        MODELS / "smooth.yaml",
+        ["curves.t={type: circle, centre: [0.06, 0], radius: 0.02}", "joints.pin.curve=t",
+         "bodies.link.rods=2", "initial.guesses.guide=0.1"],
+    )  # fmt: skip
+    result = simulate(scene, "lagrangian")
+    assert not result.outcome.completed
+    assert "the guide's axis" in result.outcome.reason
+    assert result.time[-1] == pytest.approx(np.arcsin(0.5) / 10, abs=5e-3)
+
+
+PLAIN = """
+import sys
+sys.modules["numba"] = None
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+result = simulate(load_scene(sys.argv[1], sys.argv[2:]), "lagrangian")
+assert "numba" not in result.versions, result.versions
+print(*result.poses[-1].ravel(), result.checks.steps)
+"""
+
+
+def test_without_numba_the_same_comes_out() -> None:
+    model, settings = str(MODELS / "rigid.yaml"), ("run.turns=0.52", "accuracy.tolerance=1e-3")
+    command = [sys.executable, "-c", PLAIN, model, *settings]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    result = simulate(load_scene(model, settings), "lagrangian")
+    assert int(said[-1]) == result.checks.steps
+    assert np.array(said[:-1], dtype=float) == pytest.approx(result.poses[-1].ravel(), abs=1e-7)
+
+
+def test_samples_do_not_change_the_steps() -> None:
+    """Samples asked for at any interval are those of the same steps."""
+    one, two = run("accuracy.tolerance=1e-5"), run("accuracy.tolerance=1e-5", "run.sample=0.5 ms")
+    assert one.checks.steps == two.checks.steps
+    _, i, k = np.intersect1d(one.time.round(9), two.time.round(9), return_indices=True)
+    assert len(i) > 300
+    assert one.poses[i] == pytest.approx(two.poses[k], abs=1e-13)
