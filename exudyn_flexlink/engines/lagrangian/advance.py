@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, guide_at, rate_at
-from exudyn_flexlink.engines.lagrangian.equations import Constants, unpacked
+from exudyn_flexlink.engines.lagrangian.course import Course, Equations, Instant, guide_at, rate_at
+from exudyn_flexlink.engines.lagrangian.equations import unpacked
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
     ITERATIONS,
     SOLVED,
+    Work,
     estimate,
     factor,
     finish,
@@ -71,15 +72,75 @@ def _longest(t: float, y: FloatArray, free: int, course: Course, control: Contro
 def _factor_of_step(error: float, stages: int, iterations: int) -> float:
     """How much longer the next step may be, by the error in parts of the tolerance."""
     safety = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + iterations)
-    return min(MOST, max(LEAST, safety * max(error, 1e-12) ** (-1.0 / (stages + 1))))
+    return float(min(MOST, max(LEAST, safety * max(error, 1e-12) ** (-1.0 / (stages + 1)))))
+
+
+@compiled
+def _trend(h: float, error: float, stages: int, memory: FloatArray) -> float:
+    """Gustafsson: how much longer the next step may be if the trend of the last two goes on."""
+    return float(h / memory[OLD_STEP] * (memory[OLD_ERROR] / error) ** (1.0 / (stages + 1)))
+
+
+@compiled
+def _start(h: float, method: Method, work: Work) -> None:
+    """Speeds to start the iteration with where no last step is known: of steady acceleration."""
+    stages, free = work.speeds.shape
+    for i in range(stages):
+        for j in range(free):
+            work.speeds[i, j] = method.nodes[i] * h * work.begin[free + j]
+
+
+@compiled
+def _attempt(
+    at: Instant,
+    h: float,
+    known: tuple[FloatArray, bool],
+    equations: Equations,
+    means: tuple[Method, Control, Work, FloatArray],
+) -> tuple[float, float, float]:
+    """Make one step of at most h, whatever it takes.
+
+    `known` are the changes of the last step, and whether there are any. Return the length of the
+    step, 0 if none is short enough, its error in parts of the tolerance, and how much longer the
+    next may be.
+    """
+    method, control, work, memory = means
+    stages, free = work.speeds.shape
+    last, plain = known[0], not known[1]
+    by_q, by_v = slopes(at, equations)
+    scale = scale_at(at, equations, control.reaches)
+    allowed = (control.tolerance, control.tau)
+    most = MOST
+    while h >= SHORTEST and h >= 1e-15 * at.t:
+        factor(h, by_q, by_v, method, work)
+        if plain:
+            _start(h, method, work)
+        else:
+            guess(h / memory[OLD_STEP], last, method, work)
+        ended, iterations = iterate(at, h, allowed, equations, (method, scale, work))
+        memory[ITERATED] += iterations
+        if ended == SOLVED:
+            begin = work.begin[free : 2 * free]
+            error = estimate(h, by_q, begin, control.tau, (method, scale, work))
+            error = max(error / control.tolerance, 1e-12)
+            change = _factor_of_step(error, stages, iterations)
+            if error < 1.0:
+                memory[TROUBLE] = FINE
+                return h, error, min(change, most)
+            h *= min(change, SAFETY)
+        else:
+            h, plain = h / 2, True
+            memory[TROUBLE] = ended if ended != DIVERGED else memory[TROUBLE]
+        most = 1.0
+        memory[REJECTED] += 1
+    return 0.0, 0.0, 0.0
 
 
 @compiled
 def advance(
     stop: float,
     course: Course,
-    method: Method,
-    control: Control,
+    how: tuple[Method, Control],
     watched: Watched,
     buffer: Buffer,
 ) -> tuple[int, int]:
@@ -88,88 +149,42 @@ def advance(
     It ends where the buffer is full, at `stop`, after a step that must be looked at, or where no
     step is short enough.
     """
-    c = unpacked(course.data)
-    memory, stages = buffer.memory, len(method.nodes)
-    size = len(buffer.states[0])
-    free = len(c.inertias) - int(course.drive[0])
+    method, control = how
+    equations = Equations(course, unpacked(course.data))
+    memory, stages, size = buffer.memory, len(method.nodes), len(buffer.states[0])
+    free = len(equations.c.inertias) - int(course.drive[0])
     work = work_for(stages, size, free)
-    room, done = len(buffer.changes), 0
-    t, h = buffer.times[0], memory[STEP]
-    fresh, rejected = True, False
-    while done < room:
-        if stop - t <= SHORTEST:
-            memory[STEP] = h
-            return done, THERE
-        y, near = buffer.states[done], buffer.places[done]
-        h = min(h, _longest(t, y, free, course, control))
+    t, wanted = buffer.times[0], memory[STEP]
+    done, ended = 0, FULL
+    while done < len(buffer.changes) and ended == FULL:
         ahead = stop - t
-        lands = h >= ahead * (1 - 1e-9)
-        if not lands and 2 * h > ahead:
-            h = ahead / 2
-        wanted = h
-        h = ahead if lands else h
-        near, _ = rate_at(t, y, near, course, c, work.begin)
-        by_q, by_v = slopes(t, y, near, course, c)
-        scale = scale_at(t, y, near, course, c, control.reaches)
-        plain = fresh
-        while True:
-            if h < SHORTEST or h < 1e-15 * t:
-                memory[STEP] = h
-                return done, STUCK
-            factor(h, by_q, by_v, method, work)
-            if plain:
-                for i in range(stages):
-                    for j in range(free):
-                        work.speeds[i, j] = method.nodes[i] * h * work.begin[free + j]
-            else:
-                guess(h / memory[OLD_STEP], buffer.changes[done - 1], method, work)
-            how, iterations = iterate(
-                t, y, h, near, (control.tolerance, control.tau), course, c, method, scale, work
-            )
-            memory[ITERATED] += iterations
-            if how != SOLVED:
-                h, rejected, lands, plain = h / 2, True, False, True
-                memory[REJECTED] += 1
-                memory[TROUBLE] = how if how != DIVERGED else memory[TROUBLE]
-                continue
-            error = (
-                estimate(h, by_q, work.begin[free : 2 * free], control.tau, method, scale, work)
-                / control.tolerance
-            )
-            change = _factor_of_step(error, stages, iterations)
-            if error < 1.0:
-                break
-            h, rejected, lands = h * min(change, SAFETY), True, False
-            memory[REJECTED] += 1
-        memory[TROUBLE] = FINE
-        changes = buffer.changes[done]
+        if ahead <= SHORTEST:
+            ended = THERE
+            break
+        y = buffer.states[done]
+        wanted = min(wanted, _longest(t, y, free, course, control))
+        # The last step ends at the stop; the one before is no longer than what it leaves.
+        planned = ahead if wanted >= ahead * (1 - 1e-9) else min(wanted, max(ahead / 2, SHORTEST))
+        near, _ = rate_at(Instant(t, y, buffer.places[done]), equations, work.begin)
+        at = Instant(t, y, near)
+        known = (buffer.changes[max(done - 1, 0)], done > 0)
+        h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))
+        if h == 0.0:
+            ended = STUCK
+            break
+        changes, end = buffer.changes[done], buffer.states[done + 1]
         finish(y, h, method, work, changes)
-        end = buffer.states[done + 1]
-        for j in range(size):
-            end[j] = y[j] + changes[stages - 1, j]
-        after = stop if lands else t + h
-        buffer.times[done + 1] = after
-        buffer.places[done + 1] = work.near[stages - 1]
-        done += 1
-        memory[STEPS] += 1
-        if not fresh and memory[OLD_ERROR] > 0:
-            # Gustafsson: the trend of the last two steps goes on.
-            trend = (
-                h
-                / memory[OLD_STEP]
-                * (memory[OLD_ERROR] / max(error, 1e-12)) ** (1.0 / (stages + 1))
-            )
-            change = max(LEAST, min(change, change * trend))
+        end[:] = y + changes[stages - 1]
+        t = stop if h == ahead else t + h
+        buffer.times[done + 1], buffer.places[done + 1] = t, work.near[stages - 1]
+        if done > 0:
+            change = max(LEAST, min(change, change * _trend(h, error, stages, memory)))
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
-        pair = (t, after)
-        calm = uneventful(
-            pair, (y, end), (near, buffer.places[done]), (changes, method.powers),
-            course, c, watched,
-        )  # fmt: skip
-        h = max(h * min(change, 1.0 if rejected else MOST), wanted if lands else 0.0)
-        fresh, rejected, t = False, False, after
-        if not calm:
-            memory[STEP] = h
-            return done, LOOK
-    memory[STEP] = h
-    return done, FULL
+        memory[STEPS] += 1
+        done += 1
+        after = Instant(t, end, work.near[stages - 1])
+        if not uneventful(at, after, (changes, method.powers), equations, watched):
+            ended = LOOK
+        wanted = max(h * change, wanted if h == ahead else 0.0)
+    memory[STEP] = wanted
+    return done, ended

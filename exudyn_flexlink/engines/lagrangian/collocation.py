@@ -67,7 +67,7 @@ def radau(stages: int) -> Collocation:
         np.ascontiguousarray(columns[:, upper]),
         np.ascontiguousarray(rows[upper]),
         _differences(nodes, matrix[-1], 1.0 / real),
-        powers,
+        np.asarray(powers, dtype=np.float64),
     )
 
 

@@ -26,6 +26,21 @@ class Course(NamedTuple):
     acting: NDArray[np.int64]  # (c,): how each contact acts, as in `equations`
 
 
+class Equations(NamedTuple):
+    """A course with its constants unpacked."""
+
+    course: Course
+    c: Constants
+
+
+class Instant(NamedTuple):
+    """A time, the state then, and where P was last on its piece."""
+
+    t: float
+    y: FloatArray
+    near: float
+
+
 def drive_numbers(ramp: Ramp | None, way: float, angle: float, play: bool) -> FloatArray:
     """`Course.drive` of a speed drive, or of none."""
     if ramp is None:
@@ -83,10 +98,10 @@ def root_at(
 
 
 @compiled
-def rate_at(
-    t: float, y: FloatArray, near: float, course: Course, c: Constants, rate: FloatArray
-) -> tuple[float, int]:
+def rate_at(at: Instant, equations: Equations, rate: FloatArray) -> tuple[float, int]:
     """Fill in dy/dt; return P's place, and how the search for it ended."""
+    t, y, near = at
+    course, c = equations
     count = len(c.inertias)
     free = count - int(course.drive[0])
     guide = guide_at(t, y, free, course)
@@ -96,10 +111,10 @@ def rate_at(
 
 
 @compiled
-def coordinates_at(
-    t: float, y: FloatArray, near: float, course: Course, c: Constants
-) -> tuple[FloatArray, FloatArray, Root, float]:
+def coordinates_at(at: Instant, equations: Equations) -> tuple[FloatArray, FloatArray, Root, float]:
     """All coordinates and speeds (N,), P, and its place on the piece."""
+    t, y, near = at
+    course, c = equations
     count = len(c.inertias)
     first = int(course.drive[0])
     free = count - first

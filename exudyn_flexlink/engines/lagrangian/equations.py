@@ -333,6 +333,17 @@ def chain_of(c: Constants) -> tuple[FloatArray, float, FloatArray, FloatArray]:
 
 
 @compiled
+def _solve_free(mass: FloatArray, right: FloatArray, first: int, result: FloatArray) -> None:
+    """Fill in accelerations from the first free one on, where no contact lasts."""
+    for j in range(first, len(right)):
+        result[j] = right[j]
+        if first == 1:
+            result[j] -= mass[j, 0] * result[0]
+    factorise(mass, first)
+    substitute(mass, first, result)
+
+
+@compiled
 def _solve(
     mass: FloatArray,
     right: FloatArray,
@@ -343,14 +354,6 @@ def _solve(
     """Fill in `found`: accelerations from its first free one on, forces of the lasting `rows`."""
     states, gradients = touching
     result, forces, first = found
-    if len(rows) == 0:
-        for j in range(first, len(right)):
-            result[j] = right[j]
-            if first == 1:
-                result[j] -= mass[j, 0] * result[0]
-        factorise(mass, first)
-        substitute(mass, first, result)
-        return
     free, count = len(right) - first, len(right)
     matrix = np.zeros((free + len(rows), free + len(rows)))
     vector = np.zeros(free + len(rows))
@@ -373,6 +376,34 @@ def _solve(
         result[j] = vector[j - first]
     for i in range(len(rows)):
         forces[rows[i]] = vector[free + i]
+
+
+@compiled
+def _push(
+    state: State,
+    acting: NDArray[np.int64],
+    c: Constants,
+    found: tuple[FloatArray, FloatArray],
+    right: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Add penalty forces and friction to the right side, and fill in what is `found` of them.
+
+    Return contacts and gradients as of `touches`; none where no contact acts.
+    """
+    forces, drags = found
+    acts = False
+    for k in range(len(acting)):
+        acts = acts or acting[k] != APART
+    if not acts:
+        return np.zeros((0, 5)), np.zeros((0, 0))
+    states, gradients, slides = touches(state.q, state.v, state.root, c)
+    for k in range(len(acting)):
+        if acting[k] == PENALTY:
+            forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
+            drags[k] = -c.faces[k, 10] * forces[k] * np.tanh(states[k, 3] / c.faces[k, 11])
+            for j in range(len(right)):
+                right[j] += forces[k] * gradients[k, j] + drags[k] * slides[k, j]
+    return states, gradients
 
 
 @compiled
@@ -407,26 +438,17 @@ def accelerations(
     _take_quadratic_terms(turned, state.v, state.root, c, right)
     for j in range(len(right)):
         right[j] += drive.torques[j]
-    any_acts = False
-    for k in range(contacts):
-        any_acts = any_acts or acting[k] != APART
-    if any_acts:
-        states, gradients, slides = touches(state.q, state.v, state.root, c)
-        for k in range(contacts):
-            if acting[k] != PENALTY:
-                continue
-            forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
-            drags[k] = -c.faces[k, 10] * forces[k] * np.tanh(states[k, 3] / c.faces[k, 11])
-            for j in range(len(right)):
-                right[j] += forces[k] * gradients[k, j] + drags[k] * slides[k, j]
-    else:
-        states, gradients = np.zeros((0, 5)), np.zeros((0, 0))
+    states, gradients = _push(state, acting, c, (forces, drags), right)
     if len(c.channel) > 0:
         add_wall_forces(state.q, state.v, state.root, chain_of(c), right)
     result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
-    _solve(mass, right, (states, gradients), _lasting(acting), (result, forces, drive.first))
+    rows = _lasting(acting)
+    if len(rows) == 0:
+        _solve_free(mass, right, drive.first, result)
+    else:
+        _solve(mass, right, (states, gradients), rows, (result, forces, drive.first))
     motor = 0.0
     if drive.first == 1:
         motor = -right[0]
@@ -435,9 +457,8 @@ def accelerations(
         for k in range(contacts):
             if acting[k] == LASTING:
                 motor -= forces[k] * gradients[k, 0]
-    if any_acts:
-        for k in range(contacts):
-            powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
+    for k in range(len(states)):
+        powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
     return result, motor, forces, powers
 
 

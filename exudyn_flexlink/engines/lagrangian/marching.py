@@ -42,6 +42,7 @@ from exudyn_flexlink.engines.lagrangian.watch import interpolate
 FloatArray = NDArray[np.float64]
 
 FIRST_STEP = 1e-6  # s
+JUST_AHEAD = 1e-9  # s
 
 
 @dataclass
@@ -88,13 +89,13 @@ class March:
         """Integrate to the next event or to `stop`."""
         system, buffer, began = self.system, self._buffer, self.time
         course, watched = system.course(), system.watched()
-        ended = FULL
+        how, ended = (self.method, self.control), FULL
         while ended in {FULL, LOOK} and not system.over:
             buffer.times[0], buffer.states[0] = self.time, self.state
             buffer.places[0] = system.track.u
             # An iteration that goes astray may overflow: it is not a number, hence rejected.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                done, ended = advance(stop, course, self.method, self.control, watched, buffer)
+                done, ended = advance(stop, course, how, watched, buffer)
             for contact, peak in zip(system.contacts, watched.peaks, strict=True):
                 contact.peak = max(contact.peak, float(peak))
             calm = done - 1 if ended == LOOK else done
@@ -151,9 +152,10 @@ class March:
         return True
 
     def _give_up(self) -> None:
-        trouble = TROUBLES.get(int(self._buffer.memory[TROUBLE]), "")
-        if trouble:
-            self.system.trouble = trouble
+        """Say why no step is short enough: where P can't be found next, that is what is wrong."""
+        self.system.trouble = TROUBLES.get(int(self._buffer.memory[TROUBLE]), "")
+        if not self.system.trouble:
+            self.system.rate(self.time + JUST_AHEAD, self.state)
         raise StuckError("required step size is less than spacing between numbers")
 
 

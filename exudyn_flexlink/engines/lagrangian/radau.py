@@ -19,11 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
+from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at, rate_at
-from exudyn_flexlink.engines.lagrangian.equations import Constants
+from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at, rate_at
 from exudyn_flexlink.engines.lagrangian.newton import decompose, solve
 from exudyn_flexlink.engines.lagrangian.rail import FINE
 
@@ -74,11 +73,10 @@ def work_for(stages: int, size: int, free: int) -> Work:
 
 
 @compiled
-def scale_at(
-    t: float, y: FloatArray, near: float, course: Course, c: Constants, reaches: FloatArray
-) -> Scale:
+def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
     """Lengths that changes at the state y mean."""
-    q, _, root, _ = coordinates_at(t, y, near, course, c)
+    course, c = equations
+    q, _, root, _ = coordinates_at(at, equations)
     n, begin = len(c.rods), int(c.rods[0])
     angles = q[begin : begin + n]
     places = np.array([int(course.drive[0]), int(c.root), begin])
@@ -105,7 +103,7 @@ def length_of(change: FloatArray, scale: Scale) -> float:
         way = scale.reaches[j] * change[j - first]
         if not way * way <= largest:
             largest = way * way
-    return np.sqrt(largest)
+    return float(np.sqrt(largest))
 
 
 @compiled
@@ -146,12 +144,10 @@ def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
 
 
 @compiled
-def _stages(
-    t: float, y: FloatArray, h: float, near: float,
-    course: Course, c: Constants, method: Method, work: Work,
-) -> int:  # fmt: skip
+def _stages(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> int:
     """States and rates at the stages from their speeds; return how the search for P ended."""
     stages, free = work.speeds.shape
+    y, near = at.y, at.near
     for i in range(stages):
         state = work.states[i]
         for j in range(free):
@@ -160,7 +156,8 @@ def _stages(
                 moved += method.matrix[i, m] * work.speeds[m, j]
             state[j] = y[j] + h * moved
             state[free + j] = y[free + j] + work.speeds[i, j]
-        near, ended = rate_at(t + method.nodes[i] * h, state, near, course, c, work.rates[i])
+        stage = Instant(at.t + method.nodes[i] * h, state, near)
+        near, ended = rate_at(stage, equations, work.rates[i])
         if ended != FINE:
             return ended
         work.near[i] = near
@@ -168,8 +165,8 @@ def _stages(
 
 
 @compiled
-def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
-    """One step of Newton's method: `change` (s, f) of the speeds, which are changed by it."""
+def _residual(h: float, method: Method, work: Work) -> FloatArray:
+    """What the speeds W lack of ``a - A^-1 W / h`` being zero, (s, f)."""
     stages, free = work.speeds.shape
     residual = np.empty((stages, free))
     for i in range(stages):
@@ -178,27 +175,30 @@ def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
             for m in range(stages):
                 value -= method.inverse[i, m] * work.speeds[m, j] / h
             residual[i, j] = value
+    return residual
+
+
+@compiled
+def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
+    """One step of Newton's method: `change` (s, f) of the speeds, which are changed by it."""
+    stages, free = work.speeds.shape
+    residual = _residual(h, method, work)
     part = np.zeros(free)
     for i in range(stages):
-        for j in range(free):
-            part[j] += method.row[i] * residual[i, j]
+        part += method.row[i] * residual[i]
     solve(work.real, work.rows[0], part)
     for i in range(stages):
-        for j in range(free):
-            change[i, j] = method.column[i] * part[j]
+        change[i] = method.column[i] * part
     turned = np.empty(free, dtype=np.complex128)
     for p in range(len(method.pairs)):
         turned[:] = 0.0
         for i in range(stages):
-            for j in range(free):
-                turned[j] += method.rows[p, i] * residual[i, j]
+            turned += method.rows[p, i] * residual[i]
         solve(work.pairs[p], work.rows[1 + p], turned)
         for i in range(stages):
             for j in range(free):
                 change[i, j] += 2.0 * (method.columns[i, p] * turned[j]).real
-    for i in range(stages):
-        for j in range(free):
-            work.speeds[i, j] += change[i, j]
+    work.speeds[:] += change
 
 
 @compiled
@@ -220,20 +220,24 @@ def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Met
 
 
 @compiled
-def iterate(
-    t: float, y: FloatArray, h: float, near: float, allowed: tuple[float, float],
-    course: Course, c: Constants, method: Method, scale: Scale, work: Work,
-) -> tuple[int, int]:  # fmt: skip
+def iterate(  # noqa: PLR0911 - every way in which an iteration ends
+    at: Instant,
+    h: float,
+    allowed: tuple[float, float],
+    equations: Equations,
+    means: tuple[Method, Scale, Work],
+) -> tuple[int, int]:
     """Newton's method for the stages, to a part of the local tolerance.
 
     `allowed` is that tolerance (m) and the time (s) that turns speeds into lengths. Return how it
     ended and the number of iterations.
     """
     tolerance, tau = allowed
+    method, scale, work = means
     change = np.empty(work.speeds.shape)
-    before, factor_before = 0.0, 1.0
+    before = 0.0
     for k in range(ITERATIONS):
-        ended = _stages(t, y, h, near, course, c, method, work)
+        ended = _stages(at, h, equations, method, work)
         if ended != FINE:
             return ended, k
         _correct(h, change, method, work)
@@ -246,11 +250,10 @@ def iterate(
             rate = size / before
             if rate >= 0.99:
                 return DIVERGED, k
-            factor_before = rate / (1.0 - rate)
             ahead = size * rate ** (ITERATIONS - 1 - k) / (1.0 - rate)
             if ahead > SMALL * tolerance:
                 return DIVERGED, k
-            if factor_before * size <= SMALL * tolerance:
+            if size * rate / (1.0 - rate) <= SMALL * tolerance:
                 return SOLVED, k + 1
         elif size <= 1e-3 * SMALL * tolerance:
             return SOLVED, 1
@@ -278,10 +281,14 @@ def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatAr
 
 @compiled
 def estimate(
-    h: float, by_q: FloatArray, begin: FloatArray, tau: float,
-    method: Method, scale: Scale, work: Work,
-) -> float:  # fmt: skip
+    h: float,
+    by_q: FloatArray,
+    begin: FloatArray,
+    tau: float,
+    means: tuple[Method, Scale, Work],
+) -> float:
     """Estimate the error of the step, m; `begin` are the accelerations (f,) at its start."""
+    method, scale, work = means
     stages, free = work.speeds.shape
     mu = method.real / h
     moved, sped = np.zeros(free), np.zeros(free)

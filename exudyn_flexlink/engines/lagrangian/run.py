@@ -2,7 +2,7 @@
 
 A scene's `accuracy.tolerance` is the error that the whole run may make in positions, m: an implicit
 method of order 9 keeps it (see `advance`). Where local tolerances are given, or with walls or rigid
-contacts, an explicit method runs, whose tolerances are those of one step (see `events`): over the
+contacts, an explicit method runs, whose tolerances are those of one step (see `events`). Over the
 paper's two laps their defaults leave about 1e-9 m in the motion without contact, and through a
 strike less than the references themselves know (1e-7 m).
 """
@@ -31,8 +31,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
 STAGES = 5  # order 9
-# Measured over the shipped scenes without clearance, tolerances from 1e-3 to 1e-8 m: the error of S
-# and of the lever's tip over two turns is 0.02 to 0.8 of the tolerance where steps are limited by it.
+# Measured over the shipped scenes without clearance, tolerances from 1e-3 to 1e-8 m: over two turns
+# the error of S and of the lever's tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
 SHARE = 0.2  # of the tolerance: error that one step may make
 TAU = 4e-3  # s: turns errors of speeds into errors of positions; 1 / omega of the lever's 40 Hz
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local

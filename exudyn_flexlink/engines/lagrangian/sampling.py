@@ -12,6 +12,8 @@ from exudyn_flexlink.engines.lagrangian.collocation import Collocation
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
+    Equations,
+    Instant,
     coordinates_at,
     guide_at,
     torques_at,
@@ -77,6 +79,7 @@ def motions_at(
 ) -> Motions:
     """Motion at instants, one after the other; accelerations and forces only if asked for."""
     c = unpacked(course.data)
+    equations = Equations(course, c)
     count, contacts, size = len(c.inertias), len(course.acting), len(times)
     first = int(course.drive[0])
     found = Motions(
@@ -90,7 +93,7 @@ def motions_at(
     )
     for i in range(size):
         t, y = times[i], states[i]
-        q, v, root, u = coordinates_at(t, y, near, course, c)
+        q, v, root, u = coordinates_at(Instant(t, y, near), equations)
         near = u
         found.q[i], found.v[i], found.u[i] = q, v, u
         for k in range(6):

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at
+from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
-    Constants,
+    Root,
     factorise,
     mass_matrix,
     substitute,
@@ -24,15 +24,14 @@ FloatArray = NDArray[np.float64]
 
 
 @compiled
-def slopes(
-    t: float, y: FloatArray, near: float, course: Course, c: Constants
-) -> tuple[FloatArray, FloatArray]:
+def slopes(at: Instant, equations: Equations) -> tuple[FloatArray, FloatArray]:
     """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y."""
+    course, c = equations
     first, count = int(course.drive[0]), len(c.inertias)
     free = count - first
-    q, v, root, _ = coordinates_at(t, y, near, course, c)
+    q, v, root, _ = coordinates_at(at, equations)
     springs, dampers = -c.stiffness, -c.damping
-    _add_contacts(q, v, root, course, c, (springs, dampers))
+    _add_contacts((q, v, root), equations, (springs, dampers))
     mass = mass_matrix(q, root, c)
     factorise(mass, first)
     by_q, by_v = np.empty((free, free)), np.empty((free, free))
@@ -49,14 +48,13 @@ def slopes(
 
 @compiled
 def _add_contacts(
-    q: FloatArray,
-    v: FloatArray,
-    root: tuple[float, float, float, float, float, float],
-    course: Course,
-    c: Constants,
+    state: tuple[FloatArray, FloatArray, Root],
+    equations: Equations,
     into: tuple[FloatArray, FloatArray],
 ) -> None:
     """Add what penalty forces and friction give, along their present directions."""
+    q, v, root = state
+    course, c = equations
     springs, dampers = into
     pressed = False
     for k in range(len(course.acting)):

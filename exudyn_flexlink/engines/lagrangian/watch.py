@@ -1,6 +1,7 @@
 """Whether anything can have happened in a step: the guards of `system`, in machine code.
 
-Contacts are those of penalty laws. A step in which a guard may have fallen is handed to the event loop, which looks for itself.
+Contacts are those of penalty laws. A step in which a guard may have fallen is handed to the event
+loop, which looks for itself.
 """
 
 from __future__ import annotations
@@ -11,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, coordinates_at
+from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.equations import (
-    Constants,
     penalty_force,
     touches,
 )
@@ -45,15 +45,14 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
         done += q[int(goal[1])]
     if goal[0] >= 0.0:
         done -= q[int(goal[0])]
-    return abs(goal[3]) - (done if goal[3] > 0 else -done)
+    return float(abs(goal[3]) - (done if goal[3] > 0 else -done))
 
 
 @compiled
-def _all_hold(
-    t: float, y: FloatArray, near: float, course: Course, c: Constants, watched: Watched
-) -> bool:
+def _all_hold(at: Instant, equations: Equations, watched: Watched) -> bool:
     """Tell whether no guard has fallen at an instant; keep the largest forces."""
-    q, v, root, u = coordinates_at(t, y, near, course, c)
+    course, c = equations
+    q, v, root, u = coordinates_at(at, equations)
     if min(course.piece[END] - u, u - course.piece[START]) < -NOTHING:
         return False
     if turns_left(q, watched.goal) < -NOTHING:
@@ -74,17 +73,15 @@ def _all_hold(
 
 
 @compiled
-def _quiet(
-    t: tuple[float, float], y: tuple[FloatArray, FloatArray], near: tuple[float, float],
-    course: Course, c: Constants, watched: Watched,
-) -> bool:  # fmt: skip
+def _quiet(begin: Instant, end: Instant, equations: Equations, watched: Watched) -> bool:
     """Tell from the two ends of a step that nothing can have happened in between.
 
     The cubic through gaps and rates at both ends strays from them by less than a sixth of the way
     that the larger speed covers; the margin is sixfold.
     """
-    q, v, root, u = coordinates_at(t[0], y[0], near[0], course, c)
-    q1, v1, root1, u1 = coordinates_at(t[1], y[1], near[1], course, c)
+    course, c = equations
+    q, v, root, _ = coordinates_at(begin, equations)
+    q1, v1, root1, u1 = coordinates_at(end, equations)
     p = int(c.root)
     if v[p] * v1[p] < 0 or min(course.piece[END] - u1, u1 - course.piece[START]) < 0:
         return False
@@ -99,7 +96,7 @@ def _quiet(
         if watched.sides[k] == PRESSED or one * two <= 0:
             return False
         fastest = max(abs(before[k, 2]), abs(after[k, 2]))
-        if min(abs(one), abs(two)) <= (t[1] - t[0]) * fastest:
+        if min(abs(one), abs(two)) <= (end.t - begin.t) * fastest:
             return False
     return True
 
@@ -123,16 +120,20 @@ def interpolate(
 
 @compiled
 def uneventful(
-    t: tuple[float, float], y: tuple[FloatArray, FloatArray], near: tuple[float, float],
-    inside: tuple[FloatArray, FloatArray], course: Course, c: Constants, watched: Watched,
-) -> bool:  # fmt: skip
+    begin: Instant,
+    end: Instant,
+    inside: tuple[FloatArray, FloatArray],
+    equations: Equations,
+    watched: Watched,
+) -> bool:
     """Tell that no guard has fallen in a step; `inside` are its changes and the method's powers."""
-    if _quiet(t, y, near, course, c, watched):
+    if _quiet(begin, end, equations, watched):
         return True
-    at = np.empty(len(y[0]))
+    y = np.empty(len(begin.y))
     for k in range(1, LOOKS + 1):
         sigma = k / LOOKS
-        interpolate(sigma, y[0], inside[0], inside[1], at)
-        if not _all_hold(t[0] + sigma * (t[1] - t[0]), at, near[0], course, c, watched):
+        interpolate(sigma, begin.y, inside[0], inside[1], y)
+        at = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near)
+        if not _all_hold(at, equations, watched):
             return False
     return True
