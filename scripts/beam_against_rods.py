@@ -166,7 +166,8 @@ def tell(name: str, found: dict[str, list[Answer]]) -> None:
                 f"{rods_that_equal(found[kind], beam, what)} {LABELS[kind]}"
                 for kind in ("half_ends", "equal")
             )
-            print(f"{name}: in {words} {beam.count} elements equal {said}")
+            number = "1 element equals" if beam.count == 1 else f"{beam.count} elements equal"
+            print(f"{name}: in {words} {number} {said}")
 
 
 def draw(studies: dict[str, dict[str, list[Answer]]], out: Path) -> None:

@@ -137,7 +137,7 @@ def _refuse_joints(scene: Scene, mechanism: Mechanism, name: str, rods: tuple[in
             )
     for held in mechanism.attachments:
         ends = {held.first.part, held.second.part} & set(rods)
-        if len(ends) == 1:
+        if ends and (len(ends) == 1 or held.name in scene.joints):
             raise NotRepresentableError(
                 ("joints", held.name), "a beam has a sleeve and slots, no other joints"
             )
