@@ -187,7 +187,7 @@ def draw(studies: dict[str, dict[str, list[Answer]]], out: Path) -> None:
         _label(row[0], name, "number of elements or rods")
         row[0].set_xticks([1, 2, 5, 10, 20, 40, 80], ["1", "2", "5", "10", "20", "40", "80"])
         row[0].minorticks_off()
-        row[0].legend()
+        row[0].legend(loc="lower left")
         row[1].set_xticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
         row[1].minorticks_off()
         _label(row[1], name, "process time (s)")
