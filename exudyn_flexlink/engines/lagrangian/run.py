@@ -32,7 +32,7 @@ from exudyn_flexlink.scene import Scene
 
 STAGES = 5  # order 9
 # Measured over the shipped scenes without clearance, tolerances from 1e-3 to 1e-8 m: over two turns
-# the error of S and of the lever's tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
+# the error of S and of the tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
 SHARE = 0.2  # of the tolerance: error that one step may make
 TAU = 4e-3  # s: turns errors of speeds into errors of positions; 1 / omega of the lever's 40 Hz
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
