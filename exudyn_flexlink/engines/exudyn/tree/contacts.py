@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
-from math import cos, sin, tanh
+from math import cos, inf, sin, tanh
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
 
 FloatArray = NDArray[np.float64]
 Row = list[tuple[int, float, float]]
+
+
+AT_REST = 0.1  # of the speed at which the force changes from loading to unloading
 
 
 class Side(Enum):
@@ -71,38 +74,60 @@ class TreeContact:
         )
         return touch, (tx, ty), moves, turns, (px, py)
 
+    def turns(self, before: float, after: float) -> bool:
+        """Tell whether the force leaps between two rates of the gap: the point was at rest."""
+        if self.law.restitution == 1.0 or before * after >= 0:
+            return False
+        return abs(before) > AT_REST * self.law.transition_speed
+
+    def rests_in(self, touch: Touch) -> float:
+        """Time (s) after which the point comes to rest, as it goes now; infinite if it does not."""
+        slow = abs(touch.gap_rate) < self.law.transition_speed
+        if self.law.restitution == 1.0 or slow or touch.gap_rate * touch.gap_bend >= 0:
+            return inf
+        return -touch.gap_rate / touch.gap_bend
+
     def force(self, touch: Touch) -> float:
         """Pressing force, N; none while apart."""
         if touch.gap >= 0:
             return 0.0
-        e2 = self.law.restitution**2
-        rising = tanh(-touch.gap_rate / self.law.transition_speed)
-        return -touch.gap * self.law.stiffness * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
+        return -touch.gap * self._factor(touch.gap_rate)[0]
 
-    def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[float, float]:
-        """Add the generalised forces; return the pressing force (N) and the power it takes (W)."""
+    def push(
+        self, x: FloatArray, v: FloatArray, onto: FloatArray
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Add the generalised forces.
+
+        Return the pressing force (N) and the power it takes (W), and how the force falls with the
+        gap (N/m) and with its rate (N s/m).
+        """
         touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
         # At the end of a touch a trial state may be a hair beyond the face: no force pulls.
-        press, rub = self.force(touch), 0.0
+        depth, factor, bend = max(-touch.gap, 0.0), *self._factor(touch.gap_rate)
+        press, rub = depth * factor, 0.0
         if self.friction is not None:
             rub = float(self.friction.force(press, touch.place_rate))
         side = touch.side
         fx, fy = -side * press * ty + rub * tx, side * press * tx + rub * ty
         _add(onto, moves, at, (fx, fy))
         _add(onto, turns, at, (-fx, -fy))
-        return press, -press * touch.gap_rate - rub * touch.place_rate
+        power = -press * touch.gap_rate - rub * touch.place_rate
+        return (press, power), (factor, depth * bend)
 
-    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, float, float]:
-        """Gradient of the gap (links,), and how the force falls with gap and its rate."""
+    def _factor(self, gap_rate: float) -> tuple[float, float]:
+        """Force over penetration (N/m), and how that falls with the gap's rate."""
+        e2, vs, k = self.law.restitution**2, self.law.transition_speed, self.law.stiffness
+        rising = tanh(-gap_rate / vs)
+        lossy = (1 - e2) / 2
+        return k * ((1 + e2) / 2 + lossy * rising), k * lossy * (1 - rising * rising) / vs
+
+    def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Gradient of the gap (links,)."""
         touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
         row, normal = np.zeros(self._count), (-touch.side * ty, touch.side * tx)
         _add(row, moves, at, normal)
         _add(row, turns, at, (-normal[0], -normal[1]))
-        e2, vs, k = self.law.restitution**2, self.law.transition_speed, self.law.stiffness
-        rising = tanh(-touch.gap_rate / vs)
-        stiffness = k * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
-        damping = max(-touch.gap, 0.0) * k * (1 - e2) / 2 * (1 - rising * rising) / vs
-        return row, stiffness, damping
+        return row
 
 
 def _add(onto: FloatArray, moves: Row, at: tuple[float, float], force: tuple[float, float]) -> None:

@@ -88,21 +88,22 @@ class Reaches:
 
     def moves(self, x: FloatArray) -> FloatArray:
         """Derivatives (links, 2 parts) of all ends' x, then of their y, at coordinates (links,)."""
-        places = np.empty((len(self._links), 4))  # x, y, cos, sin
-        for i, (parent, kind, ox, oy) in enumerate(self._links):
-            px, py, c, s = places[parent].tolist() if parent != ROOT else (0.0, 0.0, 1.0, 0.0)
+        places: list[tuple[float, float, float, float]] = []  # x, y, cos, sin of each link
+        for (parent, kind, ox, oy), moved in zip(self._links, x.tolist(), strict=True):
+            px, py, c, s = places[parent] if parent != ROOT else (0.0, 0.0, 1.0, 0.0)
             px, py = px + c * ox - s * oy, py + s * ox + c * oy
             if kind == HINGE:
-                turn_c, turn_s = cos(x[i]), sin(x[i])
-                places[i] = px, py, c * turn_c - s * turn_s, s * turn_c + c * turn_s
+                turn_c, turn_s = cos(moved), sin(moved)
+                places.append((px, py, c * turn_c - s * turn_s, s * turn_c + c * turn_s))
                 continue
             ex, ey = (c, s) if kind == ALONG_X else (-s, c)
-            places[i] = px + x[i] * ex, py + x[i] * ey, c, s
+            places.append((px + moved * ex, py + moved * ey, c, s))
+        frames = np.array(places)
         ahead = self._reach - self._origins
-        at = places[self._carriers]
+        at = frames[self._carriers]
         ends = at[:, :2] + ahead[:, None] * at[:, 2:]
-        arm_x = ends[:, 0] - places[:, None, 0]
-        arm_y = ends[:, 1] - places[:, None, 1]
+        arm_x = ends[:, 0] - frames[:, None, 0]
+        arm_y = ends[:, 1] - frames[:, None, 1]
         return np.hstack([
             np.where(self._turning, -arm_y, self._sliding),
             np.where(self._turning, arm_x, self._sliding),

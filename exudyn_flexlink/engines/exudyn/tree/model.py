@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.tree.contacts import TreeContact
 from exudyn_flexlink.engines.exudyn.tree.guided import SlotGuide
 from exudyn_flexlink.engines.exudyn.tree.kinematics import Reaches, start_coordinates
-from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation
+from exudyn_flexlink.engines.exudyn.tree.radau import NO_SLOPES, Evaluation
 from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
@@ -58,6 +58,7 @@ class Whole(NamedTuple):
 
 
 KEPT_TIMES = 64
+NO_PUSHES: list[tuple[float, float]] = []
 
 
 class TreeModel:
@@ -219,35 +220,49 @@ class TreeModel:
         mass, force = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         for motor, (link, sign) in self.torques:
             force[link] += sign * motor.ramp.at(t)
-        pushes = [c.push(x, speed, force) if c.acts else (0.0, 0.0) for c in self.contacts]
+        pushes, slopes = NO_PUSHES, NO_SLOPES
+        if self.contacts:
+            pushes, slopes = self._push(x, speed, force)
         kept = Whole(t, x, speed, b, places, mass, force, pushes)
         left = force - mass @ b
         if self._turning:
             reach = self._reach(x)
-            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept)
+            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, slopes)
         if self._span is not None:
             span = self._span
-            return Evaluation(mass[span, span], left[span], kept)
-        return Evaluation(mass[np.ix_(self.free, self.free)], left[self.free], kept)
+            return Evaluation(mass[span, span], left[span], kept, slopes)
+        return Evaluation(mass[np.ix_(self.free, self.free)], left[self.free], kept, slopes)
+
+    def _push(
+        self, x: FloatArray, v: FloatArray, onto: FloatArray
+    ) -> tuple[list[tuple[float, float]], FloatArray]:
+        """Add the contacts' forces; return force and power of each, and slopes of those acting."""
+        pushes, slopes = [], []
+        for contact in self.contacts:
+            if not contact.acts:
+                pushes.append((0.0, 0.0))
+                continue
+            push, slope = contact.push(x, v, onto)
+            pushes.append(push)
+            slopes.append(slope)
+        return pushes, np.array(slopes) if slopes else NO_SLOPES
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs, dampers and contacts; what turns with the mechanism is left to the iteration."""
-        acting = [contact for contact in self.contacts if contact.acts]
-        if not acting and not self._turning:
+        """Springs and dampers; what turns with the mechanism is left to the iteration."""
+        if not self._turning:
             return self._springy
-        stiffness, damping = np.diag(self.stiffness), np.diag(self.damping)
-        for contact in acting:
-            row, k, d = contact.slopes(at.kept.x, at.kept.v)
-            square = np.outer(row, row)
-            stiffness += k * square
-            damping += d * square
+        reach = self._reach(at.kept.x)
+        return reach.T @ np.diag(self.stiffness) @ reach, reach.T @ np.diag(self.damping) @ reach
+
+    def gradients(self, at: Evaluation) -> FloatArray:
+        """Gradients (c, free) of the gaps of the contacts that act."""
+        whole: Whole = at.kept
+        rows = [c.gradient(whole.x, whole.v) for c in self.contacts if c.acts]
+        if not rows:
+            return np.zeros((0, len(self.free)))
         if self._turning:
-            reach = self._reach(at.kept.x)
-            return reach.T @ stiffness @ reach, reach.T @ damping @ reach
-        if self._span is not None:
-            return stiffness[self._span, self._span], damping[self._span, self._span]
-        chosen = np.ix_(self.free, self.free)
-        return stiffness[chosen], damping[chosen]
+            return np.array(rows) @ self._reach(whole.x)
+        return np.array(rows)[:, self._chosen]
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., free) of the coordinates move the end of any part, at most."""

@@ -92,7 +92,7 @@ class _Reading:
         accuracy = self.run.scene.accuracy
         settings: dict[str, float | str] = {
             "formulation": "tree",
-            "integrator": "Radau IIA of order 5",
+            "integrator": "Radau IIA of order 9",
         }
         if accuracy.step is not None:
             settings["step"] = accuracy.step

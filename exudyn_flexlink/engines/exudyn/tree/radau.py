@@ -1,18 +1,19 @@
-r"""Radau IIA of order 5 for ``M(q) q'' = f(t, q, q')``, with error estimate and step control.
+r"""Steps of Radau IIA, of order 9, for ``M(q) q'' = f(t, q, q')``, with an estimate of their error.
 
-E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8 (RADAU5): three stages,
+E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8: five stages,
 collocation at c, L-stable, stiffly accurate. The unknowns are the stages' speeds ``V = v0 + W``:
 
     A = (1/h) B W,  B = (a_ij)^-1,     Q = q0 + h a V,     R = f(Q, V) - M(Q) A = 0
 
-solved by simplified Newton, ``(M/h B + D + h a K) dW = R``, with springs K and dampers D. In the
-eigenvectors of B that is one real system and one complex one of the size of q:
+solved by simplified Newton, ``(M/h B + D + h a K) dW = R``, with springs K and dampers D, to which
+contacts add their own share. In the eigenvectors of B that is one real system and two complex ones
+of the size of q:
 
     (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
 
-The error is that of Hairer and Wanner's embedded formula of order 3, filtered by the real matrix.
-Between steps q follows the polynomial of degree 5 through place, speed and acceleration of both
-ends.
+The error is that of Hairer and Wanner's embedded formula, of order 5, filtered by the real matrix.
+Between steps speeds follow the polynomial through those of the start and of the stages, places its
+integral.
 """
 
 from __future__ import annotations
@@ -22,54 +23,23 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.tree.collocation import (
+    EIGENVALUES,
+    ERROR,
+    FROM,
+    NODES,
+    POWERS,
+    REAL,
+    STAGES,
+    TO,
+    A,
+    B,
+    C,
+)
+from exudyn_flexlink.engines.exudyn.tree.contact_share import ContactShare
+
 FloatArray = NDArray[np.float64]
 
-
-def collocation(stages: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes c and coefficients a of the Radau IIA method; its order is 2 stages - 1."""
-    legendre = np.polynomial.legendre
-    last, before = np.zeros(stages + 1), np.zeros(stages + 1)
-    last[stages], before[stages - 1] = 1.0, -1.0
-    # c are the zeros of P_s(2 c - 1) - P_(s-1)(2 c - 1), of which 1 is one
-    c = (np.sort(legendre.legroots(last + before).real) + 1) / 2
-    c[-1] = 1.0
-    powers = np.arange(1, stages + 1)
-    a = (c[:, None] ** powers / powers) @ np.linalg.inv(np.vander(c, increasing=True))
-    return c, a
-
-
-STAGES = 3
-C, A = collocation(STAGES)
-WEIGHTS = A[-1]
-B = np.linalg.inv(A)
-NODES = np.linalg.inv(np.vander(np.array([0.0, *C]), increasing=True))
-
-
-def _systems() -> tuple[list[complex], FloatArray, FloatArray]:
-    """Eigenvalues of B, the real one first and one of each pair, with the matrices T and T^-1."""
-    values, vectors = np.linalg.eig(B)
-    back = np.linalg.inv(vectors)
-    real = int(np.argmin(np.abs(values.imag)))
-    chosen = [real, *np.flatnonzero(values.imag > 1e-6 * abs(values[real])).tolist()]
-    # A pair counts twice its real part.
-    factors = np.array([1.0, *[2.0] * (len(chosen) - 1)])
-    return [complex(values[i]) for i in chosen], vectors[:, chosen] * factors, back[chosen]
-
-
-EIGENVALUES, FROM, TO = _systems()
-REAL = EIGENVALUES[0].real
-
-
-def _error_weights() -> FloatArray:
-    """Weights e of the embedded formula, which has the start as another node."""
-    powers = np.arange(1, STAGES + 1)
-    right = 1.0 / powers
-    right[0] -= 1 / REAL
-    embedded = np.linalg.solve(np.vander(C, increasing=True).T, right)
-    return np.asarray(REAL * (embedded - WEIGHTS) @ B)
-
-
-ERROR = _error_weights()
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
@@ -77,22 +47,32 @@ SLOW = 0.2  # slower convergence asks for new matrices
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 
+NO_SLOPES = np.zeros((0, 2))
+
+
 class Evaluation(NamedTuple):
-    """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it."""
+    """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it.
+
+    `slopes` (c, 2) are how the forces of contacts fall with their gap and its rate.
+    """
 
     mass: FloatArray
     force: FloatArray
     kept: Any = None
+    slopes: FloatArray = NO_SLOPES
 
 
 class Problem(Protocol):
-    """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' about the last evaluation."""
+    """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation."""
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force."""
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix, near enough for the iteration to converge."""
+        """Stiffness and damping matrix without contacts, near enough to converge."""
+
+    def gradients(self, at: Evaluation) -> FloatArray:
+        """Gradients (c, n) of the gaps of the contacts that act."""
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., n) of the coordinates move anything, at most."""
@@ -119,6 +99,7 @@ class Step(NamedTuple):
     finish: State
     begin: Evaluation
     stages: list[Evaluation]
+    speeds: FloatArray
     accelerations: FloatArray
     error: float
 
@@ -129,20 +110,11 @@ class Step(NamedTuple):
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates and speeds (instants, n) at times within the step."""
-        h, s = self.h, ((time - self.t) / self.h)[:, None]
-        one, two = self.start, self.finish
-        b, c = h * one.v, h * h * one.a / 2
-        # q0 + s (b + s (c + s (d + s (e + s f)))), with place, speed and acceleration at s = 1
-        place, rate = two.q - one.q - b - c, h * two.v - b - 2 * c
-        bend = h * h * two.a / 2 - c
-        d, e, f = (
-            10 * place - 4 * rate + bend,
-            -15 * place + 7 * rate - 2 * bend,
-            6 * place - 3 * rate + bend,
-        )
-        q = one.q + s * (b + s * (c + s * (d + s * (e + s * f))))
-        v = b + s * (2 * c + s * (3 * d + s * (4 * e + s * 5 * f)))
-        return q, v / h
+        part = ((time - self.t) / self.h)[:, None]
+        powers = part ** np.arange(STAGES + 1)
+        speeds = NODES @ self.speeds
+        q = self.start.q + self.h * ((part * powers / POWERS) @ speeds)
+        return q, powers @ speeds
 
 
 class NoConvergenceError(RuntimeError):
@@ -185,10 +157,11 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         error = self.problem.size(_error(start, state, w, moved, matrices))
-        self._last = (h, np.vstack([state.v, speeds]))
+        known = np.vstack([state.v, speeds])
+        self._last = (h, known)
         self.trouble = ""
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
-        return Step(t, h, state, end, start, self._stages, pushes, error)
+        return Step(t, h, state, end, start, self._stages, known, pushes, error)
 
     def _factorised(self, h: float, start: Evaluation) -> _Matrices:
         stiffness, damping = self.problem.jacobians(start)
@@ -197,7 +170,8 @@ class Radau:
             for value in (REAL, *EIGENVALUES[1:])
         ]
         self._rate = 1.0
-        return _Matrices(h, inverses, stiffness)
+        rows = self.problem.gradients(start)
+        return _Matrices(h, inverses, stiffness, ContactShare.of(rows, inverses))
 
     def _guess(self, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step."""
@@ -221,6 +195,9 @@ class Radau:
                 return None
             turned = zip(matrices.inverses, TO @ residual, strict=True)
             change = np.real(FROM @ np.array([inverse @ row for inverse, row in turned]))
+            if matrices.contacts is not None:
+                slopes = np.array([stage.slopes for stage in self._stages])
+                change -= matrices.contacts.share(h, change, slopes)
             w += change
             size = h * self.problem.size(change)
             if before > 0:
@@ -254,14 +231,20 @@ class _Matrices(NamedTuple):
     h: float
     inverses: list[Any]
     stiffness: FloatArray
+    contacts: ContactShare | None
 
 
 def _error(
     start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
 ) -> FloatArray:
     """Estimated error of the coordinates."""
-    h, real = matrices.h, matrices.inverses[0]
+    h, real, contacts = matrices.h, matrices.inverses[0], matrices.contacts
     of_place = state.v + ERROR @ moved / h
     push = start.force + start.mass @ (ERROR @ w) / h
-    of_speed = real @ (push - (h / REAL) * (matrices.stiffness @ of_place))
+    pull = matrices.stiffness @ of_place
+    if contacts is not None:
+        pull += contacts.rows.T @ (start.slopes[:, 0] * (contacts.rows @ of_place))
+    of_speed = real @ (push - (h / REAL) * pull)
+    if contacts is not None:
+        of_speed = contacts.filtered(h, of_speed, start.slopes)
     return np.asarray((h / REAL) * (of_place + of_speed))

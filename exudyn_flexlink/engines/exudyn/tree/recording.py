@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.tree.collocation import NODES, STAGES, WEIGHTS, C
 from exudyn_flexlink.engines.exudyn.tree.kinematics import motions
 from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel, Whole
-from exudyn_flexlink.engines.exudyn.tree.radau import NODES, STAGES, WEIGHTS, Evaluation, Step
+from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Step
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 
@@ -138,8 +139,8 @@ class Recorder:
         accelerations, added = self.model.left_over(self._kept, sampled)
         self.accelerations.append(accelerations)
         self.left.append(added)
-        self.totals.append(_cubic(parts, lengths[rows], (reached[rows], reached[rows + 1]),
-                                  (rates[rows, 0], rates[rows, -1])))  # fmt: skip
+        gained = np.einsum("si,sij->sj", _shares(parts), rates[rows, 1:])
+        self.totals.append(reached[rows] + lengths[rows, None] * gained)
         self.at_notes += [reached[row] for row in self._notes]
         self._check(self._ends, reached[1:], self._pressed)
         self._reached = reached[-1]
@@ -197,15 +198,9 @@ class Recorder:
         return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1), depths
 
 
-def _cubic(
-    s: FloatArray,
-    h: FloatArray,
-    values: tuple[FloatArray, FloatArray],
-    rates: tuple[FloatArray, FloatArray],
-) -> FloatArray:
-    """Values at parts s of steps of lengths h, on cubics through values and rates of their ends."""
-    s, h = s[:, None], h[:, None]
-    (y0, y1), (r0, r1) = values, rates
-    slope = (y1 - y0) / h
-    b, c = 3 * slope - 2 * r0 - r1, r0 + r1 - 2 * slope
-    return np.asarray(y0 + h * s * (r0 + s * (b + s * c)))
+def _shares(parts: FloatArray) -> FloatArray:
+    """Weights (instants, stages) with which an integral up to parts of a step takes its stages."""
+    powers = np.arange(1, STAGES + 1)
+    return np.asarray(
+        (parts[:, None] ** powers / powers) @ np.linalg.inv(np.vander(C, increasing=True))
+    )

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.reporting import doubts, result_of, turns_missing
+from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.outcome import TreeRun, report
@@ -29,25 +29,6 @@ from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
-
-SHARE = 0.04  # of the tolerance: the error estimated of one step
-
-
-@dataclass(frozen=True)
-class ErrorControl:
-    """The same error for every step.
-
-    The estimate is of lower order than the method and far above what a step really errs: measured
-    on the paper's strikes, the error of S over two turns is 4 to 10 times the error allowed to one
-    step, over tolerances from 1e-3 to 1e-8 m.
-    """
-
-    tolerance: float
-    fixed: float | None = None
-
-    def allowed(self) -> float:
-        """Error that one step may make, m."""
-        return SHARE * self.tolerance
 
 
 def prepare(

@@ -1,0 +1,58 @@
+"""What contacts do in the systems of an implicit step: few forces, whose slopes leap.
+
+A contact's force changes from loading to unloading within a small part of a step. Matrices with its
+slopes at one instant mislead the iteration; here each stage has its own, at every round.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.tree.collocation import FROM, REAL, STAGES, TO, A
+
+FloatArray = NDArray[np.float64]
+
+
+class ContactShare(NamedTuple):
+    """Contacts in the iteration's systems: few forces, whose slopes differ from stage to stage.
+
+    Each adds ``row^T (k_i h a_ij + d_i delta_ij) row`` to the systems, with the slopes k_i, d_i at
+    stage i. Woodbury's formula leaves a system for the gaps' changes alone, (stages c).
+    """
+
+    rows: FloatArray  # (c, n)
+    arms: NDArray[np.complex128]  # (systems, n, c): inverse times rows
+    gains: FloatArray  # (stages, c, stages, c): changes of the gaps by unit forces at the stages
+
+    @classmethod
+    def of(cls, rows: FloatArray, inverses: list[Any]) -> ContactShare | None:
+        """None without contacts."""
+        if not len(rows):
+            return None
+        arms = np.array([inverse @ rows.T for inverse in inverses])
+        gains = np.einsum("mk,kab,ki->maib", FROM, rows @ arms, TO).real
+        return cls(rows, arms, gains)
+
+    def share(self, h: float, change: FloatArray, slopes: FloatArray) -> FloatArray:
+        """What the contacts take off a change (stages, n) found without them."""
+        count = len(self.rows)
+        size = STAGES * count
+        k, d = slopes[..., 0], slopes[..., 1]  # (stages, c)
+        same = np.eye(count)
+        forces = h * np.einsum("ia,ij,ab->iajb", k, A, same).reshape(size, size)
+        forces[np.arange(size), np.arange(size)] += d.ravel()
+        gains = self.gains.reshape(size, size)
+        gaps = (change @ self.rows.T).ravel()
+        gaps = np.linalg.solve(np.eye(size) + gains @ forces, gaps)
+        pushes = TO @ (forces @ gaps).reshape(STAGES, count)  # (systems, c)
+        return np.real(FROM @ np.einsum("kna,ka->kn", self.arms, pushes))
+
+    def filtered(self, h: float, change: FloatArray, slopes: FloatArray) -> FloatArray:
+        """A change (n,) found by the real system without contacts, with them at their start."""
+        of_rates = slopes[:, 0] * h / REAL + slopes[:, 1]
+        arm = self.arms[0].real
+        system = np.eye(len(arm.T)) + (self.rows @ arm) * of_rates
+        return np.asarray(change - arm @ (of_rates * np.linalg.solve(system, self.rows @ change)))
