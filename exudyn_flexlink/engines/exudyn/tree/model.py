@@ -281,21 +281,20 @@ class TreeModel:
             return np.zeros(0)
         return np.asarray(np.linalg.solve(at.mass, at.force))
 
-    def left_over(
-        self, instants: Sequence[Whole], free: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Accelerations of all coordinates, and the forces that motors and slots add to them.
-
-        Both are (instants, links); `free` (instants, free) are the free coordinates' accelerations.
-        """
-        whole = np.array([instant.b for instant in instants])
-        if not len(instants):
-            return np.zeros((0, len(self.layout.links))), np.zeros((0, len(self.layout.links)))
+    def whole_accelerations(
+        self, instants: Sequence[Held] | Sequence[Whole], free: FloatArray
+    ) -> FloatArray:
+        """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
+        whole = np.array([instant.b for instant in instants]).reshape(len(instants), -1)
         if self._turning:
             moved = zip(instants, free, strict=True)
-            whole += np.array([self._reach(instant.x) @ a for instant, a in moved])
-        else:
-            whole[:, self._chosen] += free
+            return whole + np.array([self._reach(instant.x) @ a for instant, a in moved])
+        whole[:, self._chosen] += free
+        return whole
+
+    def left_over(self, instants: Sequence[Whole], free: FloatArray) -> FloatArray:
+        """Forces (instants, links) that motors and slots add where the free ones move so."""
         mass = np.array([instant.mass for instant in instants])
         force = np.array([instant.force for instant in instants])
-        return whole, np.asarray(np.einsum("kij,kj->ki", mass, whole) - force)
+        whole = self.whole_accelerations(instants, free)
+        return np.asarray((mass @ whole[:, :, None])[:, :, 0] - force)

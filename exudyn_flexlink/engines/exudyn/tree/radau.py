@@ -39,11 +39,13 @@ from exudyn_flexlink.engines.exudyn.tree.collocation import (
 from exudyn_flexlink.engines.exudyn.tree.contact_share import ContactShare
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 SLOW = 0.2  # slower convergence asks for new matrices
+SYSTEMS = np.array(EIGENVALUES)[:, None, None]
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 
@@ -165,10 +167,7 @@ class Radau:
 
     def _factorised(self, h: float, start: Evaluation) -> _Matrices:
         stiffness, damping = self.problem.jacobians(start)
-        inverses = [
-            np.linalg.inv(start.mass * (value / h) + damping + stiffness * (h / value))
-            for value in (REAL, *EIGENVALUES[1:])
-        ]
+        inverses = np.linalg.inv(start.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS))
         self._rate = 1.0
         rows = self.problem.gradients(start)
         return _Matrices(h, inverses, stiffness, ContactShare.of(rows, inverses))
@@ -193,8 +192,8 @@ class Radau:
             residual = self._residual(t, h, state, w)
             if residual is None:
                 return None
-            turned = zip(matrices.inverses, TO @ residual, strict=True)
-            change = np.real(FROM @ np.array([inverse @ row for inverse, row in turned]))
+            turned = matrices.inverses @ (TO @ residual)[:, :, None]
+            change = (FROM @ turned[:, :, 0]).real
             if matrices.contacts is not None:
                 slopes = np.array([stage.slopes for stage in self._stages])
                 change -= matrices.contacts.share(h, change, slopes)
@@ -229,7 +228,7 @@ class _Matrices(NamedTuple):
     """Inverses of the iteration's systems for steps of length h, and the stiffness behind them."""
 
     h: float
-    inverses: list[Any]
+    inverses: ComplexArray  # (systems, n, n), that of the real one first
     stiffness: FloatArray
     contacts: ContactShare | None
 
@@ -238,7 +237,7 @@ def _error(
     start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
 ) -> FloatArray:
     """Estimated error of the coordinates."""
-    h, real, contacts = matrices.h, matrices.inverses[0], matrices.contacts
+    h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
     of_place = state.v + ERROR @ moved / h
     push = start.force + start.mass @ (ERROR @ w) / h
     pull = matrices.stiffness @ of_place

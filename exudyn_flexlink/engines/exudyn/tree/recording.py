@@ -1,8 +1,9 @@
 """From the loop's steps to samples, energies and checks.
 
-Samples lie on the polynomial between steps; accelerations and reactions there follow from the
-equations of motion themselves. Energies dissipated and supplied, impulses and works of contacts are
-integrals over the stages of every step, as accurate as the motion.
+Samples lie on the polynomial between steps; accelerations and reactions there on that through the
+stages, at which they follow from the equations of motion. Energies dissipated and supplied,
+impulses and works of contacts are integrals over the stages of every step, as accurate as the
+motion.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class Recorder:
         self._pressed: list[tuple[bool, ...]] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
         self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
-        self._kept: list[Whole] = []
+        self._kept: list[Held] = []
         self._notes: list[int] = []  # steps of the block made before each note
         self._reached = np.zeros(2 + 2 * len(model.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
@@ -76,7 +77,7 @@ class Recorder:
         held = Held(whole.x, whole.v, whole.b, whole.places)
         self._check([held], self._reached[None, :], [self._acting()])
         self._on_curves = []
-        self._keep(whole, 0, 0.0)
+        self._keep(whole.t, held, 0, 0.0)
 
     def take(self, step: Step, end: Held) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
@@ -87,8 +88,7 @@ class Recorder:
             wanted = self.grid[self._next : last]
             self._next = last
             for t, q, v in zip(wanted.tolist(), *step.at(wanted), strict=True):
-                at = self.model.evaluate(t, q, v)
-                self._keep(at.kept, len(self._steps), (t - step.t) / step.h)
+                self._keep(t, self.model.whole(t, q, v), len(self._steps), (t - step.t) / step.h)
         self._steps.append(step)
         self._pressed.append(self._acting())
         self._ends.append(end)
@@ -97,9 +97,7 @@ class Recorder:
     def mark(self) -> None:
         """Keep a sample at the end of the last step, too."""
         if self._steps and self.samples[-1].time < self._steps[-1].end:
-            step = self._steps[-1]
-            at = self.model.evaluate(step.end, step.finish.q, step.finish.v)
-            self._keep(at.kept, len(self._steps) - 1, 1.0)
+            self._keep(self._steps[-1].end, self._ends[-1], len(self._steps) - 1, 1.0)
 
     def note(self) -> None:
         """Keep the totals at the end of the last step."""
@@ -108,8 +106,8 @@ class Recorder:
     def _acting(self) -> tuple[bool, ...]:
         return tuple(contact.acts for contact in self.model.contacts)
 
-    def _keep(self, at: Whole, step: int, part: float) -> None:
-        self.samples.append(Sample(at.t, at.x, at.v, self._places(at.places), self._acting()))
+    def _keep(self, t: float, at: Held, step: int, part: float) -> None:
+        self.samples.append(Sample(t, at.x, at.v, self._places(at.places), self._acting()))
         self._kept.append(at)
         self._between.append((step, part))
 
@@ -127,7 +125,7 @@ class Recorder:
         shape = (len(steps), STAGES + 1, -1)
         nodes = [node for step in steps for node in (step.begin, *step.stages)]
         free = np.array([a for s in steps for a in (s.start.a, *s.accelerations)])
-        _, left = self.model.left_over([node.kept for node in nodes], free)
+        left = self.model.left_over([node.kept for node in nodes], free)
         rates = self._rates_of([node.kept for node in nodes], left).reshape(shape)
         lengths = np.array([step.h for step in steps])
         gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
@@ -136,9 +134,8 @@ class Recorder:
         parts = np.array([part for _, part in self._between])
         between = np.vander(parts, STAGES + 1, increasing=True) @ NODES
         sampled = np.einsum("si,sij->sj", between, free.reshape(shape)[rows])
-        accelerations, added = self.model.left_over(self._kept, sampled)
-        self.accelerations.append(accelerations)
-        self.left.append(added)
+        self.accelerations.append(self.model.whole_accelerations(self._kept, sampled))
+        self.left.append(np.einsum("si,sij->sj", between, left.reshape(shape)[rows]))
         gained = np.einsum("si,sij->sj", _shares(parts), rates[rows, 1:])
         self.totals.append(reached[rows] + lengths[rows, None] * gained)
         self.at_notes += [reached[row] for row in self._notes]
