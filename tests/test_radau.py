@@ -8,6 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS, A, C
+from exudyn_flexlink.engines.exudyn.tree.contact_share import Pressing
 from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Radau, State
 
 
@@ -23,8 +24,8 @@ class Oscillator:
     def jacobians(self, at):
         return self.stiffness, self.damping
 
-    def gradients(self, at):
-        return np.zeros((0, len(self.mass)))
+    def contacts_at(self, at):
+        return None
 
     def size(self, change):
         return float(np.abs(change).max())
@@ -37,16 +38,19 @@ class Pressed(Oscillator):
 
     def evaluate(self, t, q, v):
         free = super().evaluate(t, q, v)
-        rising = np.tanh(-v[0] / self.v_s)
-        lossy = (1 - self.e**2) / 2
-        factor = self.k * ((1 + self.e**2) / 2 + lossy * rising)
-        slopes = np.array([[factor, -q[0] * self.k * lossy * (1 - rising**2) / self.v_s]])
+        touching = np.array([[q[0], v[0]]])
         force = free.force.copy()
-        force[0] -= factor * q[0]
-        return Evaluation(self.mass, force, None, slopes)
+        force[0] += self.press(touching).force[0]
+        return Evaluation(self.mass, force, None, touching)
 
-    def gradients(self, at):
-        return np.eye(len(self.mass))[:1]
+    def press(self, touching):
+        q, v = touching[..., 0], touching[..., 1]
+        rising, lossy = np.tanh(-v / self.v_s), (1 - self.e**2) / 2
+        factor = self.k * ((1 + self.e**2) / 2 + lossy * rising)
+        return Pressing(-q * factor, factor, -q * self.k * lossy * (1 - rising**2) / self.v_s)
+
+    def contacts_at(self, at):
+        return np.eye(len(self.mass))[:1], self.press
 
 
 def advance(problem, q, v, h, count):

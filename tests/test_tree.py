@@ -15,9 +15,11 @@ from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation, is_tree
 from exudyn_flexlink.mechanism.tree import NoTreeError, tree_layout
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
+LEVER = 0.03  # m
 FEW = ("bodies.link.rods=4", "run.turns=0.6", "run.sample=1 ms")
 
 
@@ -169,6 +171,22 @@ def test_a_strike_with_friction_is_the_same() -> None:
         for result in (tree, other)
     )
     assert lost == pytest.approx(same, rel=2e-3)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None:
+    """The force leaps there. Against the Lagrangian, for a rigid link and few steps."""
+    settings = ("run.turns=0.6", "run.sample=1 ms")
+    scene = load_scene(MODELS / "rigid.yaml", (*settings, "accuracy.tolerance=1e-11"))
+    exact = lever_response(simulate(scene, "lagrangian"), "strike")
+    found = lever_response(
+        run("rigid.yaml", *settings, f"accuracy.tolerance={tolerance}"), "strike"
+    )
+    seen = np.isin(np.round(found.time, 9), np.round(exact.time, 9))
+    same = np.isin(np.round(exact.time, 9), np.round(found.time, 9))
+    assert np.count_nonzero(seen) > 300
+    off = np.abs(found.angle[seen] - exact.angle[same]).max()
+    assert off * LEVER < tolerance
 
 
 def test_an_error_larger_than_any_step_stops_the_run_at_a_dead_centre() -> None:

@@ -1,11 +1,13 @@
-"""What contacts do in the systems of an implicit step: few forces, whose slopes leap.
+"""What contacts do in the systems of an implicit step: few forces, which leap.
 
-A contact's force changes from loading to unloading within a small part of a step. Matrices with its
-slopes at one instant mislead the iteration; here each stage has its own, at every round.
+A contact's force changes from loading to unloading within a small part of a step: its slopes at one
+instant mislead the iteration. So the gaps at all stages, few numbers, are solved for at every round
+with the forces themselves; the matrices carry only what they mean for the other coordinates.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -18,53 +20,104 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)
+ROUNDS = 40
+CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
+SHORTEST_PART = 1e-3  # of Newton's way
+
+
+class Pressing(NamedTuple):
+    """Forces of contacts, and how they fall with the gap and with its rate, all of one shape."""
+
+    force: FloatArray
+    stiffness: FloatArray
+    damping: FloatArray
+
+
+Press = Callable[[FloatArray], Pressing]
+"""Forces by gaps and their rates (..., c, 2)."""
 
 
 class ContactShare(NamedTuple):
-    """Contacts in the iteration's systems: few forces, whose slopes differ from stage to stage.
+    """Contacts beside the iteration's systems, by Woodbury's formula."""
 
-    Each adds ``row^T (k_i h a_ij + d_i delta_ij) row`` to the systems, with the slopes k_i, d_i at
-    stage i. Woodbury's formula leaves a system for the gaps' changes alone, (stages c).
-    """
-
-    rows: FloatArray  # (c, n)
+    rows: FloatArray  # (c, n): gradients of the gaps
     arms: ComplexArray  # (systems, n, c): inverse times rows
-    gains: FloatArray  # (stages c, stages c): changes of the gaps by unit forces at the stages
+    gains: FloatArray  # (stages c, stages c): changes of the gaps' rates by forces at the stages
+    press: Press
+    start: Pressing  # (c,) each: at the start of the step
 
     @classmethod
-    def of(cls, rows: FloatArray, inverses: ComplexArray) -> ContactShare | None:
-        """None without contacts."""
-        if not len(rows):
-            return None
+    def of(
+        cls, rows: FloatArray, press: Press, inverses: ComplexArray, touching: FloatArray
+    ) -> ContactShare:
+        """Contacts that touch so (c, 2) at the start of the step."""
         arms = inverses @ rows.T
         by_system = rows @ arms  # (systems, c, c)
         count = len(rows)
         gains = (BOTH @ by_system.reshape(len(arms), -1)).real  # (stages stages, c c)
         gains = gains.reshape(STAGES, STAGES, count, count).transpose(0, 2, 1, 3)
         gains = gains.reshape(STAGES * count, STAGES * count)
-        return cls(rows, arms, gains)
+        return cls(rows, arms, gains, press, press(touching))
 
-    def share(self, h: float, change: FloatArray, slopes: FloatArray) -> FloatArray:
-        """What the contacts take off a change (stages, n) found without them."""
-        count = len(self.rows)
-        size = STAGES * count
-        k, d = slopes[..., 0].reshape(size, 1), slopes[..., 1].ravel()
-        forces = k * (h * _spread(count))
-        forces.flat[:: size + 1] += d
-        gaps = (change @ self.rows.T).reshape(size)
-        gaps = np.linalg.solve(np.eye(size) + self.gains @ forces, gaps)
-        pushes = TO @ (forces @ gaps).reshape(STAGES, count)  # (systems, c)
-        return (FROM @ (self.arms @ pushes[:, :, None])[:, :, 0]).real
+    def share(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
+        """What the contacts add to a change (stages, n) of the speeds found without them.
 
-    def filtered(self, h: float, change: FloatArray, slopes: FloatArray) -> FloatArray:
+        `touching` (stages, c, 2) are gaps and rates before it.
+        """
+        free = change @ self.rows.T
+        before = self.press(touching)
+        pushes = self._pushes(h, free, touching, before) - before.force
+        of_systems = TO @ pushes  # (systems, c)
+        return np.asarray((FROM @ (self.arms @ of_systems[:, :, None])[:, :, 0]).real)
+
+    def _pushes(
+        self, h: float, free: FloatArray, touching: FloatArray, start: Pressing
+    ) -> FloatArray:
+        """Forces (stages, c) once the rates of the gaps have changed by `free` and by themselves.
+
+        Newton's method, each step as long as it helps: forces fall with gap and rate, so that there
+        is one solution, but they hardly change on both sides of where they leap.
+        """
+        shape, size = free.shape, free.size
+        spread, same = h * _spread(shape[1]), np.eye(size)
+        flat = free.ravel()
+        enough = CLOSE * float(np.abs(flat).max())
+        pressing, rates, off = start, np.zeros(size), flat
+        left = float(np.abs(off).max())
+        for _ in range(ROUNDS):
+            if left <= enough:
+                break
+            slopes = pressing.stiffness.reshape(size, 1) * spread
+            slopes.flat[:: size + 1] += pressing.damping.ravel()
+            way = np.linalg.solve(same + self.gains @ slopes, off)
+            part, before = 1.0, left
+            while True:
+                trial = rates + part * way
+                moved = np.stack([(spread @ trial).reshape(shape), trial.reshape(shape)], axis=-1)
+                pressing = self.press(touching + moved)
+                off = flat + self.gains @ (pressing.force - start.force).ravel() - trial
+                left = float(np.abs(off).max())
+                if left < before or part < SHORTEST_PART:
+                    break
+                part /= 2
+            rates = trial
+        return np.asarray(pressing.force)
+
+    def pull(self, change: FloatArray) -> FloatArray:
+        """Forces (n,) against a change of the coordinates, at the start of the step."""
+        return np.asarray(self.rows.T @ (self.start.stiffness * (self.rows @ change)))
+
+    def filtered(self, h: float, change: FloatArray) -> FloatArray:
         """A change (n,) found by the real system without contacts, with them at their start."""
-        of_rates = slopes[:, 0] * h / REAL + slopes[:, 1]
+        of_rates = self.start.stiffness * h / REAL + self.start.damping
         arm = self.arms[0].real
         system = np.eye(len(arm.T)) + (self.rows @ arm) * of_rates
-        return np.asarray(change - arm @ (of_rates * np.linalg.solve(system, self.rows @ change)))
+        return np.asarray(
+            change - arm @ (of_rates * np.linalg.solve(system, self.rows @ change)), float
+        )
 
 
 @cache
 def _spread(count: int) -> FloatArray:
     """Coefficients a of the method, for each of `count` contacts."""
-    return np.kron(A, np.eye(count))
+    return np.asarray(np.kron(A, np.eye(count)), dtype=np.float64)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.tree.contact_share import Press, Pressing
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, face_length
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
@@ -91,20 +92,20 @@ class TreeContact:
         """Pressing force, N; none while apart."""
         if touch.gap >= 0:
             return 0.0
-        return -touch.gap * self._factor(touch.gap_rate)[0]
+        e2 = self.law.restitution**2
+        rising = tanh(-touch.gap_rate / self.law.transition_speed)
+        return -touch.gap * self.law.stiffness * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
 
     def push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray
     ) -> tuple[tuple[float, float], tuple[float, float]]:
         """Add the generalised forces.
 
-        Return the pressing force (N) and the power it takes (W), and how the force falls with the
-        gap (N/m) and with its rate (N s/m).
+        Return the pressing force (N) and the power it takes (W), and the gap (m) and its rate.
         """
         touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
         # At the end of a touch a trial state may be a hair beyond the face: no force pulls.
-        depth, factor, bend = max(-touch.gap, 0.0), *self._factor(touch.gap_rate)
-        press, rub = depth * factor, 0.0
+        press, rub = self.force(touch), 0.0
         if self.friction is not None:
             rub = float(self.friction.force(press, touch.place_rate))
         side = touch.side
@@ -112,14 +113,7 @@ class TreeContact:
         _add(onto, moves, at, (fx, fy))
         _add(onto, turns, at, (-fx, -fy))
         power = -press * touch.gap_rate - rub * touch.place_rate
-        return (press, power), (factor, depth * bend)
-
-    def _factor(self, gap_rate: float) -> tuple[float, float]:
-        """Force over penetration (N/m), and how that falls with the gap's rate."""
-        e2, vs, k = self.law.restitution**2, self.law.transition_speed, self.law.stiffness
-        rising = tanh(-gap_rate / vs)
-        lossy = (1 - e2) / 2
-        return k * ((1 + e2) / 2 + lossy * rising), k * lossy * (1 - rising * rising) / vs
+        return (press, power), (touch.gap, touch.gap_rate)
 
     def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Gradient of the gap (links,)."""
@@ -128,6 +122,21 @@ class TreeContact:
         _add(row, moves, at, normal)
         _add(row, turns, at, (-normal[0], -normal[1]))
         return row
+
+
+def press_by(laws: list[RestitutionPenalty]) -> Press:
+    """Forces of contacts and their slopes, by gaps and rates (..., c, 2)."""
+    k, e, vs = np.array([(law.stiffness, law.restitution, law.transition_speed) for law in laws]).T
+    elastic, lossy = k * (1 + e**2) / 2, k * (1 - e**2) / 2
+
+    def press(touching: FloatArray) -> Pressing:
+        gap, rate = touching[..., 0], touching[..., 1]
+        depth, rising = np.maximum(-gap, 0.0), np.tanh(-rate / vs)
+        factor = elastic + lossy * rising
+        bend = lossy / vs * (1 - rising * rising)
+        return Pressing(depth * factor, factor * (depth > 0), depth * bend)
+
+    return press
 
 
 def _add(onto: FloatArray, moves: Row, at: tuple[float, float], force: tuple[float, float]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from exudyn_flexlink.engines.exudyn.tree.collocation import STAGES
 
-SHARE = 0.04  # of the tolerance: the error estimated of one step
+SHARE = 0.1  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
 SAFETY = 0.9
 KEEP = (0.9, 1.2)  # a step that may grow by a factor between these stays, with its matrices

@@ -22,6 +22,9 @@ NEWTON_STEPS = 40
 NEAR = 1e-8  # of the parameter
 LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
 
+AT_DEAD_CENTRE = "the guide's axis touches the track"
+GRAZING = 1e-3  # of that sine: where no step is short enough, this is why
+
 
 class DeadCentreError(ValueError):
     """The guide's axis touches the track or misses it: its angle tells no place of the point."""
@@ -56,7 +59,7 @@ class SlotGuide:
             x, y, dx, dy, ddx, ddy = at(u)
             slope = c * dy - s * dx
             if abs(slope) < LEAST_SLOPE * hypot(dx, dy):
-                raise DeadCentreError("the guide's axis touches the track")
+                raise DeadCentreError(AT_DEAD_CENTRE)
             step = (c * (y - cy) - s * (x - cx) - aside) / slope
             if near:  # quadratic: after a step this small the place is exact to rounding
                 break
@@ -72,6 +75,11 @@ class SlotGuide:
         second = (rate - turn * first) / slope
         bend = slope * first + (c * ddx + s * ddy) * first * first + along * second
         return reach - ahead, rate, bend
+
+    def grazes(self, angle: float) -> bool:
+        """Tell whether the guide's axis all but touches the track at the last place."""
+        _, _, dx, dy, _, _ = self._at[self.piece](self._home)
+        return abs(cos(angle) * dy - sin(angle) * dx) < GRAZING * hypot(dx, dy)
 
     def settle(self, u: float) -> None:
         """Search from this place on, where the last step ended."""

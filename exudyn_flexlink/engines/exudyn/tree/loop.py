@@ -25,7 +25,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 from exudyn_flexlink.engines.exudyn.tree.contacts import Side
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, NOTHING, Finder, Found, Goal
-from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
+from exudyn_flexlink.engines.exudyn.tree.guided import AT_DEAD_CENTRE, DeadCentreError
 from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import (
     Evaluation,
@@ -108,13 +108,17 @@ class TreeLoop:
         except DeadCentreError as error:
             return str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
-            if self.radau.trouble:
-                return self.radau.trouble, LOCKED_ADVICE
+            if self._locked():
+                return AT_DEAD_CENTRE, LOCKED_ADVICE
             return f"{NO_SOLUTION} ({error})", NO_SOLUTION_ADVICE
         finally:
             if self.time < self.end * (1 - 1e-9):
                 self.observer.mark()  # stopped early: the last state is kept
         return "", ""
+
+    def _locked(self) -> bool:
+        x = self._at.kept.x
+        return any(guide.grazes(x[guide.guided.turning]) for guide in self.model.guides)
 
     def _over(self) -> bool:
         return bool(self.stop_reason) or self.reached or self.interrupted

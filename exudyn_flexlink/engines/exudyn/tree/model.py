@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
-from exudyn_flexlink.engines.exudyn.tree.contacts import TreeContact
+from exudyn_flexlink.engines.exudyn.tree.contact_share import Press
+from exudyn_flexlink.engines.exudyn.tree.contacts import TreeContact, press_by
 from exudyn_flexlink.engines.exudyn.tree.guided import SlotGuide
 from exudyn_flexlink.engines.exudyn.tree.kinematics import Reaches, start_coordinates
-from exudyn_flexlink.engines.exudyn.tree.radau import NO_SLOPES, Evaluation
+from exudyn_flexlink.engines.exudyn.tree.radau import NOT_TOUCHING, Evaluation
 from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
@@ -220,32 +221,35 @@ class TreeModel:
         mass, force = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         for motor, (link, sign) in self.torques:
             force[link] += sign * motor.ramp.at(t)
-        pushes, slopes = NO_PUSHES, NO_SLOPES
+        pushes, touching = NO_PUSHES, NOT_TOUCHING
         if self.contacts:
-            pushes, slopes = self._push(x, speed, force)
+            pushes, touching = self._push(x, speed, force)
         kept = Whole(t, x, speed, b, places, mass, force, pushes)
         left = force - mass @ b
         if self._turning:
             reach = self._reach(x)
-            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, slopes)
+            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, touching)
         if self._span is not None:
             span = self._span
-            return Evaluation(mass[span, span], left[span], kept, slopes)
-        return Evaluation(mass[np.ix_(self.free, self.free)], left[self.free], kept, slopes)
+            return Evaluation(mass[span, span], left[span], kept, touching)
+        return Evaluation(mass[np.ix_(self.free, self.free)], left[self.free], kept, touching)
 
     def _push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray
     ) -> tuple[list[tuple[float, float]], FloatArray]:
-        """Add the contacts' forces; return force and power of each, and slopes of those acting."""
-        pushes, slopes = [], []
+        """Add the contacts' forces.
+
+        Return force and power of each, and gaps and rates (c, 2) of those that act.
+        """
+        pushes, touching = [], []
         for contact in self.contacts:
             if not contact.acts:
                 pushes.append((0.0, 0.0))
                 continue
-            push, slope = contact.push(x, v, onto)
+            push, touch = contact.push(x, v, onto)
             pushes.append(push)
-            slopes.append(slope)
-        return pushes, np.array(slopes) if slopes else NO_SLOPES
+            touching.append(touch)
+        return pushes, np.array(touching) if touching else NOT_TOUCHING
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs and dampers; what turns with the mechanism is left to the iteration."""
@@ -254,15 +258,15 @@ class TreeModel:
         reach = self._reach(at.kept.x)
         return reach.T @ np.diag(self.stiffness) @ reach, reach.T @ np.diag(self.damping) @ reach
 
-    def gradients(self, at: Evaluation) -> FloatArray:
-        """Gradients (c, free) of the gaps of the contacts that act."""
+    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+        """Gradients (c, free) of the gaps of the contacts that act, and their forces."""
+        acting = [contact for contact in self.contacts if contact.acts]
+        if not acting:
+            return None
         whole: Whole = at.kept
-        rows = [c.gradient(whole.x, whole.v) for c in self.contacts if c.acts]
-        if not rows:
-            return np.zeros((0, len(self.free)))
-        if self._turning:
-            return np.array(rows) @ self._reach(whole.x)
-        return np.array(rows)[:, self._chosen]
+        rows = np.array([contact.gradient(whole.x, whole.v) for contact in acting])
+        rows = rows @ self._reach(whole.x) if self._turning else rows[:, self._chosen]
+        return rows, press_by([contact.law for contact in acting])
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., free) of the coordinates move the end of any part, at most."""
@@ -281,14 +285,12 @@ class TreeModel:
             return np.zeros(0)
         return np.asarray(np.linalg.solve(at.mass, at.force))
 
-    def whole_accelerations(
-        self, instants: Sequence[Held] | Sequence[Whole], free: FloatArray
-    ) -> FloatArray:
+    def whole_accelerations(self, instants: Sequence[Held | Whole], free: FloatArray) -> FloatArray:
         """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
         whole = np.array([instant.b for instant in instants]).reshape(len(instants), -1)
         if self._turning:
-            moved = zip(instants, free, strict=True)
-            return whole + np.array([self._reach(instant.x) @ a for instant, a in moved])
+            moved = [self._reach(at.x) @ a for at, a in zip(instants, free, strict=True)]
+            return np.asarray(whole + np.array(moved))
         whole[:, self._chosen] += free
         return whole
 

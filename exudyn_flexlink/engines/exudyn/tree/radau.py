@@ -36,7 +36,7 @@ from exudyn_flexlink.engines.exudyn.tree.collocation import (
     B,
     C,
 )
-from exudyn_flexlink.engines.exudyn.tree.contact_share import ContactShare
+from exudyn_flexlink.engines.exudyn.tree.contact_share import ContactShare, Press
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -46,22 +46,23 @@ MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
+TAU = 1e-3  # s: turns errors of speeds into errors of places, of what swings at 160 Hz and slower
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 
-NO_SLOPES = np.zeros((0, 2))
+NOT_TOUCHING = np.zeros((0, 2))
 
 
 class Evaluation(NamedTuple):
     """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it.
 
-    `slopes` (c, 2) are how the forces of contacts fall with their gap and its rate.
+    `touching` (c, 2) are the gaps of the contacts that act, and their rates.
     """
 
     mass: FloatArray
     force: FloatArray
     kept: Any = None
-    slopes: FloatArray = NO_SLOPES
+    touching: FloatArray = NOT_TOUCHING
 
 
 class Problem(Protocol):
@@ -73,8 +74,8 @@ class Problem(Protocol):
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without contacts, near enough to converge."""
 
-    def gradients(self, at: Evaluation) -> FloatArray:
-        """Gradients (c, n) of the gaps of the contacts that act."""
+    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+        """Gradients (c, n) of the gaps of the contacts that act, and their forces; None without."""
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., n) of the coordinates move anything, at most."""
@@ -129,7 +130,6 @@ class Radau:
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self.iterations = 0
-        self.trouble = ""  # what the last evaluation that failed said
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
         self._rate = 1.0  # at which the last iteration converged
@@ -161,16 +161,17 @@ class Radau:
         error = self.problem.size(_error(start, state, w, moved, matrices))
         known = np.vstack([state.v, speeds])
         self._last = (h, known)
-        self.trouble = ""
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
         return Step(t, h, state, end, start, self._stages, known, pushes, error)
 
     def _factorised(self, h: float, start: Evaluation) -> _Matrices:
         stiffness, damping = self.problem.jacobians(start)
-        inverses = np.linalg.inv(start.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS))
+        systems = start.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
+        inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
         self._rate = 1.0
-        rows = self.problem.gradients(start)
-        return _Matrices(h, inverses, stiffness, ContactShare.of(rows, inverses))
+        found = self.problem.contacts_at(start)
+        contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
+        return _Matrices(h, inverses, stiffness, contacts)
 
     def _guess(self, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step."""
@@ -195,8 +196,8 @@ class Radau:
             turned = matrices.inverses @ (TO @ residual)[:, :, None]
             change = (FROM @ turned[:, :, 0]).real
             if matrices.contacts is not None:
-                slopes = np.array([stage.slopes for stage in self._stages])
-                change -= matrices.contacts.share(h, change, slopes)
+                touching = np.array([stage.touching for stage in self._stages])
+                change += matrices.contacts.share(h, change, touching)
             w += change
             size = h * self.problem.size(change)
             if before > 0:
@@ -217,8 +218,7 @@ class Radau:
         evaluate = self.problem.evaluate
         try:
             stages = [evaluate(t + C[i] * h, places[i], speeds[i]) for i in range(STAGES)]
-        except (ValueError, ArithmeticError) as error:
-            self.trouble = str(error)
+        except (ValueError, ArithmeticError):
             return None
         self._stages = stages
         return np.array([at.force - at.mass @ pushes[i] for i, at in enumerate(stages)])
@@ -236,14 +236,14 @@ class _Matrices(NamedTuple):
 def _error(
     start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
 ) -> FloatArray:
-    """Estimated error of the coordinates."""
+    """Estimated errors of the coordinates, and of what speeds will make of them (2, n)."""
     h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
     of_place = state.v + ERROR @ moved / h
     push = start.force + start.mass @ (ERROR @ w) / h
     pull = matrices.stiffness @ of_place
     if contacts is not None:
-        pull += contacts.rows.T @ (start.slopes[:, 0] * (contacts.rows @ of_place))
+        pull += contacts.pull(of_place)
     of_speed = real @ (push - (h / REAL) * pull)
     if contacts is not None:
-        of_speed = contacts.filtered(h, of_speed, start.slopes)
-    return np.asarray((h / REAL) * (of_place + of_speed))
+        of_speed = contacts.filtered(h, of_speed)
+    return np.array([(h / REAL) * (of_place + of_speed), TAU * of_speed])
