@@ -198,7 +198,7 @@ def test_errors_are_those_made_up(study):
 def test_what_the_references_do_not_tell_is_not_claimed(study):
     """The tight Lagrangian and the finest Exudyn run, 4e-8 or 4e-9 m, differ by its error."""
     finest = min(point.value for point in points_of(study, "Exudyn"))
-    assert study.reference == "Lagrangian, rtol 1e-11, atol 1e-13"
+    assert study.reference == "Lagrangian, tolerance 1e-12 m"
     assert study.independent
     assert study.floor == pytest.approx(0.5 * finest, rel=1e-4)
     assert study.tip_floor == pytest.approx(TIP * 0.5 * finest, rel=1e-4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import log
 
-SLOPES = {"tolerance": 0.5, "step": 1.0}
+SLOPES = {"tolerance": 0.5, "step": 1.0, "relative_tolerance": 0.2}
 """How cost grows as a knob is turned down, before two runs show it: a second-order method."""
 
 STEEPEST = 1.0

@@ -143,14 +143,13 @@ def judge(runs: Runs) -> Study:
     truth, check = bench.truth, bench.check
     points = [_point(trial, bench) for trial in runs.trials if trial is not truth]
     own = _own(runs, truth, points)
-    tight = runs.reference is truth
     return Study(
         scene=runs.scene,
         target=runs.target,
         point=watched_point(runs.scene),
         tips=bench.struck,
         end=bench.end,
-        reference=_tight(truth) if tight else truth.method.told(truth.value),
+        reference=truth.method.told(truth.value),
         reference_processor=truth.processor,
         check="" if check is None else check.method.told(check.value),
         independent=bench.independent,
@@ -180,12 +179,6 @@ def _bench(runs: Runs) -> Bench:
     check, independent = _check(truth, others, struck)
     horizon = agreement(truth.result, check.result) if check else None
     return Bench(truth, check, independent, struck, horizon)
-
-
-def _tight(truth: Trial) -> str:
-    accuracy = truth.scene.accuracy
-    rtol, atol = accuracy.relative_tolerance, accuracy.absolute_tolerance
-    return f"{truth.method.name}, rtol {rtol:.0e}, atol {atol:.0e}"
 
 
 def _reference(runs: Runs) -> Trial | None:

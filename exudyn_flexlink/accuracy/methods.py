@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil, log10
 from typing import Any, Literal
 
 from exudyn_flexlink.scene import Scene
 
-Knob = Literal["tolerance", "step"]
+Knob = Literal["tolerance", "step", "relative_tolerance"]
 
 BEAM = "beam"  # the one formulation whose link is not made of rods
 TITLES = {"exudyn": "Exudyn", "lagrangian": "Lagrangian"}
 LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
+COARSEST = 1e-4  # m: a ladder reaches up to it at least, so that every method has a cheap rung
+LEAST_LOCAL = 1e-10
 USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
 RUNGS_OF_STEPS = 6
-REFERENCE = {"relative_tolerance": 1e-11, "absolute_tolerance": 1e-13}
-"""Of the Lagrangian, against which everything else is judged."""
+USUAL_LOCAL = 1e-6  # relative tolerance of one step
+SMALLER = 1e-2  # times the relative tolerance: the absolute one
+REFERENCE: Mapping[Knob, float] = {"tolerance": 1e-12, "relative_tolerance": 1e-11}
+"""Of the run against which everything else is judged, by what is varied: 100 times finer than the
+finest rung, or more. The smooth method at 1e-12 m leaves 2e-13 m over the paper's two turns."""
 
-_OF_THE_METHOD = ("tolerance", "step", "formulation", *REFERENCE)
+_OF_THE_METHOD = ("tolerance", "step", "formulation", "elements", "relative_tolerance",
+                  "absolute_tolerance")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way to solve a scene, up to one number: a tolerance (m) or a step (s).
+    """A way to solve a scene, up to one number: a tolerance (m), a step (s) or a local tolerance.
 
     `settings` are keys of the scene's accuracy that make it this method. `of_rods` is False where
     the link is another model than the scene's rods, so that no setting leads to their motion.
@@ -36,28 +42,46 @@ class Method:
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
     of_rods: bool = True
 
-    def at(self, scene: Scene, value: float, **more: float) -> Scene:
-        """Return the scene solved by this method at a value of its knob, with `more` settings."""
+    def at(self, scene: Scene, value: float) -> Scene:
+        """Return the scene solved by this method at a value of its knob."""
         given = scene.accuracy.model_dump(exclude_none=True)
         kept = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
-        changed = kept | dict(self.settings) | {self.knob: value} | more
+        changed = kept | self.chosen(value)
+        if self.knob == "relative_tolerance":  # a scene also has to say one of these
+            changed["tolerance"] = scene.accuracy.tolerance or USUAL_TOLERANCE
+        if self.settings.get("formulation") == BEAM and "elements" in given:
+            changed["elements"] = given["elements"]
         return scene.changed(accuracy=type(scene.accuracy).model_validate(changed))
+
+    def chosen(self, value: float) -> dict[str, Any]:
+        """Return the keys of a scene's accuracy that choose the method at a value of its knob."""
+        local = {"absolute_tolerance": SMALLER * value} if self.knob == "relative_tolerance" else {}
+        return {**self.settings, self.knob: value, **local}
+
+    def set_to(self, value: float) -> str:
+        """Say the knob at a value, such as 'tolerance 1e-05 m'."""
+        names = {"relative_tolerance": ("rtol", ""), "step": ("step", " s")}
+        name, unit = names.get(self.knob, ("tolerance", " m"))
+        return f"{name} {value:.2g}{unit}"
 
     def told(self, value: float) -> str:
         """Say the method at a value, such as 'Exudyn, joints, tolerance 1e-05 m'."""
-        unit = "m" if self.knob == "tolerance" else "s"
-        name = self.name.removesuffix(", fixed step")
-        return f"{name}, {self.knob} {value:.2g} {unit}"
+        return f"{self.name.removesuffix(', fixed step')}, {self.set_to(value)}"
 
 
-def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[Method]:
+def methods_of(
+    scene: Scene, formulations: Mapping[str, Sequence[str]], local: Collection[str] = ()
+) -> list[Method]:
     """List the methods worth a try, that of the model's own settings first.
 
     `formulations` names, for each engine, the formulations that represent the scene, the one that
-    the engine picks first; empty for an engine without a choice.
+    the engine picks first; empty for an engine without a choice. `local` are engines that obey no
+    tolerance of the whole motion, but that of one step.
     """
     found = [
-        method for engine, names in formulations.items() for method in _of_engine(engine, names)
+        method
+        for engine, names in formulations.items()
+        for method in _of_engine(engine, names, "relative_tolerance" if engine in local else None)
     ]
     if "exudyn" in formulations:
         found.append(_fixed_step(formulations["exudyn"]))
@@ -65,12 +89,12 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
     return sorted(found, key=lambda method: method is not own)
 
 
-def _of_engine(engine: str, formulations: Sequence[str]) -> list[Method]:
-    title = TITLES.get(engine, engine)
+def _of_engine(engine: str, formulations: Sequence[str], knob: Knob | None) -> list[Method]:
+    title, knob = TITLES.get(engine, engine), knob or "tolerance"
     if not formulations:
-        return [Method(title, engine)]
+        return [Method(title, engine, knob)]
     return [
-        Method(f"{title}, {name}", engine, "tolerance", {"formulation": name}, name != BEAM)
+        Method(f"{title}, {name}", engine, knob, {"formulation": name}, name != BEAM)
         for name in formulations
     ]
 
@@ -94,6 +118,8 @@ def own_value(scene: Scene, method: Method) -> float | None:
     """Value of the method's knob that the model gives, or a usual one; None: unknown."""
     if method.knob == "step":
         return scene.accuracy.step
+    if method.knob == "relative_tolerance":
+        return scene.accuracy.relative_tolerance or USUAL_LOCAL
     return scene.accuracy.tolerance or USUAL_TOLERANCE
 
 
@@ -104,7 +130,10 @@ def ladder(knob: Knob, own: float, target: float) -> list[float]:
     """
     if knob == "step":
         return [own * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
-    top = max(1, ceil(log10(target / own) - 1e-9))
-    least = min(LEAST_TOLERANCE, target / 10)
+    if knob == "relative_tolerance":
+        top, least = 2, LEAST_LOCAL
+    else:
+        top = max(1, ceil(log10(max(target, COARSEST) / own) - 1e-9))
+        least = min(LEAST_TOLERANCE, target / 10)
     count = top + max(0, int(log10(own / least) + 1e-9))
     return [own * 10.0 ** (top - k) for k in range(count + 1)]

@@ -1,9 +1,9 @@
 """The runs of a work-precision study, in the order of what they tell, within a budget of time.
 
-First the model's own settings by every method, then the tight reference, then the scene with more
-rods and stiffer contacts, then ever finer settings, cheapest first; what is left of the time goes
-into repetitions, since the least of several times is the truest. A run that would exceed the budget
-is not started: see `costs`.
+First the model's own settings, by every method that makes short work of them, then the tight
+reference, then the scene with more rods and stiffer contacts, then ever finer settings from coarse
+ones on, cheapest first; what is left of the time goes into repetitions, since the least of several
+times is the truest. A run that would exceed the budget is not started: see `costs`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import inf, isfinite, log
 from time import monotonic
 
-from exudyn_flexlink.accuracy.costs import predict
+from exudyn_flexlink.accuracy.costs import SLOPES, predict
 from exudyn_flexlink.accuracy.methods import (
     REFERENCE,
     Method,
@@ -37,7 +37,8 @@ AT_ONCE = 1.0  # s: as long as that a run is repeated right away
 DEAR = 10  # a run of more than a tenth of the time left is dear: coarser first, no repetition
 FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
-REFERENCE_COST = 4.0  # times that of the judge's finest run, or less
+REFERENCE_COST = 8.0  # times that of the judge at the model's own settings, or less
+SECOND_ORDER = 3.0  # steps of a fixed length to one under error control, for a fair first error
 MORE_RODS_COST, STIFFER_COST = 4.0, 2.0  # likewise
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
 
@@ -58,7 +59,7 @@ class Studying:
         self._began = clock()
         self._deadline = self._began + budget - min(LEFT_FOR_FILES, budget / 10)
         self._costs: dict[str, dict[float, float]] = {m.name: {} for m in runs.methods}
-        self._first_guess: dict[str, float] = {}
+        self._first_guess: dict[str, tuple[float, float]] = {}  # at a value, s
 
     @property
     def left(self) -> float:
@@ -83,7 +84,7 @@ class Studying:
         """Methods that represent the scene, as far as is known: the model's own, then by cost."""
         own = own_method(self.runs.scene, self.runs.methods)
         fit = [m for m in self.runs.methods if m.name not in self.runs.refused]
-        yield from sorted(fit, key=lambda m: (m != own, self._first_guess.get(m.name, inf)))
+        yield from sorted(fit, key=lambda m: (m != own, self._first_guess.get(m.name, (0, inf))[1]))
 
     def _warm_up(self) -> None:
         """Run the beginning of the motion by every method: what can't be run is found at once.
@@ -97,24 +98,30 @@ class Studying:
         for method in self.runs.methods:
             value = own_value(scene, method) or part / 10
             try:
-                label, begun = f"{method.name}, warming up", method.at(short, value)
+                label, begun = f"{method.name}, warming up (may compile)", method.at(short, value)
                 first = self._solve(begun, method.engine, label, inf)
                 solved = self._solve(begun, method.engine, label, inf)
                 self._deadline += max(first.wall - solved.wall, 0.0)
                 around = max(solved.wall - solved.processor, 0.0)
-                self._first_guess[method.name] = around + solved.processor / WARM_UP
+                self._first_guess[method.name] = value, around + solved.processor / WARM_UP
             except RefusedError as error:
                 self.runs.refused[method.name] = str(error)
 
     def _own_settings(self) -> None:
-        """Run every method at the model's own settings, or the nearest that takes not too long.
+        """Run the model's own settings, or the nearest that take not too long.
+
+        So does the judge, and whoever makes short work of it; the others begin with coarser ones.
 
         Equal steps are as long as those that the model's tolerance leads to on average. What was
         left out at first for lack of time may yet be run later, when costs are known.
         """
+        own = own_method(self.runs.scene, self.runs.methods)
         for method in sorted(self._methods(), key=lambda m: m.knob == "step"):
             value = self._own_value(method)
-            if value is not None:
+            if value is None:
+                continue
+            short = self._expected(method, value) <= self.left / DEAR
+            if short or method == own or method.engine == JUDGE or not self.runs.trials:
                 self._nearest(method, value)
         if self.runs.own is not None and self.runs.own.wall > self.left / DEAR:
             self._try(self.runs.own.method, 10 * self.runs.own.value)
@@ -130,16 +137,20 @@ class Studying:
         return value if value is not None else self._mean_step()
 
     def _mean_step(self) -> float | None:
-        """Mean step (s) at the model's own tolerance; None while it is not known."""
+        """Step (s) to begin with: of the mean one at the model's own tolerance; None: not known."""
         own = self.runs.own
         if own is None or own.result.checks.steps < 1:
             return None
-        return float(f"{own.result.time[-1] / own.result.checks.steps:.1g}")
+        mean = own.result.time[-1] / own.result.checks.steps
+        return float(f"{mean / SECOND_ORDER:.1g}")
 
     def _expected(self, method: Method, value: float) -> float:
         """Expected wall time of a run, s."""
         known = self._costs[method.name]
-        return predict(known, value, method.knob) if known else self._first_guess[method.name]
+        if known:
+            return predict(known, value, method.knob)
+        at, guess = self._first_guess[method.name]
+        return guess * float((at / value) ** SLOPES[method.knob])
 
     def _try(self, method: Method, value: float) -> Trial | None:
         """Run a method at a value if time allows; None if not, or if it failed."""
@@ -200,15 +211,16 @@ class Studying:
         own = self.runs.of(method)[0] if method and self.runs.of(method) else None
         if method is None or own is None:
             return
-        label = f"{method.name}, reference"
+        label = f"{method.told(REFERENCE[method.knob])}, reference"
         if REFERENCE_COST * own.wall > self.left:
             self._leave_out(label, REFERENCE_COST * own.wall)
             return
-        scene = method.at(self.runs.scene, own.value, **REFERENCE)
+        value = REFERENCE[method.knob]
+        scene = method.at(self.runs.scene, value)
         solved = self._solved(scene, method, label)
         if solved is not None:
             times = [solved.processor]
-            self.runs.reference = Trial(method, own.value, scene, solved.result, solved.wall, times)
+            self.runs.reference = Trial(method, value, scene, solved.result, solved.wall, times)
 
     def _vary(self) -> None:
         """Run the scene with more rods and with stiffer contacts, by the cheapest method."""
@@ -259,15 +271,23 @@ class Studying:
             ready = [m for m in self.runs.methods if waiting.get(m.name)]
             method = min(ready, key=lambda m: self._expected(m, waiting[m.name][0]))
             value = waiting[method.name].pop(0)
-            if self._try(method, value) is None and value < max(self._costs[method.name]):
+            if self._try(method, value) is None and self._ends(method, value):
                 finer = waiting.pop(method.name)
                 if finer:
                     self.runs.left_out.append(f"{method.told(finer[0])}, and what is finer")
 
+    def _ends(self, method: Method, value: float) -> bool:
+        """Tell whether a ladder ends with a rung that did not work: finer ones take longer.
+
+        Unless it was too coarse to work.
+        """
+        known = self._costs[method.name]
+        return value < max(known) if known else method.told(value) not in self.runs.failed
+
     def _rungs(self, method: Method) -> list[float]:
-        """Rungs of a method's ladder that were not run yet; none without a first run."""
+        """Rungs of a method's ladder that were not run yet."""
         known, own = self._costs[method.name], self._own_value(method)
-        if not known or own is None:
+        if own is None:
             return []
         rungs = ladder(method.knob, own, self.runs.target)
         return [v for v in rungs if not any(_alike(v, other) for other in known)]

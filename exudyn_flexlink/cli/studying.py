@@ -54,7 +54,8 @@ def accuracy_command(options: argparse.Namespace) -> int:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
         if runs.interrupted:
-            return complain("interrupted; nothing was written", INTERRUPTED)
+            told = "interrupted before there were two runs to compare; nothing was written"
+            return complain(told, INTERRUPTED)
         return complain(f"{error}\n{_advice(options)}", FAILED)
     return _tell(found, target, options)
 
@@ -68,7 +69,9 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
     from exudyn_flexlink.accuracy import methods_of, study
 
     methods: list[Method] = methods_of(
-        scene, {engine: engines.formulations(scene, engine) for engine in ENGINES}
+        scene,
+        {engine: engines.formulations(scene, engine) for engine in ENGINES},
+        [engine for engine in ENGINES if not engines.takes_tolerance(scene, engine)],
     )
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:

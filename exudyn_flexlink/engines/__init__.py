@@ -52,3 +52,14 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
     """
     offered = getattr(import_module(ENGINES[engine]), "formulations", None)
     return () if offered is None else tuple(offered(scene))
+
+
+def takes_tolerance(scene: Scene, engine: str) -> bool:
+    """Tell whether an engine obeys a scene's tolerance; if not, local tolerances are its knob.
+
+    Raises:
+        SceneError: the scene can't be put together (never after `load_scene`).
+
+    """
+    tells = getattr(import_module(ENGINES[engine]), "takes_tolerance", None)
+    return True if tells is None else bool(tells(scene))

@@ -81,9 +81,8 @@ def _row(study: Study, point: Point) -> list[str]:
     told = [_told(error, study.floor) for error in (errors.point.rms, errors.point.largest)]
     if errors.tip is not None:
         told.append(_told(errors.tip.largest, study.tip_floor))
-    unit = "m" if point.method.knob == "tolerance" else "s"
     own = " (model's own)" if point is study.own else ""
-    setting = f"{point.method.knob} {point.value:.2g} {unit}{own}"
+    setting = f"{point.method.set_to(point.value)}{own}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
     return [point.method.name, setting, str(point.steps), *told, cost]
 
@@ -161,7 +160,7 @@ def _other_model(study: Study, method: Method) -> str:
     finest = min((p for p in study.points if p.method == method), key=lambda p: p.value)
     return (
         f"{method.name}: another model of the link, whose motion no setting makes that of the "
-        f"rods; at {method.knob} {finest.value:.2g} it is {finest.errors.worst:.1e} m from it"
+        f"rods; at {method.set_to(finest.value)} it is {finest.errors.worst:.1e} m from it"
     )
 
 

@@ -82,6 +82,16 @@ def asks_for_local(scene: Scene) -> bool:
     return bool(accuracy.relative_tolerance or accuracy.absolute_tolerance)
 
 
+def takes_tolerance(scene: Scene) -> bool:
+    """Tell whether `accuracy.tolerance` decides the steps, where no local tolerance is stated.
+
+    Raises:
+        SceneError: the scene can't be put together.
+
+    """
+    return not not_smooth(assemble_scene(scene).mechanism)
+
+
 def not_smooth(mechanism: Mechanism) -> bool:
     """Tell whether the implicit method is no use: walls that are no events, or jumps of speeds.
 
