@@ -10,6 +10,7 @@ import pytest
 from matplotlib.colors import same_color
 from results import MODEL, rigid_link
 
+from exudyn_flexlink import engines
 from exudyn_flexlink.accuracy import (
     Method,
     NothingRunError,
@@ -22,7 +23,7 @@ from exudyn_flexlink.accuracy import (
     methods_of,
 )
 from exudyn_flexlink.accuracy.costs import predict
-from exudyn_flexlink.accuracy.methods import ladder
+from exudyn_flexlink.accuracy.methods import ladder, own_value
 from exudyn_flexlink.accuracy.sources import extrapolated, with_more_rods, with_stiffer_contacts
 from exudyn_flexlink.accuracy.study import Studying
 from exudyn_flexlink.effects import idealise, with_impact
@@ -148,6 +149,11 @@ def test_a_noisy_cost_makes_no_finer_run_cheaper_or_absurd():
 
 
 def test_a_ladder_reaches_from_above_the_target_to_below_it():
+    """A decade above, or up to about 1e-3 m."""
+    assert ladder("tolerance", 1e-6, 1e-6)[:2] == pytest.approx([1e-3, 1e-4])
+    assert ladder("relative_tolerance", 1e-6, 1e-6) == pytest.approx(
+        [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
+    )
     rungs = ladder("tolerance", 4e-5, 4e-5)
     np.testing.assert_allclose(rungs, [4e-4, 4e-5, 4e-6, 4e-7, 4e-8, 4e-9])
     assert ladder("tolerance", 1e-5, 1e-2)[0] == pytest.approx(1e-2)
@@ -168,6 +174,58 @@ def test_methods_are_engines_and_formulations_the_models_own_first():
     assert found[-1].settings == {"formulation": "joints"}
     stepped = scene.changed(accuracy={"step": 1e-4})
     assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
+
+
+def test_an_engine_of_local_tolerances_is_turned_by_those():
+    """The Lagrangian with walls: the tolerance of the model does not reach it."""
+    scene = scene_with("accuracy.tolerance=1e-5", "accuracy.relative_tolerance=1e-7")
+    method = methods_of(scene, BOTH, local=["lagrangian"])[1]
+    assert method.told(1e-8) == "Lagrangian, rtol 1e-08"
+    accuracy = method.at(scene, 1e-8).accuracy
+    assert (accuracy.tolerance, accuracy.relative_tolerance) == (1e-5, 1e-8)
+    assert accuracy.absolute_tolerance == pytest.approx(1e-10)
+    assert own_value(scene, method) == 1e-7
+    walls = load_scene(MODEL.with_name("clearance.yaml"))
+    assert not engines.takes_tolerance(walls, "lagrangian")
+    assert engines.takes_tolerance(walls, "exudyn")
+    assert engines.takes_tolerance(scene, "lagrangian")
+    assert not engines.takes_tolerance(with_impact(scene, "impulse"), "lagrangian")
+
+
+def test_a_dear_method_begins_with_coarse_settings():
+    """At 4e-5 m joints would take a quarter of the budget, at 4e-4 m a tenth, at 4e-3 m less."""
+
+    class Dear(World):
+        @staticmethod
+        def cost(engine, accuracy):
+            if accuracy.spectral_radius == 0.8:
+                return 5.0 * (accuracy.tolerance / 4e-5) ** -0.5
+            return World.cost(engine, accuracy)
+
+    world, scene = Dear(), scene_with()
+    methods = [*methods_of(scene, BOTH), Method("Dear", "exudyn", "tolerance",
+                                                {"spectral_radius": 0.8})]  # fmt: skip
+    made = Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run()
+    first = next(t for t in made.trials if t.method.name == "Dear")
+    assert first.value == pytest.approx(4e-4)
+    assert world.now < 20.0
+
+
+def test_the_advice_says_how_to_follow_it(study):
+    lines = accuracy_text(study).splitlines()
+    assert lines[-1] == "That is: simulate with --set accuracy.tolerance=4e-05"
+
+    def by(method, value):
+        point = replace(points_of(study, "Exudyn")[0], method=method, value=value, claimed=0.0)
+        return accuracy_text(replace(study, points=(point,))).splitlines()[-1].split("with ")[1]
+
+    step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "joints"})
+    assert by(step, 1e-4) == '--set "accuracy={step: 0.0001, formulation: joints}"'
+    local = Method("Lagrangian", "lagrangian", "relative_tolerance")
+    assert by(local, 1e-6) == (
+        "--engine lagrangian --set accuracy.relative_tolerance=1e-06 "
+        "--set accuracy.absolute_tolerance=1e-08"
+    )
 
 
 def test_a_method_keeps_what_is_not_its_own():

@@ -14,7 +14,7 @@ Knob = Literal["tolerance", "step", "relative_tolerance"]
 BEAM = "beam"  # the one formulation whose link is not made of rods
 TITLES = {"exudyn": "Exudyn", "lagrangian": "Lagrangian"}
 LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
-COARSEST = 1e-4  # m: a ladder reaches up to it at least, so that every method has a cheap rung
+COARSEST = 1e-3  # m: a ladder reaches up to it about, so that every method has cheap rungs
 LEAST_LOCAL = 1e-10
 USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
 RUNGS_OF_STEPS = 6
@@ -133,7 +133,7 @@ def ladder(knob: Knob, own: float, target: float) -> list[float]:
     if knob == "relative_tolerance":
         top, least = 2, LEAST_LOCAL
     else:
-        top = max(1, ceil(log10(max(target, COARSEST) / own) - 1e-9))
+        top = max(1, ceil(log10(target / own) - 1e-9), round(log10(COARSEST / own)))
         least = min(LEAST_TOLERANCE, target / 10)
     count = top + max(0, int(log10(own / least) + 1e-9))
     return [own * 10.0 ** (top - k) for k in range(count + 1)]

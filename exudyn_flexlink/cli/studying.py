@@ -163,6 +163,7 @@ def _tell(found: Study, target: Path, options: argparse.Namespace) -> int:
         sys.stdout.flush()  # so that what follows on stderr stands below it
     if found.runs.interrupted:
         count = len(found.points)
-        kept = f"the {count} settings that were run until then are in {target}{os.sep}"
+        what = "setting that was" if count == 1 else "settings that were"
+        kept = f"the {count} {what} judged until then: see {target}{os.sep}"
         return complain(f"interrupted: {kept}", INTERRUPTED)
     return DONE

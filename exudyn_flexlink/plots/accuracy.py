@@ -29,7 +29,7 @@ MARKERS = {"tree": "o", "joints": "s", "beam": "D", "fixed step": "^", "": "o"}
 LINES = {"tree": "-", "joints": "--", "beam": ":", "fixed step": "-.", "": "-"}
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
 LOWEST = 1e-16  # m: nothing is drawn below it,
-DEEPEST = 0.03  # nor below this part of the floor
+DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
 
 

@@ -19,7 +19,7 @@ from exudyn_flexlink.accuracy import (
     stiffnesses,
 )
 from exudyn_flexlink.report.text import table
-from exudyn_flexlink.scene import FlexibleBody
+from exudyn_flexlink.scene import FlexibleBody, Scene
 
 MOST_RODS = 1000
 NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact compliance"}
@@ -33,7 +33,7 @@ def accuracy_text(study: Study) -> str:
         _points(study),
         _sources(study),
         _left_out(study),
-        [recommendation(study)],
+        [recommendation(study), *_how(study)],
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
@@ -204,6 +204,30 @@ def recommendation(study: Study) -> str:
         return "Recommendation: nothing moves, so that any setting will do."
     advice = advise(study)
     return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
+
+
+def _how(study: Study) -> list[str]:
+    """Say by which options `simulate` takes the setting that is advised."""
+    choice = None if study.still else advise(study).choice
+    if choice is None:
+        return []
+    method, value = choice.method, choice.value
+    engine = "" if method.engine == "exudyn" else f"--engine {method.engine} "
+    return [f"That is: simulate with {engine}{_settings(study.scene, method, value)}"]
+
+
+def _settings(scene: Scene, method: Method, value: float) -> str:
+    """Return the options that turn the model's accuracy into a method's at a value."""
+    given = scene.accuracy.model_dump(exclude_none=True)
+    if method.knob != "relative_tolerance" and method.knob not in given:  # in the other's place
+        data = method.at(scene, value).accuracy.model_dump(exclude_none=True, exclude_defaults=True)
+        return f'--set "accuracy={{{", ".join(f"{key}: {_short(x)}" for key, x in data.items())}}}"'
+    chosen = method.chosen(value).items()
+    return " ".join(f"--set accuracy.{key}={_short(x)}" for key, x in chosen)
+
+
+def _short(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else f"{value}"
 
 
 def _choice(study: Study, advice: Advice) -> str:

@@ -72,25 +72,25 @@ def measure(
     if min(errors) < strike.SERIES_KNOWS:
         strike.tight()  # not on anyone's bill
     naive = [m for step in steps for m in climb(by_hand, [step], 0.0, budget)]
-    found: dict[str, Measured | None] = {}
+    found: dict[tuple[str, float], Measured | None] = {}
     for variant in VARIANTS:
         strike.warm_up(variant)
         run = partial(ours, variant, min(errors))
         points = climb(run, ladder(variant.first), min(errors), budget)
-        found |= {f"{variant.name} {error}": loosest(points, error) for error in errors}
+        found |= {(variant.name, error): loosest(points, error) for error in errors}
     naive, found = _again(naive, found, repeat - 1)
     matches = []
     for error in errors:
         cost, beyond = cost_at(naive, error)
         for variant in VARIANTS:
-            at = found[f"{variant.name} {error}"]
+            at = found[variant.name, error]
             matches.append(Match(error, cost, beyond, variant, at))
     return naive, matches
 
 
 def _again(
-    naive: list[Measured], found: dict[str, Measured | None], repeat: int
-) -> tuple[list[Measured], dict[str, Measured | None]]:
+    naive: list[Measured], found: dict[tuple[str, float], Measured | None], repeat: int
+) -> tuple[list[Measured], dict[tuple[str, float], Measured | None]]:
     """Measure what was chosen again, in turn."""
     variants = {variant.name: variant for variant in VARIANTS}
     known = {f"{point.setting}": point.cost for point in naive}
@@ -99,14 +99,14 @@ def _again(
     }
     for key, point in found.items():
         if point is not None:
-            name = key.split()[0]
+            name, _ = key
             runs[f"{name} {point.setting}"] = partial(strike.run, variants[name], point.setting)
             known[f"{name} {point.setting}"] = point.cost
     best = interleaved(runs, repeat, known)
     return (
         [replace(point, cost=best[f"{point.setting}"]) for point in naive],
         {
-            key: point and replace(point, cost=best[f"{key.split()[0]} {point.setting}"])
+            key: point and replace(point, cost=best[f"{key[0]} {point.setting}"])
             for key, point in found.items()
         },
     )

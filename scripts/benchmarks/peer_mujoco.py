@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from benchmarks import mujoco_chain, numpy_lagrangian
 from benchmarks.measuring import Measured, Table, climb, interleaved, ladder, loosest
 from benchmarks.stepping import completed
+from benchmarks.strike import scene_of
 from benchmarks.variants import VARIANTS, Variant
-from exudyn_flexlink import Result, load_scene, simulate
+from exudyn_flexlink import Result, simulate
 from exudyn_flexlink.observables import path
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +49,7 @@ def off(position: FloatArray, duration: float) -> float:
 def run(variant: Variant, duration: float, rung: float) -> Result:
     """The chain by one of our engines."""
     settings = (f"run={{duration: {duration}, sample: 1 ms}}", *variant.at(rung))
-    return completed(simulate(load_scene(MODEL, settings), variant.engine))
+    return completed(simulate(scene_of(MODEL, settings), variant.engine))
 
 
 def ours(variant: Variant, duration: float, rung: float) -> tuple[float, int]:

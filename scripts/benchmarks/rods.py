@@ -8,18 +8,17 @@ from functools import partial
 from benchmarks.measuring import Table, exponent, timed
 from benchmarks.stepping import Stepped, cost_per_step, lasting
 from benchmarks.strike import ROOT, warm_up
-from benchmarks.variants import VARIANTS, Variant
+from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import Scene, load_scene, simulate
 
 RODS = (1, 2, 5, 10, 20, 50, 100)
-STEP = 1e-4  # s; engines that choose their own steps are not held by it
 STEPS_WANTED, ENOUGH = 500, 2.0  # steps of the long run, unless it costs so much (s)
 FITTED = 10  # rods and more
 
 
 def scene_with(variant: Variant, rods: int) -> Scene:
-    """The smooth scene with a number of rods and a fixed step."""
-    settings = (f"bodies.link.rods={rods}", f"accuracy.step={STEP}", *variant.settings)
+    """The smooth scene with `beam` stiffness, a number of rods, and what the variant steps by."""
+    settings = (BEAM, f"bodies.link.rods={rods}", *variant.stepping())
     return load_scene(ROOT / "models" / "smooth.yaml", settings)
 
 

@@ -62,8 +62,8 @@ def in_this_process(repeat: int) -> list[tuple[str, float]]:
     """Loading a scene, and a run of no length, which is preparing and finishing (s)."""
     rows = [("load_scene", min(timed(partial(load_scene, MODEL, BRIEF))[1] for _ in range(repeat)))]
     for variant in VARIANTS:
-        settings = ("run={duration: 1e-6, sample: 1e-6}", "accuracy.step=1e-6", BEAM)
-        scene = load_scene(MODEL, (*settings, *variant.settings))
+        settings = ("run={duration: 1e-6, sample: 1e-6}", BEAM)
+        scene = load_scene(MODEL, (*settings, *variant.stepping()))
         simulate(scene, variant.engine)
         costs = [timed(partial(simulate, scene, variant.engine))[1] for _ in range(repeat)]
         rows.append((f"prepare and finish a run, {variant.name}", min(costs)))

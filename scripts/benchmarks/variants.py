@@ -12,28 +12,33 @@ class Variant:
     """One way to compute a scene.
 
     `settings` choose it. `accuracy` are settings that say how accurate it is to be: ``{x}`` stands
-    for a rung of the ladder, which begins at `first`, and ``{small}`` for a hundredth of it.
+    for a rung of the ladder, which begins at `first`. `steady` are those by which the cost of a
+    step is told: equal steps where the method has such, else a tolerance.
     """
 
     name: str
     engine: str
     settings: tuple[str, ...]
-    accuracy: tuple[str, ...]
-    first: float
+    accuracy: tuple[str, ...] = ("accuracy.tolerance={x}",)
+    first: float = 1e-3
+    steady: tuple[str, ...] = ("accuracy.tolerance=1e-5",)
 
     def at(self, rung: float) -> tuple[str, ...]:
         """Settings of this variant at a rung."""
-        told = (text.format(x=f"{rung:.17g}", small=f"{rung / 100:.17g}") for text in self.accuracy)
-        return (*self.settings, *told)
+        return (*self.settings, *(text.format(x=f"{rung:.17g}") for text in self.accuracy))
+
+    def stepping(self) -> tuple[str, ...]:
+        """Settings of this variant where the cost of a step is told."""
+        return (*self.settings, *self.steady)
 
 
 VARIANTS = (
-    Variant("exudyn", "exudyn", (), ("accuracy.tolerance={x}",), 1e-3),
+    Variant("Exudyn, tree", "exudyn", ("accuracy.formulation=tree",)),
     Variant(
-        "lagrangian",
-        "lagrangian",
-        (),
-        ("accuracy.relative_tolerance={x}", "accuracy.absolute_tolerance={small}"),
-        1e-3,
+        "Exudyn, joints",
+        "exudyn",
+        ("accuracy.formulation=joints",),
+        steady=("accuracy.step=1e-4",),
     ),
+    Variant("Lagrangian", "lagrangian", ()),
 )
