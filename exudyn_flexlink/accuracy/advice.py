@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import ceil
 
 from exudyn_flexlink.accuracy.judging import Point, Source, Study
+from exudyn_flexlink.accuracy.methods import Method
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ class Advice:
 def advise(study: Study) -> Advice:
     """Choose a setting for the study's target."""
     rods = [point for point in study.points if point.method.of_rods]
-    fit = [point for point in rods if point.claimed <= study.target]
+    loosest = [_loosest(rods, method, study.target) for method in {p.method for p in rods}]
+    fit = [point for point in loosest if point is not None]
     return Advice(
         study.target,
         min(fit, key=lambda p: p.processor, default=None),
@@ -35,6 +37,19 @@ def advise(study: Study) -> Advice:
         _limit(study.sources, study.target),
         study.target < max(study.floor, study.tip_floor),
     )
+
+
+def _loosest(points: Sequence[Point], method: Method, target: float) -> Point | None:
+    """Return the loosest setting of a method that keeps the target, as all finer ones do.
+
+    Not the fastest: where settings hardly differ in cost, the noise of timing would choose.
+    """
+    found = None
+    for point in sorted((p for p in points if p.method == method), key=lambda p: p.value):
+        if point.claimed > target:
+            break
+        found = point
+    return found
 
 
 def _limit(sources: Sequence[Source], target: float) -> Source | None:

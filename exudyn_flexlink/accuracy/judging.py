@@ -22,6 +22,7 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
 STILL = 1e-13  # m, rad: rounding
+ROUNDING = 1e-15  # m: nobody knows a position better
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
 
 
@@ -124,7 +125,8 @@ class Bench:
         if self.check is None:
             return 0.0, 0.0
         apart = self.errors(self.check.result)
-        return apart.point.largest, apart.tip.largest if apart.tip else 0.0
+        tip = apart.tip.largest if apart.tip else 0.0
+        return max(apart.point.largest, ROUNDING), max(tip, ROUNDING)
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
         """Errors of a run as far as any are judged, by the reference or another run."""

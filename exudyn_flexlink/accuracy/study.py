@@ -1,18 +1,19 @@
 """The runs of a work-precision study, in the order of what they tell, within a budget of time.
 
 First the model's own settings, by every method that makes short work of them, then the tight
-reference, then the scene with more rods and stiffer contacts, then ever finer settings from coarse
-ones on, cheapest first; what is left of the time goes into repetitions, since the least of several
-times is the truest. A run that would exceed the budget is not started: see `costs`.
+reference, then the scene with more rods and stiffer contacts, then what the reference is checked
+by, then ever finer settings from coarse ones on, cheapest first; what is left of the time goes into
+repetitions, since the least of several times is the truest. A run that would exceed the budget is
+not started: see `costs`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from math import inf, isfinite, log
+from math import inf, isfinite
 from time import monotonic
 
-from exudyn_flexlink.accuracy.costs import SLOPES, predict
+from exudyn_flexlink.accuracy.costs import Costs
 from exudyn_flexlink.accuracy.methods import (
     REFERENCE,
     Method,
@@ -58,8 +59,7 @@ class Studying:
         self._clock = clock
         self._began = clock()
         self._deadline = self._began + budget - min(LEFT_FOR_FILES, budget / 10)
-        self._costs: dict[str, dict[float, float]] = {m.name: {} for m in runs.methods}
-        self._first_guess: dict[str, tuple[float, float]] = {}  # at a value, s
+        self._costs = Costs(runs.methods)
 
     @property
     def left(self) -> float:
@@ -73,6 +73,7 @@ class Studying:
             self._own_settings()
             self._refer()
             self._vary()
+            self._confirm()
             self._climb()
             self._repeat()
         except KeyboardInterrupt:
@@ -84,7 +85,7 @@ class Studying:
         """Methods that represent the scene, as far as is known: the model's own, then by cost."""
         own = own_method(self.runs.scene, self.runs.methods)
         fit = [m for m in self.runs.methods if m.name not in self.runs.refused]
-        yield from sorted(fit, key=lambda m: (m != own, self._first_guess.get(m.name, (0, inf))[1]))
+        yield from sorted(fit, key=lambda m: (m != own, self._costs.guessed(m)))
 
     def _warm_up(self) -> None:
         """Run the beginning of the motion by every method: what can't be run is found at once.
@@ -103,7 +104,7 @@ class Studying:
                 solved = self._solve(begun, method.engine, label, inf)
                 self._deadline += max(first.wall - solved.wall, 0.0)
                 around = max(solved.wall - solved.processor, 0.0)
-                self._first_guess[method.name] = value, around + solved.processor / WARM_UP
+                self._costs.guess(method, value, around + solved.processor / WARM_UP)
             except RefusedError as error:
                 self.runs.refused[method.name] = str(error)
 
@@ -120,7 +121,7 @@ class Studying:
             value = self._own_value(method)
             if value is None:
                 continue
-            short = self._expected(method, value) <= self.left / DEAR
+            short = self._costs.expected(method, value) <= self.left / DEAR
             if short or method == own or method.engine == JUDGE or not self.runs.trials:
                 self._nearest(method, value)
         if self.runs.own is not None and self.runs.own.wall > self.left / DEAR:
@@ -144,27 +145,19 @@ class Studying:
         mean = own.result.time[-1] / own.result.checks.steps
         return float(f"{mean / SECOND_ORDER:.1g}")
 
-    def _expected(self, method: Method, value: float) -> float:
-        """Expected wall time of a run, s."""
-        known = self._costs[method.name]
-        if known:
-            return predict(known, value, method.knob)
-        at, guess = self._first_guess[method.name]
-        return guess * float((at / value) ** SLOPES[method.knob])
-
     def _try(self, method: Method, value: float) -> Trial | None:
         """Run a method at a value if time allows; None if not, or if it failed."""
         label = method.told(value)
-        expected = self._expected(method, value)
+        expected = self._costs.expected(method, value)
         if expected > self.left and self.runs.trials:  # without any, a guess is not enough
             self._leave_out(label, expected)
             return None
         scene = method.at(self.runs.scene, value)
-        unknown = not self._costs[method.name] and self.runs.trials
+        unknown = not self._costs.known(method) and self.runs.trials
         solved = self._solved(scene, method, label, FIRST_SHARE if unknown else 1)
         if solved is None:
             return None
-        self._costs[method.name][value] = solved.wall
+        self._costs.add(method, value, solved)
         trial = Trial(method, value, scene, solved.result, solved.wall, [solved.processor])
         self.runs.trials.append(trial)
         self._repeat_at_once(trial)
@@ -222,6 +215,19 @@ class Studying:
             times = [solved.processor]
             self.runs.reference = Trial(method, value, scene, solved.result, solved.wall, times)
 
+    def _confirm(self) -> None:
+        """Check the reference by the model's own method at one rung finer than its settings.
+
+        And at a coarser one before, which tells what the finer will cost.
+        """
+        own = self.runs.own
+        if self.runs.reference is None or own is None or own.method.knob == "step":
+            return
+        for value in (10 * own.value, own.value / 10):
+            short = self._costs.expected(own.method, value) <= self.left / FIRST_SHARE
+            if short and not self._costs.has(own.method, value):
+                self._try(own.method, value)
+
     def _vary(self) -> None:
         """Run the scene with more rods and with stiffer contacts, by the cheapest method."""
         scene = self.runs.scene
@@ -237,7 +243,7 @@ class Studying:
             label = f"{method.name}, varying: {kind}"
             base = self._base(method, dearer)
             if base is None:
-                self._leave_out(label, dearer * min(self._costs[method.name].values()))
+                self._leave_out(label, dearer * min(t.wall for t in self.runs.of(method)))
                 continue
             solved = self._solved(method.at(changed, base.value), method, label)
             if solved is not None:
@@ -249,7 +255,7 @@ class Studying:
         value = own_value(self.runs.scene, Method("", ""))
         if not known or value is None:
             return None
-        return min((t.method for t in known), key=lambda m: self._expected(m, value / 10))
+        return min((t.method for t in known), key=lambda m: self._costs.expected(m, value / 10))
 
     def _base(self, method: Method, dearer: float) -> Trial | None:
         """Return the finest run that a changed scene, `dearer` times as costly, can be held to.
@@ -257,10 +263,9 @@ class Studying:
         One rung finer than the model's own setting, if that leaves plenty of time for the others.
         """
         value = own_value(self.runs.scene, method) or 0.0
-        known = self._costs[method.name]
         every = 1 + MORE_RODS_COST + STIFFER_COST
-        expected = every * self._expected(method, value / 10)
-        if expected <= self.left / 2 and not any(_alike(value / 10, other) for other in known):
+        expected = every * self._costs.expected(method, value / 10)
+        if expected <= self.left / 2 and not self._costs.has(method, value / 10):
             self._try(method, value / 10)
         return next((t for t in self.runs.of(method) if dearer * t.wall <= self.left), None)
 
@@ -269,7 +274,7 @@ class Studying:
         waiting = {m.name: self._rungs(m) for m in self._methods()}
         while any(waiting.values()):
             ready = [m for m in self.runs.methods if waiting.get(m.name)]
-            method = min(ready, key=lambda m: self._expected(m, waiting[m.name][0]))
+            method = min(ready, key=lambda m: self._costs.expected(m, waiting[m.name][0]))
             value = waiting[method.name].pop(0)
             if self._try(method, value) is None and self._ends(method, value):
                 finer = waiting.pop(method.name)
@@ -281,16 +286,14 @@ class Studying:
 
         Unless it was too coarse to work.
         """
-        known = self._costs[method.name]
+        known = self._costs.known(method)
         return value < max(known) if known else method.told(value) not in self.runs.failed
 
     def _rungs(self, method: Method) -> list[float]:
         """Rungs of a method's ladder that were not run yet."""
-        known, own = self._costs[method.name], self._own_value(method)
-        if own is None:
-            return []
-        rungs = ladder(method.knob, own, self.runs.target)
-        return [v for v in rungs if not any(_alike(v, other) for other in known)]
+        own = self._own_value(method)
+        rungs = [] if own is None else ladder(method.knob, own, self.runs.target)
+        return [value for value in rungs if not self._costs.has(method, value)]
 
     def _repeat(self) -> None:
         """Repeat runs, cheapest first, in half of the time left."""
@@ -301,10 +304,6 @@ class Studying:
                 if self._clock() + trial.wall > end:
                     return
                 self._again(trial)
-
-
-def _alike(one: float, other: float) -> bool:
-    return abs(log(one / other)) < 1e-6
 
 
 def study(scene: Scene, methods: Sequence[Method], target: float, solve: Solve,

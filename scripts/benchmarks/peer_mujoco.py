@@ -28,7 +28,7 @@ DURATION, BRIEF = 0.2, 0.03  # s
 TRUTH = 1e-9  # tolerance of the independent computation: leaves 1e-12 m
 # steps in a millisecond
 EVERY = (5, 10, 20, 30, 40, 50, 70, 100, 140, 200, 300, 400, 500, 1000, 2000)
-BUDGET = 20.0  # s
+BUDGET = 4.0  # s
 
 Runs = dict[str, Callable[[float], tuple[float, int]]]
 
