@@ -13,7 +13,8 @@ class Variant:
 
     `settings` choose it. `accuracy` are settings that say how accurate it is to be: ``{x}`` stands
     for a rung of the ladder, which begins at `first`. `steady` are those by which the cost of a
-    step is told: equal steps where the method has such, else a tolerance.
+    step is told: equal steps where the method has such, else a tolerance. Then steps are long, so
+    that it takes `stretch` times the motion to make enough of them.
     """
 
     name: str
@@ -21,7 +22,8 @@ class Variant:
     settings: tuple[str, ...]
     accuracy: tuple[str, ...] = ("accuracy.tolerance={x}",)
     first: float = 1e-3
-    steady: tuple[str, ...] = ("accuracy.tolerance=1e-5",)
+    steady: tuple[str, ...] = ("accuracy.tolerance=1e-8",)
+    stretch: float = 6.0
 
     def at(self, rung: float) -> tuple[str, ...]:
         """Settings of this variant at a rung."""
@@ -39,6 +41,7 @@ VARIANTS = (
         "exudyn",
         ("accuracy.formulation=joints",),
         steady=("accuracy.step=1e-4",),
+        stretch=1.0,
     ),
     Variant("Lagrangian", "lagrangian", ()),
 )
