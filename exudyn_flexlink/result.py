@@ -118,7 +118,7 @@ class Checks:
     newton_iterations: int
     smallest_step: float  # s
     largest_step: float  # s
-    steps_per_contact: float  # in the shortest half period of any contact; inf without contact
+    steps_per_contact: float  # in the shortest half period; inf: no contact, or steps by error
     largest_penetration: float  # m
 
 

@@ -67,6 +67,25 @@ def test_a_supported_link_is_told_with_what_holds_it() -> None:
     assert "Degrees of freedom: 10\n" in said
 
 
+@pytest.mark.parametrize(
+    ("name", "settings", "told"),
+    [
+        ("no_clearance", (), ["tree: "]),
+        ("no_clearance", ("accuracy={step: 1.0e-4}",), ["joints: "]),
+        ("clearance", (), ["joints: "]),
+        ("smooth", ("accuracy.formulation=beam",), ["beam: "]),
+        ("supported", ("accuracy.formulation=tree",), ["tree: ", "refused: joints.sleeve: a tree"]),
+    ],
+)
+def test_the_formulation_is_told_and_what_is_no_tree(
+    name: str, settings: tuple[str, ...], told: list[str]
+) -> None:
+    lines = said_of(model(name, *settings)).split("  formulation  ")[1].splitlines()
+    for line, begin in zip(lines, told, strict=False):
+        assert line.strip().startswith(begin)
+    assert ("refused" in "".join(lines)) == (len(told) > 1)
+
+
 def half_period(said: str) -> float:
     words = next(line for line in said.splitlines() if "contact with a wall" in line).split()
     return float(words[words.index("about") + 1])

@@ -204,7 +204,7 @@ def _effects(text: str) -> list[str]:
 
 
 def _add_tolerances(parser: argparse.ArgumentParser) -> None:
-    """Add short names for two settings of the Lagrangian."""
+    """Add short names for two settings of the Lagrangian's explicit method."""
     for option, key in (("--rtol", "relative_tolerance"), ("--atol", "absolute_tolerance")):
         parser.add_argument(
             option,
@@ -213,7 +213,8 @@ def _add_tolerances(parser: argparse.ArgumentParser) -> None:
             default=[],
             type=f"accuracy.{key}={{}}".format,
             metavar="NUMBER",
-            help=f"short for --set accuracy.{key}=NUMBER, of the Lagrangian",
+            help=f"short for --set accuracy.{key}=NUMBER: of one step of the Lagrangian, by its "
+            "explicit method",
         )
 
 
@@ -232,7 +233,7 @@ def _add_check(commands: Any) -> None:
         commands,
         "check",
         check_command,
-        "check a model without simulating it: parts, effects, frequencies, steps",
+        "check a model without simulating it: parts, effects, frequencies, steps, formulation",
         """\
         exudyn-flexlink check models/no_clearance.yaml
         exudyn-flexlink check models/no_clearance.yaml --set bodies.link.hinges.stiffness=beam

@@ -1,4 +1,4 @@
-"""What `check` says of a model: its parts, what is simulated, frequencies and steps."""
+"""What `check` says of a model: its parts, what is simulated, frequencies, steps, formulation."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
     wall_half_period,
 )
+from exudyn_flexlink.mechanism.tree import NoTreeError, tree_layout
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -278,16 +279,27 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     form = formulation(scene, mechanism)
     rows.append(["formulation", _FORMULATIONS[form]])
+    if form == "tree":
+        rows += [["", f"refused: {why}"] for why in _no_tree(mechanism)]
     if in_contact is not None and form != "tree":
         rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
     return ["Run", *table(rows)]
 
 
 _FORMULATIONS = {
-    "tree": "tree: a coordinate for each joint, error-controlled steps of order 5",
+    "tree": "tree: a coordinate for each joint, steps of order 5",
     "joints": "joints: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }
+
+
+def _no_tree(mechanism: Mechanism) -> list[str]:
+    """Say why a mechanism is no tree, which a scene may ask for all the same."""
+    try:
+        tree_layout(mechanism)
+    except NoTreeError as error:
+        return [str(error)]
+    return []
 
 
 def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:

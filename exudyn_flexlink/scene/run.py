@@ -75,20 +75,23 @@ class Accuracy(Part):
     """The error allowed, or the step that decides it."""
 
     tolerance: PositiveLength | None = Field(
-        None, description="error allowed in positions; or 'step'"
+        None, description="error that the run may make in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
     formulation: Literal["auto", "tree", "joints", "beam"] = Field(
         "auto",
-        description="how Exudyn represents the mechanism: joints: rigid bodies held by joints; "
-        "tree: a coordinate for each joint; beam: joints, with the link as a beam; "
-        "auto: tree or joints, the fastest that represents the scene",
+        description="how Exudyn represents the mechanism: tree: a coordinate for each joint; "
+        "joints: rigid bodies held by joints; beam: joints, with the link as a beam; "
+        "auto: tree where it fits and a tolerance is given, else joints",
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
-        30, ge=3, description="steps that resolve the shortest contact"
+        30,
+        ge=3,
+        description="steps that resolve the shortest contact; of formulations joints and beam",
     )
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
-        0.9, description="numerical damping of the integrator: 1 none, 0 most"
+        0.9,
+        description="numerical damping: 1 none, 0 most; of formulations joints and beam",
     )
     elements: Annotated[int, Strict()] | None = Field(
         None,
@@ -97,10 +100,14 @@ class Accuracy(Part):
         description="of every flexible body, with formulation beam; 2 if not given",
     )
     relative_tolerance: Annotated[float, Number(at_least=3e-14)] | None = Field(
-        None, description="local error per size of the state; Lagrangian engine only"
+        None,
+        description="error of one step per size of the state; for the Lagrangian, whose explicit "
+        "method it chooses",
     )
     absolute_tolerance: Annotated[float, Number(at_least=1e-20)] | None = Field(
-        None, description="local error in rad and rad/s; Lagrangian engine only"
+        None,
+        description="error of one step in rad and rad/s; for the Lagrangian, whose explicit method "
+        "it chooses",
     )
 
     @model_validator(mode="after")
