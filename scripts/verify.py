@@ -1,4 +1,4 @@
-"""Measure every number that the README claims, and print them as its table.
+"""Measure what the README claims under "Measured", and print it as its table.
 
 Usage:
     python scripts/verify.py            everything, some three minutes

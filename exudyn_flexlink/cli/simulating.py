@@ -156,7 +156,7 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
     from exudyn_flexlink.source import Mistake, SceneError
 
     if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
-        complain("hint: the Lagrangian is some 20 times faster with numba: pip install numba")
+        complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
     try:
         with progress_bar(options.quiet, what) as progress:
             return engines.simulate(scene, engine, progress)
