@@ -287,7 +287,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
 
 
 _FORMULATIONS = {
-    "tree": "tree: a coordinate for each joint, steps of order 5",
+    "tree": "tree: a coordinate for each joint, steps of order 9",
     "joints": "joints: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }
