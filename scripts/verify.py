@@ -180,6 +180,18 @@ def rigid_link() -> Iterator[Row]:
     yield what, "1e-9 m", f"{held:.1e} m"
 
 
+def long_runs() -> Iterator[Row]:
+    """Deviation of S and the lever from the Lagrangian at shipped tolerances, over 20 turns."""
+    for model in ("smooth.yaml", "no_clearance.yaml"):
+        settings = (model, "run.turns=20", "run.sample=1 ms")
+        judge = run(*settings, within(JUDGE), engine="lagrangian")
+        result = run(*settings)
+        at = f"{result.settings['formulation']}, tolerance {result.settings['tolerance']:.0e} m"
+        what = f"S of `{model}`, 20 turns, {at}, against the Lagrangian"
+        limit = f"{result.settings['tolerance']:.0e} m"
+        yield what, limit, off(compare(result, judge).deviation, result)
+
+
 def order() -> Iterator[Row]:
     """Error of S in the smooth scene at a step and at half of it: equal steps are for joints."""
     name = "smooth_n10_beam"
@@ -269,7 +281,7 @@ def main() -> None:
         reference, lambda: reference(*JOINTS), peaks, laps, order, energy, frequencies
     ]  # fmt: skip
     if not options.quick:
-        parts += [rigid_link, lambda: reference(within(TIGHT)), engines, clearance]
+        parts += [rigid_link, long_runs, lambda: reference(within(TIGHT)), engines, clearance]
     if options.clearance:
         parts = [clearance]
     print("| what | promised | measured |\n|---|---|---|")
