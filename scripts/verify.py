@@ -1,7 +1,7 @@
 """Measure what the README claims under "Measured", and print it as its table.
 
 Usage:
-    python scripts/verify.py            everything, some three minutes
+    python scripts/verify.py            everything, some five minutes
     python scripts/verify.py --quick    without the tight runs, 20 turns, Lagrangian and clearance
     python scripts/verify.py --clearance    the link with clearance alone, about two minutes
 
