@@ -145,6 +145,9 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
     return [name for name in wanted if name not in missing]
 
 
+COMPILING = "compiles the Lagrangian first, for a minute or two, once after installing"
+
+
 def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
     """Run an engine, with a progress bar that says `what` is going on.
 
@@ -158,6 +161,8 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
     if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
         complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
     try:
+        if not options.quiet and engines.compiles(scene, engine):
+            complain(f"hint: {COMPILING}")
         with progress_bar(options.quiet, what) as progress:
             return engines.simulate(scene, engine, progress)
     except engines.NotRepresentableError as error:

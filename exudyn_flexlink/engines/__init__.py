@@ -63,3 +63,14 @@ def takes_tolerance(scene: Scene, engine: str) -> bool:
     """
     tells = getattr(import_module(ENGINES[engine]), "takes_tolerance", None)
     return True if tells is None else bool(tells(scene))
+
+
+def compiles(scene: Scene, engine: str) -> bool:
+    """Tell whether an engine will begin by compiling, once after it was installed, for a minute.
+
+    Raises:
+        SceneError: the scene can't be put together (never after `load_scene`).
+
+    """
+    tells = getattr(import_module(ENGINES[engine]), "compiles", None)
+    return False if tells is None else bool(tells(scene))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import mujoco_chain, numpy_lagrangian
-from benchmarks.measuring import Measured, Table, climb, interleaved, ladder, loosest
+from benchmarks.measuring import FINE, Measured, Table, climb, interleaved, ladder, loosest
 from benchmarks.stepping import completed
 from benchmarks.strike import scene_of
 from benchmarks.variants import VARIANTS, Variant
@@ -80,7 +80,7 @@ def measure(
     for variant in VARIANTS:
         run(variant, 1e-3, variant.first)  # load and compile
         runs[variant.name] = partial(ours, variant, duration)
-        rungs[variant.name] = list(ladder(variant.first))
+        rungs[variant.name] = list(ladder(variant.first, mantissas=FINE))  # as fine as EVERY
     chosen: dict[tuple[str, float], Measured] = {}
     for name, measured_run in runs.items():
         points = climb(measured_run, rungs[name], min(errors), BUDGET)

@@ -165,8 +165,12 @@ def advance(
         wanted = min(wanted, _longest(t, y, free, course, control))
         # The last step ends at the stop; the one before is no longer than what it leaves.
         planned = ahead if wanted >= ahead * (1 - 1e-9) else min(wanted, max(ahead / 2, SHORTEST))
-        near, _ = rate_at(Instant(t, y, buffer.places[done]), equations, work.begin)
-        at = Instant(t, y, near)
+        if done > 0:  # a step's last stage is its end, where the iteration left its rates
+            work.begin[:] = work.rates[stages - 1]
+            at = Instant(t, y, buffer.places[done])
+        else:
+            near, _ = rate_at(Instant(t, y, buffer.places[0]), equations, work.begin)
+            at = Instant(t, y, near)
         known = (buffer.changes[max(done - 1, 0)], done > 0)
         h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))
         if h == 0.0:

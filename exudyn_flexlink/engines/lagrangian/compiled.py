@@ -28,10 +28,21 @@ def compiled(function: F) -> F:
     """Compile the function at its first call, and keep the code on disk; the same without numba."""
     if numba is None:
         return function
-    dispatcher = numba.njit(cache=True, error_model="numpy", fastmath=REORDERED)(function)
+    dispatcher = numba.njit(
+        cache=True, no_cfunc_wrapper=True, error_model="numpy", fastmath=REORDERED
+    )(function)
     with suppress(AttributeError):  # compiling switched off, or kept elsewhere than in files
         dispatcher._cache._cache_file._source_stamp = _STAMP
     return cast(F, dispatcher)
+
+
+def kept(function: Callable[..., Any]) -> bool:
+    """Tell whether machine code of a compiled function lies on disk, or none will ever be made."""
+    if numba is None:
+        return True
+    with suppress(AttributeError, OSError):
+        return bool(function._cache._cache_file._load_index())  # type: ignore[attr-defined]
+    return True
 
 
 def version() -> str:

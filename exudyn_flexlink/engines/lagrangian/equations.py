@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces, wall_power
 
 FloatArray = NDArray[np.float64]
@@ -130,21 +131,12 @@ def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
 
 
 @compiled
-def _of_rods(angles: FloatArray, c: Constants) -> FloatArray:
-    """Pick the values of the rods from those of all coordinates, (n,)."""
-    picked = np.empty(len(c.rods))
-    for i in range(len(picked)):
-        picked[i] = angles[int(c.rods[i])]
-    return picked
-
-
-@compiled
 def _mass(turned: Turned, root: Root, c: Constants) -> FloatArray:
     """As `mass_matrix`, from cosines and sines of the coordinates."""
     n, p, count = len(c.firsts), int(c.root), len(turned[0])
-    cosines, sines = _of_rods(turned[0], c), _of_rods(turned[1], c)
-    mass = np.zeros((count, count))
     begin = int(c.rods[0])  # the rods' coordinates follow one another
+    cosines, sines = turned[0][begin : begin + n], turned[1][begin : begin + n]
+    mass = np.zeros((count, count))
     for i in range(n):
         cosine, sine = cosines[i], sines[i]
         for h in range(n):
@@ -173,7 +165,7 @@ def _take_quadratic_terms(
 ) -> None:
     """Take the terms of the squares of the speeds from the right side (N,)."""
     n, p, begin = len(c.firsts), int(c.root), int(c.rods[0])
-    cosines, sines = _of_rods(turned[0], c), _of_rods(turned[1], c)
+    cosines, sines = turned[0][begin : begin + n], turned[1][begin : begin + n]
     moved = v[p] * v[p]
     along, across = np.empty(n), np.empty(n)
     for h in range(n):
@@ -191,8 +183,10 @@ def _take_quadratic_terms(
 
 
 @compiled
-def applied_torques(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> FloatArray:
+def _torques(state: State, turned: Turned, c: Constants) -> FloatArray:
     """Generalised forces Q (N,) of springs, dampers and weight."""
+    q, v, root = state
+    cosines, sines = turned
     count = len(q)
     torques = np.zeros(count)
     for j in range(count):
@@ -205,10 +199,10 @@ def applied_torques(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> F
         torques[int(c.root)] += c.mass * (gx * root[2] + gy * root[3])
         for j in range(count):
             x, y = c.moments[j, 0], c.moments[j, 1]
-            torques[j] += np.cos(q[j]) * (gy * x - gx * y) - np.sin(q[j]) * (gx * x + gy * y)
+            torques[j] += cosines[j] * (gy * x - gx * y) - sines[j] * (gx * x + gy * y)
         for i in range(len(c.firsts)):
             j = int(c.rods[i])
-            torques[j] += c.firsts[i] * (gy * np.cos(q[j]) - gx * np.sin(q[j]))
+            torques[j] += c.firsts[i] * (gy * cosines[j] - gx * sines[j])
     return torques
 
 
@@ -265,65 +259,6 @@ def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
     e2 = face[8] * face[8]
     rising = np.tanh(-gap_rate / face[9])
     return float(-gap * face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising))
-
-
-@compiled
-def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
-    """Solve in place by Gauss, without pivoting: both are overwritten, `vector` by the solution.
-
-    Stable for ``[M -G^T; G 0]`` with M positive definite: every pivot is positive.
-    """
-    size = len(vector)
-    for p in range(size):
-        pivot = 1.0 / matrix[p, p]
-        for i in range(p + 1, size):
-            factor = matrix[i, p] * pivot
-            if factor == 0.0:
-                continue
-            for j in range(p + 1, size):
-                matrix[i, j] -= factor * matrix[p, j]
-            vector[i] -= factor * vector[p]
-    for i in range(size - 1, -1, -1):
-        for j in range(i + 1, size):
-            vector[i] -= matrix[i, j] * vector[j]
-        vector[i] /= matrix[i, i]
-
-
-@compiled
-def factorise(matrix: FloatArray, first: int) -> None:
-    """Factors L D L^T, in place, of a positive definite matrix from row and column `first` on.
-
-    Only the lower half is read and written.
-    """
-    size = len(matrix)
-    scaled = np.empty(size)
-    for j in range(first, size):
-        pivot = matrix[j, j]
-        for k in range(first, j):
-            scaled[k] = matrix[j, k] * matrix[k, k]
-            pivot -= matrix[j, k] * scaled[k]
-        matrix[j, j] = pivot
-        for i in range(j + 1, size):
-            entry = matrix[i, j]
-            for k in range(first, j):
-                entry -= matrix[i, k] * scaled[k]
-            matrix[i, j] = entry / pivot
-
-
-@compiled
-def substitute(factors: FloatArray, first: int, vector: FloatArray) -> None:
-    """Solve in place, with the factors of `factorise`, for the entries from `first` on."""
-    size = len(vector)
-    for i in range(first, size):
-        value = vector[i]
-        for k in range(first, i):
-            value -= factors[i, k] * vector[k]
-        vector[i] = value
-    for i in range(size - 1, first - 1, -1):
-        value = vector[i] / factors[i, i]
-        for k in range(i + 1, size):
-            value -= factors[k, i] * vector[k]
-        vector[i] = value
 
 
 @compiled
@@ -434,7 +369,7 @@ def accelerations(
     forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
     turned = (np.cos(state.q), np.sin(state.q))
     mass = _mass(turned, state.root, c)
-    right = applied_torques(state.q, state.v, state.root, c)
+    right = _torques(state, turned, c)
     _take_quadratic_terms(turned, state.v, state.root, c, right)
     for j in range(len(right)):
         right[j] += drive.torques[j]

@@ -23,7 +23,7 @@ from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at, rate_at
-from exudyn_flexlink.engines.lagrangian.newton import decompose, solve
+from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.rail import FINE
 
 ITERATIONS = 8

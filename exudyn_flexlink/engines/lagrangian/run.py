@@ -15,8 +15,9 @@ from time import perf_counter
 import numpy as np
 
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.advance import Control
+from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
+from exudyn_flexlink.engines.lagrangian.compiled import kept
 from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
 from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
@@ -64,7 +65,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     recorder = Recorder(system, sample_times(scene, end), progress)
     accuracy = scene.accuracy
     loop: Loop | March
-    if accuracy.tolerance is None or asks_for_local(scene) or not_smooth(assembly.mechanism):
+    if explicit(scene, assembly.mechanism):
         loop = Loop(
             system,
             recorder,
@@ -72,8 +73,24 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
             accuracy.absolute_tolerance or ABSOLUTE,
         )
     else:
+        assert accuracy.tolerance is not None
         loop = March(system, recorder, radau(STAGES), control(rig, accuracy.tolerance))
     return Prepared(scene, rig, system, recorder, loop, end)
+
+
+def explicit(scene: Scene, mechanism: Mechanism) -> bool:
+    """Tell whether SciPy's explicit method is to solve a scene."""
+    return scene.accuracy.tolerance is None or asks_for_local(scene) or not_smooth(mechanism)
+
+
+def compiles(scene: Scene) -> bool:
+    """Tell whether a run will begin by compiling the implicit method, which takes a minute.
+
+    Raises:
+        SceneError: the scene can't be put together.
+
+    """
+    return not explicit(scene, assemble_scene(scene).mechanism) and not kept(advance)
 
 
 def asks_for_local(scene: Scene) -> bool:

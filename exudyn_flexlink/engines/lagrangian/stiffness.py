@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Root,
-    factorise,
     mass_matrix,
-    substitute,
     touches,
 )
 
@@ -27,23 +26,33 @@ FloatArray = NDArray[np.float64]
 def slopes(at: Instant, equations: Equations) -> tuple[FloatArray, FloatArray]:
     """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y."""
     course, c = equations
-    first, count = int(course.drive[0]), len(c.inertias)
-    free = count - first
+    first = int(course.drive[0])
     q, v, root, _ = coordinates_at(at, equations)
     springs, dampers = -c.stiffness, -c.damping
     _add_contacts((q, v, root), equations, (springs, dampers))
     mass = mass_matrix(q, root, c)
     factorise(mass, first)
-    by_q, by_v = np.empty((free, free)), np.empty((free, free))
+    return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
+
+
+@compiled
+def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatArray:
+    """Return M^-1 times the columns of a matrix (N, N) of forces, of the free coordinates."""
+    count = len(forces)
+    free = count - first
+    found = np.zeros((free, free))
     column = np.empty(count)
     for j in range(free):
-        column[:] = springs[:, first + j]
-        substitute(mass, first, column)
-        by_q[:, j] = column[first:]
-        column[:] = dampers[:, first + j]
-        substitute(mass, first, column)
-        by_v[:, j] = column[first:]
-    return by_q, by_v
+        acts = False
+        for i in range(first, count):
+            column[i] = forces[i, first + j]
+            acts = acts or column[i] != 0.0
+        if not acts:
+            continue
+        substitute(factors, first, column)
+        for i in range(free):
+            found[i, j] = column[first + i]
+    return found
 
 
 @compiled
