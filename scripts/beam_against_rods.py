@@ -1,14 +1,13 @@
 """The link as a beam against the link as rods: how far S is off, and what that costs.
 
 Usage:
-    OPENBLAS_NUM_THREADS=1 python scripts/beam_against_rods.py [--out docs]
+    python scripts/beam_against_rods.py [--out docs]
 
 Two scenes: models/smooth.yaml (one turn) and models/no_clearance.yaml (three quarters of a turn,
 with the strike, hinges as a beam's). The link is a beam of 1 to 16 elements, or 5 to 80 rods, of
 equal length or with half rods at its ends. Truth is a beam of 32 elements. All of them have the
 same damping per length: a hinge's is in proportion to the number of rods. Prints tables, says how
-many rods equal one, two, four elements, and draws beam_against_rods.png. Takes some
-three minutes; process times of many rods are those of one thread only if numpy has one.
+many rods equal one, two, four elements, and draws beam_against_rods.png. Takes some three minutes.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 
+from threadpoolctl import threadpool_limits
+
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -37,7 +39,10 @@ def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = N
     """
     if engine not in ENGINES:
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
-    result: Result = import_module(ENGINES[engine]).run(scene, progress)
+    run = import_module(ENGINES[engine]).run
+    # Matrices are small: numpy's threads would wait for one another most of the time.
+    with threadpool_limits(limits=1, user_api="blas"):
+        result: Result = run(scene, progress)
     return result
 
 
