@@ -217,3 +217,13 @@ def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
     ]
     assert errors[1] < 1e-10
     assert np.log2(errors[0] / errors[1]) == pytest.approx(9, abs=1)
+
+
+def test_samples_may_be_further_apart_than_many_steps() -> None:
+    """More steps than are worked off together lie between two samples."""
+    settings = ("bodies.link.rods=2", "accuracy={step: 5e-5, formulation: tree}")
+    result = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 0.055}")
+    fine = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 5 ms}")
+    assert result.checks.steps > 1000
+    np.testing.assert_allclose(result.poses[-1], fine.poses[-1], atol=1e-14)
+    np.testing.assert_allclose(result.drive_torques["motor"][-1], fine.drive_torques["motor"][-1])

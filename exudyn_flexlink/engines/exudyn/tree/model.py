@@ -287,10 +287,11 @@ class TreeModel:
 
     def whole_accelerations(self, instants: Sequence[Held | Whole], free: FloatArray) -> FloatArray:
         """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
-        whole = np.array([instant.b for instant in instants]).reshape(len(instants), -1)
+        shape = (len(instants), len(self.layout.links))
+        whole = np.array([instant.b for instant in instants]).reshape(shape)
         if self._turning:
             moved = [self._reach(at.x) @ a for at, a in zip(instants, free, strict=True)]
-            return np.asarray(whole + np.array(moved))
+            return np.asarray(whole + np.array(moved).reshape(shape))
         whole[:, self._chosen] += free
         return whole
 
