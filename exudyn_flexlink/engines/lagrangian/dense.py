@@ -31,6 +31,8 @@ def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
         for i in range(p + 1, size):
             factor = matrix[i, p] * inverse
             matrix[i, p] = factor
+            if factor == 0.0:
+                continue
             for j in range(p + 1, size):
                 matrix[i, j] -= factor * matrix[p, j]
 
@@ -78,21 +80,31 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
 def factorise(matrix: FloatArray, first: int) -> None:
     """Factors L D L^T, in place, of a positive definite matrix from row and column `first` on.
 
-    Only the lower half is read and written.
+    Only the lower half is read and written. Rows that stand alone, as those of levers do, cost
+    nothing.
     """
     size = len(matrix)
     scaled = np.empty(size)
-    for j in range(first, size):
+    last = size  # rows from here on stand alone
+    while last > first and _stands_alone(matrix, first, last - 1):
+        last -= 1
+    for j in range(first, last):
         pivot = matrix[j, j]
         for k in range(first, j):
             scaled[k] = matrix[j, k] * matrix[k, k]
             pivot -= matrix[j, k] * scaled[k]
         matrix[j, j] = pivot
-        for i in range(j + 1, size):
+        for i in range(j + 1, last):
             entry = matrix[i, j]
             for k in range(first, j):
                 entry -= matrix[i, k] * scaled[k]
             matrix[i, j] = entry / pivot
+
+
+@compiled
+def _stands_alone(matrix: FloatArray, first: int, row: int) -> bool:
+    """Tell whether a row is zero left of its diagonal."""
+    return not np.any(matrix[row, first:row])
 
 
 @compiled

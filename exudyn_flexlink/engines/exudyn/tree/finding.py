@@ -63,6 +63,9 @@ class Finder:
         self.touches = [contact.touch(x, v) for contact in self.model.contacts]
         for touch, old in zip(self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
+        for contact, touch in self.contacts():
+            if not contact.acts and not 0 <= touch.place <= contact.length:
+                contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
 
     def first(self, step: Step) -> Found | None:
         """What happened first within the step."""
@@ -143,11 +146,12 @@ class Finder:
         """Tell from both ends, or from the stages, that nothing can have changed in between."""
         last = step.stages[-1].kept
         ends = (self.touches[k], contact.touch(last.x, last.v))
-        if contact.side is not Side.PRESSED and _apart(*ends, 2 * step.h):
+        apart = contact.side is not Side.PRESSED
+        if apart and (_beside(contact, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
             return True
         inner = [contact.touch(at.kept.x, at.kept.v) for at in step.stages[:-1]]
         touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
-        unchanged = partial(_pressed, contact) if contact.side is Side.PRESSED else _apart
+        unchanged = _apart if apart else partial(_pressed, contact)
         between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
         return all(unchanged(before, after, h) for before, after, h in between)
 
@@ -176,6 +180,13 @@ def _apart(before: Touch, after: Touch, h: float) -> bool:
     """
     way = 0.5 * h * max(abs(before.gap_rate), abs(after.gap_rate))
     return before.gap * after.gap > 0 and min(abs(before.gap), abs(after.gap)) > way
+
+
+def _beside(contact: TreeContact, before: Touch, after: Touch, h: float) -> bool:
+    """Tell, likewise, that a point stayed beside a face, where it may pass the face's line."""
+    slid = 0.5 * h * max(abs(before.place_rate), abs(after.place_rate))
+    places = (before.place, after.place)
+    return max(places) < -slid or min(places) > contact.length + slid
 
 
 def _pressed(contact: TreeContact, before: Touch, after: Touch, h: float) -> bool:
