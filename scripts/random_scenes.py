@@ -1,0 +1,174 @@
+"""Random scenes through both engines: none may crash, none may silently be wrong.
+
+Usage:
+    python scripts/random_scenes.py                      200 scenes, some ten minutes
+    python scripts/random_scenes.py --count 20 --seed 7
+    python scripts/random_scenes.py --only 137           one of them, told in full
+
+Every parameter of the paper's mechanism is drawn within ten times its value (angles, restitution
+and the shape of the mechanism within their own bounds), with and without clearance, friction,
+weight and damping. Exudyn is held against the Lagrangian with a hundredth of the tolerance, up to
+the horizon that a Lagrangian with the tolerance itself finds. Runs that are refused, stop or warn
+say so, and are counted; silent is what does none of that. The exit code is 1 if there is a crash,
+or a silent disagreement by more than the stated tolerance.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from exudyn_flexlink.compare import compare
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.source import SceneError
+
+MODELS = Path(__file__).parent.parent / "models"
+DECADE = 10.0
+SIZE = 3.0  # the whole mechanism is up to so much larger or smaller
+SHAPE = 1.3  # lengths, to one another
+WITH_CLEARANCE, WITH_FRICTION, WITH_WEIGHT = 0.25, 0.5, 0.5
+TOLERANCE, WALLS = 1e-6, 1e-5  # m
+TURNS, TURNS_WALLS = 0.8, 0.3
+TIGHTER = 100.0
+SPEED = 10.0  # rad/s: the paper's
+
+REFUSED, STOPPED, CRASHED = "refused", "stopped and said why", "CRASHED"
+AGREES, WARNED, SILENT = "agrees", "disagrees and warns", "DISAGREES SILENTLY"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a scene; `ratio` is the deviation of S over the tolerance."""
+
+    kind: str
+    told: str = ""
+    ratio: float = 0.0
+
+
+def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
+    """A model and settings that change it."""
+
+    def factor(most: float = DECADE) -> float:
+        return float(most ** rng.uniform(-1, 1))
+
+    size = factor(SIZE)
+    a, b, pivot, link, guide, lever, width = (
+        size * x * factor(SHAPE) for x in (0.04, 0.03, 0.02, 0.07, 0.09, 0.03, 0.01)
+    )
+    radius = b  # the egg's half circle joins its half ellipse
+    # S is farthest to the left in odd laps, the lever's face ends a random part of it before.
+    reach = -(a + link)
+    clear = rng.random() < WITH_CLEARANCE
+    settings = {
+        "curves.ellipse.semi_axes": f"[{a}, {b}]",
+        "curves.egg": (
+            "{type: joined, pieces: ["
+            f"{{type: ellipse, centre: [0, 0], semi_axes: [{a}, {b}], from: -90 deg, to: 90 deg}}, "
+            f"{{type: circle, centre: [0, 0], radius: {radius}, from: 90 deg, to: 270 deg}}]}}"
+        ),
+        "joints.crank.at": f"[{pivot}, 0]",
+        "joints.pivot.at": f"[{reach - lever + rng.uniform(0, 0.3) * lever}, 0]",
+        "bodies.guide.length": f"{guide}",
+        "bodies.link.length": f"{link}",
+        "bodies.link.section": f"{{width: {width}, thickness: {5e-4 * size * factor()}}}",
+        "bodies.link.rods": f"{rng.integers(1, 21)}",
+        "bodies.link.layout": str(rng.choice(["equal", "half_ends"])),
+        "bodies.link.hinges.stiffness": str(rng.choice(["paper", "beam"])),
+        "bodies.link.hinges.damping": f"{2e-5 * size**3 * factor()}",
+        "bodies.lever.length": f"{lever}",
+        "bodies.lever.section": f"{{width: {width}, thickness: {1e-3 * size * factor()}}}",
+        "materials.steel.density": f"{7850 * factor()}",
+        "materials.steel.youngs_modulus": f"{2e11 * factor()}",
+        "springs.lever_return.frequency": f"{40 * factor()}",
+        "springs.lever_return.damping_ratio": f"{0.1 * factor()}",
+        "drives.motor.value": f"{SPEED * factor()}",
+        "contacts.strike.law.stiffness": f"{2e4 * factor()}",
+        "contacts.strike.law.restitution": f"{rng.uniform(0, 1)}",
+        "accuracy.tolerance": f"{(WALLS if clear else TOLERANCE)}",
+        "run.turns": f"{TURNS_WALLS if clear else TURNS}",
+    }
+    if rng.random() < WITH_WEIGHT:
+        settings["gravity"] = "[0, -9.81]"
+    if rng.random() < WITH_FRICTION:
+        settings["contacts.strike.law.friction"] = f"{rng.uniform(0, 0.5)}"
+    if clear:
+        settings["joints.sleeve.clearance"] = f"{5e-3 * size * DECADE ** rng.uniform(-1, 0)}"
+        settings["joints.sleeve.law.stiffness"] = f"{1e5 * factor()}"
+        settings["joints.sleeve.law.restitution"] = f"{rng.uniform(0, 1)}"
+        settings["bodies.link.rods"] = f"{rng.integers(2, 9)}"
+    model = "clearance.yaml" if clear else "no_clearance.yaml"
+    return model, [f"{key}={value}" for key, value in settings.items()]
+
+
+def judge(model: str, settings: list[str]) -> Verdict:
+    """Run a scene by both engines, and compare."""
+    try:
+        scene = load_scene(MODELS / model, settings)
+    except SceneError as error:
+        return Verdict(REFUSED, str(error).strip().splitlines()[0])
+    tolerance = scene.accuracy.tolerance
+    assert tolerance is not None
+    tight = load_scene(MODELS / model, [*settings, f"accuracy.tolerance={tolerance / TIGHTER}"])
+    try:
+        found, exact, loose = (
+            simulate(scene, "exudyn"), simulate(tight, "lagrangian"), simulate(scene, "lagrangian"),
+        )  # fmt: skip
+    except (NotRepresentableError, SceneError) as error:
+        return Verdict(REFUSED, str(error))
+    except Exception as error:  # what a user would see as a traceback is what is looked for here
+        return Verdict(CRASHED, f"{type(error).__name__}: {error}")
+    for result in (found, exact):
+        if not result.outcome.completed:
+            return Verdict(STOPPED, f"{result.engine}: {result.outcome.reason}")
+    return _compared(found, exact, loose, tolerance)
+
+
+def _compared(found: Result, exact: Result, loose: Result, tolerance: float) -> Verdict:
+    comparison = compare(found, exact, loose)
+    judged = comparison.judged
+    if not len(judged.time):
+        return Verdict(WARNED, "the horizon lies at the start")
+    ratio = judged.largest / tolerance
+    horizon = f", to the horizon {comparison.horizon:.3g} s" if comparison.horizon else ""
+    told = f"{judged.largest:.1e} m, {ratio:.2g} of the tolerance{horizon}"
+    if ratio <= 1:
+        return Verdict(AGREES, told, ratio)
+    warnings = [*found.warnings, *exact.warnings]
+    if warnings:
+        return Verdict(WARNED, f"{told}; {warnings[0]}", ratio)
+    return Verdict(SILENT, told, ratio)
+
+
+def main() -> int:
+    """Print the verdicts that are not agreement, and the numbers of all."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, help="number of one scene, told in full")
+    options = parser.parse_args()
+    counts: Counter[str] = Counter()
+    ratios = []
+    for number in [options.only] if options.only is not None else range(options.count):
+        model, settings = draw(np.random.default_rng([options.seed, number]))
+        verdict = judge(model, settings)
+        counts[verdict.kind] += 1
+        ratios += [verdict.ratio] if verdict.kind == AGREES else []
+        if verdict.kind != AGREES or options.only is not None:
+            print(f"{number:4d} {model:18} {verdict.kind}: {verdict.told}", flush=True)
+        if options.only is not None:
+            print("\n".join(f"     --set '{setting}'" for setting in settings))
+    print(", ".join(f"{count} {kind}" for kind, count in counts.most_common()))
+    if ratios:
+        print(f"where they agree: at most {max(ratios):.2g} of the tolerance")
+    return 1 if counts[CRASHED] or counts[SILENT] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
