@@ -18,6 +18,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 LONGEST_TEXT = 60
+LARGEST, SMALLEST = 1e20, 1e-30
+"""Limits of what is read, in SI: products of some such numbers (E b h^3 / l) are still numbers."""
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 UNIT = r"[A-Za-zµμΩ°1][A-Za-z0-9µμΩ°*·/^.+\-() ]*"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
@@ -144,7 +146,8 @@ def to_si(value: object, dimension: Dimension) -> float:
     """Read `value`, a number in SI or a string such as '5 mm', as a float in SI.
 
     Raises:
-        QuantityError: it is no number, not finite, of an unknown unit or of another dimension.
+        QuantityError: it is no number, not finite, beyond all bounds, of an unknown unit or of
+            another dimension.
 
     """
     if isinstance(value, str):
@@ -155,6 +158,8 @@ def to_si(value: object, dimension: Dimension) -> float:
         raise QuantityError(f"expected {dimension.words}, got {in_words(value)}", dimension.hint)
     if not math.isfinite(number):
         raise QuantityError(f"must be a finite number, got {in_words(value)}", dimension.hint)
+    if abs(number) > LARGEST:
+        raise QuantityError(f"must not exceed {LARGEST:g} in SI units, got {in_words(value)}")
     return number
 
 
@@ -276,6 +281,8 @@ class Quantity:
     def _check_limits(self, number: float) -> None:
         if self.above is not None and number <= self.above:
             raise QuantityError(f"must be greater than {self.above:g}")
+        if self.above == 0 and number < SMALLEST:
+            raise QuantityError(f"must be {SMALLEST:g} or greater in SI units")
         if self.at_least is not None and number < self.at_least:
             raise QuantityError(f"must be {self.at_least:g} or greater")
         if self.at_most is not None and number > self.at_most:

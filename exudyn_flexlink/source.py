@@ -28,6 +28,7 @@ ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
 """Paths ("*" stands for any step) with the keys beside them that they exclude."""
 
 WIDEST_EXCERPT = 100
+LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,12 @@ def load_document(path: str | Path) -> Document:
     path = Path(path)
     empty = Document(str(path), path.parent)
     try:
-        text = path.read_bytes().decode("utf-8")
+        with path.open("rb") as stream:  # which may have no end, as a device's
+            content = stream.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            message = f"the file is larger than {LARGEST_FILE // 10**6} MB"
+            raise SceneError(empty, [Mistake((), message, "points of splines may be in CSV files")])
+        text = content.decode("utf-8")
     except (OSError, ValueError) as error:
         raise SceneError(empty, [_unreadable(error)]) from None
     return parse_document(text, str(path), path.parent)

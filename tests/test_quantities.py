@@ -127,6 +127,19 @@ def test_hints() -> None:
         assert hint in caught.value.hint
 
 
+@pytest.mark.parametrize("value", [1.1e20, -1.1e20, 10**400 - 1, "1e15 GPa", 1e300])
+def test_what_exceeds_all_bounds_is_refused(value: object) -> None:
+    with pytest.raises(QuantityError, match="must"):
+        to_si(value, Dimension.PRESSURE)
+
+
+def test_what_must_be_positive_is_not_next_to_nothing() -> None:
+    adapter: TypeAdapter[float] = TypeAdapter(PositiveLength)
+    assert adapter.validate_python(1e-30) == 1e-30
+    with pytest.raises(ValidationError, match="must be 1e-30 or greater in SI units"):
+        adapter.validate_python(9e-31)
+
+
 def test_limits_hold_after_conversion_and_stand_in_the_schema() -> None:
     adapter: TypeAdapter[float] = TypeAdapter(PositiveLength)
     assert adapter.validate_python("1 mm") == 1e-3

@@ -195,6 +195,16 @@ def test_files(tmp_path: Path) -> None:
         load_document(tmp_path)
 
 
+def test_a_file_too_large_to_be_a_model_is_not_even_read(tmp_path: Path) -> None:
+    path = tmp_path / "model.yaml"
+    path.write_bytes(b"title: " + b"x" * 10_000_000)
+    with pytest.raises(SceneError, match="the file is larger than 1 MB"):
+        load_document(path)
+    if Path("/dev/zero").exists():
+        with pytest.raises(SceneError, match="the file is larger than 1 MB"):
+            load_document("/dev/zero")
+
+
 BASE = "run: {turns: 4}\nbodies:\n  link: {rods: 10, at: [0, 1]}\n"
 
 

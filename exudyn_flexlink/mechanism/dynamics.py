@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin
 
 import numpy as np
@@ -120,30 +121,44 @@ def channel_mass(
     guide = channel.guide
     end = Anchor(guide.part, guide.x + channel.length, guide.y)
     nodes = [node_anchor(channel, i) for i in range(len(channel.rods) + 1)]
-    of_nodes, of_guide = (
-        max(mobility(mass, jacobian, anchor_jacobian(anchor, q)) for anchor in anchors)
-        for anchors in (nodes, (guide, end))
-    )
-    return 1.0 / max(of_nodes + of_guide, 1e-300)
+    rows = [anchor_jacobian(anchor, q) for anchor in (*nodes, guide, end)]
+    found = mobilities(mass, jacobian, rows)
+    return 1.0 / max(max(found[:-2]) + max(found[-2:]), 1e-300)
 
 
 def mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:
     """Largest acceleration of a point per unit force on it, joints kept, 1/kg."""
-    still = np.zeros(len(jacobian))
-    moved = [solve_saddle(mass, jacobian, row, still)[: len(mass)] for row in rows]
-    return float(np.linalg.eigvalsh(rows @ np.array(moved).T).max())
+    return mobilities(mass, jacobian, [rows])[0]
+
+
+def mobilities(mass: FloatArray, jacobian: FloatArray, points: Sequence[FloatArray]) -> list[float]:
+    """Mobility of every point, given by its rows (directions, coordinates), 1/kg.
+
+    All at once, since with many rods it is the factorising that takes time.
+    """
+    forces = np.concatenate(points).T
+    moved = solve_saddle(mass, jacobian, forces, np.zeros((len(jacobian), forces.shape[1])))
+    parts = np.split(moved[: len(mass)], np.cumsum([len(rows) for rows in points])[:-1], axis=1)
+    return [
+        float(np.linalg.eigvalsh(rows @ part).max())
+        for rows, part in zip(points, parts, strict=True)
+    ]
 
 
 def solve_saddle(
     mass: FloatArray, jacobian: FloatArray, forces: FloatArray, right: FloatArray
 ) -> FloatArray:
-    """Accelerations and multipliers; the multipliers of redundant joints are the smallest."""
+    """Accelerations and multipliers; the multipliers of redundant joints are the smallest.
+
+    `forces` and `right` may have columns, for so many solutions.
+    """
     rows = len(jacobian)
     matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((rows, rows))]])
     vector = np.concatenate([forces, right])
     scale = np.sqrt(np.maximum(np.abs(matrix).max(axis=1), 1e-300))
     scaled = matrix / scale[:, None] / scale[None, :]
     if rows == 0 or np.linalg.cond(scaled) < 1e13:
-        return np.asarray(np.linalg.solve(scaled, vector / scale) / scale)
+        return np.asarray((np.linalg.solve(scaled, (vector.T / scale).T).T / scale).T)
     # A redundant joint makes the matrix singular but leaves the motion: least squares finds it.
-    return np.asarray(np.linalg.lstsq(scaled, vector / scale, rcond=1e-12)[0] / scale)
+    solution = np.linalg.lstsq(scaled, (vector.T / scale).T, rcond=1e-12)[0]
+    return np.asarray((solution.T / scale).T)
