@@ -1,0 +1,1 @@
+"""What the loader is fuzzed with: see `scripts/fuzz_loader.py`."""
