@@ -184,7 +184,7 @@ def test_compare_keeps_and_explains_a_failed_run(
     assert Path("here/comparison.json").is_file()
 
 
-def test_an_interrupted_comparison_leaves_nothing(
+def test_a_comparison_interrupted_in_its_first_run_leaves_nothing(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
     def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
@@ -192,7 +192,9 @@ def test_an_interrupted_comparison_leaves_nothing(
 
     run_of(fake)
     assert main(["compare", NO_CLEARANCE]) == 130
-    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert capsys.readouterr().err == (
+        "interrupted before there were two runs to compare; nothing was written\n"
+    )
     assert list(Path().iterdir()) == []
 
 

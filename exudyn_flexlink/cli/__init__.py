@@ -1,7 +1,7 @@
 """The program at a terminal: arguments in, one function called, an exit code out.
 
 Exit codes: 0 done; 1 the run failed, what it computed is kept, or a comparison exceeds its
-tolerance; 2 bad input; 130 interrupted.
+tolerance; 2 bad input, or a place that can't be written; 130 interrupted.
 Whatever is slow to import is imported by the command that needs it: `check` must answer at once.
 """
 
@@ -19,7 +19,7 @@ from exudyn_flexlink.cli.commands import check_command, plot_command, schema_com
 from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
-from exudyn_flexlink.cli.terminal import DONE, INTERRUPTED, complain
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, prepare_streams
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
@@ -27,16 +27,23 @@ EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program with the arguments of a command line; returns its exit code."""
-    options = _parser().parse_args(arguments)
+    prepare_streams()
     try:
-        code: int = options.command(options)
-        sys.stdout.flush()
+        try:
+            options = _parser().parse_args(arguments)
+            code: int = options.command(options)
+        finally:
+            sys.stdout.flush()
     except KeyboardInterrupt:
         return complain("interrupted; nothing was written", INTERRUPTED)
-    except BrokenPipeError:
-        # The reader, such as `head`, has seen enough: Python must not complain as it flushes.
+    except MemoryError:
+        return complain("not enough memory: shorten the run, or give a longer run.sample", FAILED)
+    except OSError as error:  # of files the commands tell themselves: this is the output's
+        # Python must not complain once more as it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
+        if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has seen enough
+            return DONE
+        return complain(f"can't write to the output: {error.strerror or error}", FAILED)
     return code
 
 

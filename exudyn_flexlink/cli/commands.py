@@ -29,17 +29,15 @@ def check_command(options: argparse.Namespace) -> int:
 def plot_command(options: argparse.Namespace) -> int:
     """Draw the figures of a saved run again; returns the exit code."""
     from exudyn_flexlink.plots import save_figures
-    from exudyn_flexlink.storage import StorageError, load
+    from exudyn_flexlink.storage import StorageError, load, staged_files
 
     folder: Path = options.out or options.run
     try:
         result = load(options.run)
-        folder.mkdir(parents=True, exist_ok=True)
-        save_figures(result, folder)
+        with staged_files(folder) as staged:
+            save_figures(result, staged)
     except StorageError as error:
         return complain(str(error), BAD_INPUT)
-    except OSError as error:
-        return complain(f"can't write to {folder}: {error.strerror}", BAD_INPUT)
     print(f"Figures written to {folder}{os.sep}")
     return DONE
 
@@ -47,13 +45,17 @@ def plot_command(options: argparse.Namespace) -> int:
 def schema_command(options: argparse.Namespace) -> int:
     """Print, or write, the JSON schema of model files; returns the exit code."""
     from exudyn_flexlink.scene import json_schema
+    from exudyn_flexlink.storage import StorageError, staged_files
 
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if options.out is None:
         print(text, end="")
         return DONE
+    if not options.out.parent.is_dir():
+        return complain(f"can't write {options.out}: there is no such folder", BAD_INPUT)
     try:
-        options.out.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        return complain(f"can't write {options.out}: {error.strerror}", BAD_INPUT)
+        with staged_files(options.out.parent) as staged:
+            (staged / options.out.name).write_text(text, encoding="utf-8", newline="\n")
+    except StorageError as error:
+        return complain(str(error), BAD_INPUT)
     return DONE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,15 @@ from exudyn_flexlink.cli.simulating import (
     run,
     write,
 )
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, names_in
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    complain,
+    drawn,
+    names_in,
+)
 
 if TYPE_CHECKING:
     from exudyn_flexlink.compare import Comparison
@@ -27,6 +36,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.scene import Scene
 
 JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
+NEEDED = 2  # runs of a comparison, samples of a run
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
 
 
@@ -44,26 +54,48 @@ def compare_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with staged_folder(target) as folder:
             found = _without_effects(options) if options.without else _both_engines(options)
-            _write(found, folder, options)
+            waited = _write(found.comparison, folder, options, figures=found.whole) and found.whole
     except (SceneError, StorageError, CannotCompareError) as error:
         return complain(str(error), BAD_INPUT)
-    return _tell(found, target, options)
+    except NothingToCompareError as error:
+        return complain(str(error), INTERRUPTED)
+    return _tell(found.comparison, target, options, waited)
 
 
-def _both_engines(options: argparse.Namespace) -> Comparison:
-    """Compare Exudyn with the Lagrangian."""
+class NothingToCompareError(Exception):
+    """The user had enough before there were two runs."""
+
+    def __init__(self) -> None:
+        super().__init__("interrupted before there were two runs to compare; nothing was written")
+
+
+@dataclass(frozen=True)
+class Found:
+    """A comparison, and whether it is of all runs: the user may have interrupted the later ones."""
+
+    comparison: Comparison
+    whole: bool
+
+
+def _both_engines(options: argparse.Namespace) -> Found:
+    """Compare Exudyn with the Lagrangian.
+
+    Raises:
+        NothingToCompareError: interrupted before there was anything of both.
+
+    """
     from exudyn_flexlink.compare import compare
 
     scene = read_scene(options, options.impact)
     # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
     other = read_scene(options, "penalty")
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    judge = _whole(run(_tightened(scene), "lagrangian", options, "lagrangian"))
-    exudyn = _whole(run(other, "exudyn", options, "exudyn"))
-    again = _whole(
-        run(retuned(scene, judge, LOOSER), "lagrangian", options, "lagrangian, for the horizon")
-    )
-    return compare(exudyn, judge, again)
+    runs = Runs(options)
+    judge = runs.run(_tightened(scene), "lagrangian", "lagrangian")
+    exudyn = runs.run(other, "exudyn", "exudyn")
+    loose = retuned(scene, judge, LOOSER)
+    again = runs.for_horizon(loose, "lagrangian", "lagrangian, for the horizon")
+    return Found(compare(exudyn, judge, again), runs.whole)
 
 
 def _tightened(scene: Scene) -> Scene:
@@ -75,11 +107,12 @@ def _tightened(scene: Scene) -> Scene:
     return scene.changed(accuracy=accuracy.model_copy(update={"tolerance": tolerance}))
 
 
-def _without_effects(options: argparse.Namespace) -> Comparison:
+def _without_effects(options: argparse.Namespace) -> Found:
     """Compare the scene without some effects, the paper's (a), with the scene itself, its (b).
 
     Raises:
         CannotCompareError: there is nothing to compare.
+        NothingToCompareError: interrupted before there was anything of both.
 
     """
     from exudyn_flexlink.compare import compare_variants
@@ -94,11 +127,13 @@ def _without_effects(options: argparse.Namespace) -> Comparison:
     ideal = changed(given, options.impact, effects)
     what = " and ".join(effects)
     _require_one_point(whole, ideal, what)
-    first = _whole(run(ideal, engine, options, f"without {what}"))
-    second = _whole(run(whole, engine, options, f"with {what}"))
+    runs = Runs(options)
+    first = runs.run(ideal, engine, f"without {what}")
+    second = runs.run(whole, engine, f"with {what}")
     near = retuned(whole, second, FINER)
-    again = _whole(run(near, engine, options, f"with {what}, for the horizon"))
-    return compare_variants(first, second, (f"without {what}", f"with {what}"), again)
+    again = runs.for_horizon(near, engine, f"with {what}, for the horizon")
+    names = f"without {what}", f"with {what}"
+    return Found(compare_variants(first, second, names, again), runs.whole)
 
 
 class CannotCompareError(ValueError):
@@ -120,31 +155,81 @@ def _require_one_point(whole: Scene, ideal: Scene, what: str) -> None:
         raise CannotCompareError(f"can't compare: {message}")
 
 
-def _whole(result: Result) -> Result:
-    """Hand a result on, unless the user has had enough: then there is nothing to compare."""
-    from exudyn_flexlink.result import INTERRUPTED as STOPPED
+class Runs:
+    """The runs of a comparison, which ends early once the user has had enough of a later one."""
 
-    if result.outcome.reason == STOPPED:
-        raise KeyboardInterrupt
-    return result
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options = options
+        self._made = 0
+        self.whole = True
+
+    def run(self, scene: Scene, engine: str, what: str) -> Result:
+        """Run one of the two that are compared; of the second a part will do.
+
+        Raises:
+            NothingToCompareError: the user had enough before there was anything of both.
+
+        """
+        try:
+            result = self._run(scene, engine, what)
+        except KeyboardInterrupt:
+            raise NothingToCompareError from None
+        self._made += 1
+        if not self.whole and (self._made < NEEDED or len(result.time) < NEEDED):
+            raise NothingToCompareError
+        return result
+
+    def for_horizon(self, scene: Scene, engine: str, what: str) -> Result | None:
+        """Run what tells the horizon; None if the user had enough before it began."""
+        if not self.whole:
+            return None
+        try:
+            result = self._run(scene, engine, what)
+        except KeyboardInterrupt:
+            self.whole = False
+            return None
+        return result if len(result.time) >= NEEDED else None
+
+    def _run(self, scene: Scene, engine: str, what: str) -> Result:
+        from exudyn_flexlink.engines.interrupts import LateInterruptError
+        from exudyn_flexlink.result import INTERRUPTED as STOPPED
+
+        try:
+            result = run(scene, engine, self._options, what)
+        except LateInterruptError as error:
+            result, self.whole = error.result, False
+        if result.outcome.reason == STOPPED:
+            self.whole = False
+        return result
 
 
-def _write(found: Comparison, folder: Path, options: argparse.Namespace) -> None:
+def _write(found: Comparison, folder: Path, options: argparse.Namespace, *, figures: bool) -> bool:
+    """Write numbers, which Ctrl-C does not hinder, then figures; False if the user didn't wait."""
+    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save_comparison
 
-    figures = not options.no_plots
-    for seen in (found.first, found.second):
-        write(seen.result, folder / seen.name.replace(" ", "_"), figures=figures)
-    save_comparison(found, folder, options.tolerance)
-    if figures:
-        from exudyn_flexlink.plots import comparison
+    places = [(s.result, folder / s.name.replace(" ", "_")) for s in (found.first, found.second)]
+    with patience() as patient:
+        patient.hold()
+        for result, place in places:
+            write(result, place, figures=False)
+        save_comparison(found, folder, options.tolerance)
+    if patient.pressed or not figures or options.no_plots:
+        return not patient.pressed
+    return drawn(folder, lambda: _draw(found, folder, places))
 
-        figure = comparison(found)
-        if figure is not None:
-            figure.savefig(folder / "comparison.png", dpi=150)
+
+def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]]) -> None:
+    from exudyn_flexlink.plots import comparison, save_figures
+
+    for result, place in places:
+        save_figures(result, place)
+    figure = comparison(found)
+    if figure is not None:
+        figure.savefig(folder / "comparison.png", dpi=150)
 
 
-def _tell(found: Comparison, target: Path, options: argparse.Namespace) -> int:
+def _tell(found: Comparison, target: Path, options: argparse.Namespace, waited: bool) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 
@@ -160,4 +245,7 @@ def _tell(found: Comparison, target: Path, options: argparse.Namespace) -> int:
             code = complain(f"{seen.name}: {failure_text(seen.result)}", FAILED)
     if options.tolerance is not None and found.exceeds(options.tolerance):
         code = complain(excess_text(found, options.tolerance), FAILED)
+    if not waited:
+        code = complain(f"interrupted: what was compared until then is in {target}{os.sep}",
+                        INTERRUPTED)  # fmt: skip
     return code

@@ -15,6 +15,7 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     complain,
+    drawn,
     names_in,
     progress_bar,
 )
@@ -52,12 +53,42 @@ def simulate_command(options: argparse.Namespace) -> int:
             complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with staged_folder(target) as folder:
-            result = run(scene, options.engine, options)
-            write(result, folder, figures=not options.no_plots)
-        told = _horizon(scene, result, options) if options.horizon else ""
+            result, late = _kept(scene, options)
+            _announce(result, options)
+            whole = write(result, folder, figures=not (options.no_plots or late)) and not late
+        told = ""
+        if options.horizon and whole:
+            told, whole = _horizon_or_not(scene, result, options)
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
-    return _tell(result, target, told, options.quiet)
+    return _tell(result, target, told, options.quiet, whole)
+
+
+def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
+    """Run; also tell whether Ctrl-C came so late that the run is whole all the same."""
+    from exudyn_flexlink.engines.interrupts import LateInterruptError
+
+    try:
+        return run(scene, options.engine, options), False
+    except LateInterruptError as error:
+        return error.result, True
+
+
+def _announce(result: Result, options: argparse.Namespace) -> None:
+    """Say what is still done after Ctrl-C, since it may take some seconds."""
+    from exudyn_flexlink.result import INTERRUPTED as STOPPED
+
+    if result.outcome.reason == STOPPED:
+        more = "" if options.no_plots else "; once more: without figures"
+        complain(f"interrupted: writing what was computed{more}")
+
+
+def _horizon_or_not(scene: Scene, result: Result, options: argparse.Namespace) -> tuple[str, bool]:
+    """Return what `_horizon` says, and whether the user had the patience to wait for it."""
+    try:
+        return _horizon(scene, result, options), True
+    except KeyboardInterrupt:
+        return "No horizon known: the second run was interrupted.", False
 
 
 def _horizon(scene: Scene, result: Result, options: argparse.Namespace) -> str:
@@ -66,12 +97,15 @@ def _horizon(scene: Scene, result: Result, options: argparse.Namespace) -> str:
     What the first run gave is written by then: a failure of the second takes nothing away.
     """
     from exudyn_flexlink.report import failure_text, sensitivity_text
+    from exudyn_flexlink.result import INTERRUPTED as STOPPED
     from exudyn_flexlink.sensitivity import sensitivity
 
     if not result.outcome.completed:
         return ""
     near = retuned(scene, result, FINER)
     again = run(near, options.engine, options, "again, for the horizon")
+    if again.outcome.reason == STOPPED:
+        raise KeyboardInterrupt
     if not again.outcome.completed:
         return f"No horizon known: the second run did not end. There {failure_text(again)}"
     return sensitivity_text(sensitivity(result, again))
@@ -172,23 +206,33 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         raise SceneError(scene.document, [mistake]) from error
 
 
-def write(result: Result, folder: Path, *, figures: bool) -> None:
-    """Save a run, and draw its figures, into a folder.
+def write(result: Result, folder: Path, *, figures: bool) -> bool:
+    """Save a run, and draw its figures, into a folder; False if the user did not wait for them.
+
+    Ctrl-C does not keep the run from being saved.
 
     Raises:
         StorageError: the folder can't be written.
 
     """
+    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save
 
-    save(result, folder)
-    if figures:
+    with patience() as patient:
+        patient.hold()
+        save(result, folder)
+    if patient.pressed or not figures:
+        return not patient.pressed
+
+    def draw() -> None:
         from exudyn_flexlink.plots import save_figures
 
         save_figures(result, folder)
 
+    return drawn(folder, draw)
 
-def _tell(result: Result, target: Path, told: str, quiet: bool) -> int:
+
+def _tell(result: Result, target: Path, told: str, quiet: bool, whole: bool) -> int:
     """Print the summary; warnings and a failure also where the summary is not wanted."""
     from exudyn_flexlink.report import failure_text, run_text
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
@@ -201,8 +245,10 @@ def _tell(result: Result, target: Path, told: str, quiet: bool) -> int:
     sys.stdout.flush()  # so that what follows on stderr stands below it
     for warning in result.warnings:
         complain(f"warning: {warning}")
-    if result.outcome.completed:
+    if result.outcome.completed and whole:
         return DONE
+    if result.outcome.completed:
+        return complain(f"interrupted: the run is whole, in {target}{os.sep}", INTERRUPTED)
     code = INTERRUPTED if result.outcome.reason == STOPPED else FAILED
     kept = f"what was computed until then is in {target}{os.sep}, marked as incomplete"
     return complain(f"{failure_text(result)}\n{kept}", code)

@@ -20,6 +20,7 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     Bar,
     complain,
+    drawn,
     names_in,
     progress_bar,
 )
@@ -39,8 +40,10 @@ SAFETY = 2.0
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     from exudyn_flexlink.accuracy import NothingRunError, judge
+    from exudyn_flexlink.engines.interrupts import patience
+    from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError, staged_folder
+    from exudyn_flexlink.storage import StorageError, save_accuracy, staged_folder
 
     target: Path = options.out or Path("runs") / f"{options.model.stem}-accuracy"
     try:
@@ -48,8 +51,13 @@ def accuracy_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with staged_folder(target) as folder:
             runs = _runs(scene, options)
-            found = judge(runs)
-            _write(found, folder, options)
+            with patience() as patient:
+                patient.hold()
+                found = judge(runs)
+                save_accuracy(found, recommendation(found), folder)
+            waited = not (patient.pressed or runs.interrupted)
+            if waited and not options.no_plots:
+                waited = drawn(folder, lambda: _draw(found, folder))
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
@@ -57,7 +65,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
         return complain(f"{error}\n{_advice(options)}", FAILED)
-    return _tell(found, target, options)
+    return _tell(found, target, options, waited)
 
 
 def _advice(options: argparse.Namespace) -> str:
@@ -89,6 +97,7 @@ class Solver:
         """Run a scene; see `accuracy.Solve`."""
         from exudyn_flexlink import engines
         from exudyn_flexlink.accuracy import RefusedError, Solved
+        from exudyn_flexlink.engines.interrupts import LateInterruptError
         from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
         if self._bar is not None:
@@ -97,6 +106,10 @@ class Solver:
         began = time.process_time()
         try:
             result = engines.simulate(scene, engine, watch)
+        except LateInterruptError as error:
+            if not watch.given_up:
+                raise
+            result = error.result
         except engines.NotRepresentableError as error:
             raise RefusedError(str(error)) from error
         used = time.process_time() - began
@@ -142,18 +155,13 @@ class Watch:
             signal.raise_signal(signal.SIGINT)
 
 
-def _write(found: Study, folder: Path, options: argparse.Namespace) -> None:
-    from exudyn_flexlink.report import recommendation
-    from exudyn_flexlink.storage import save_accuracy
+def _draw(found: Study, folder: Path) -> None:
+    from exudyn_flexlink.plots import work_precision
 
-    save_accuracy(found, recommendation(found), folder)
-    if not options.no_plots:
-        from exudyn_flexlink.plots import work_precision
-
-        work_precision(found).savefig(folder / "accuracy.png", dpi=150)
+    work_precision(found).savefig(folder / "accuracy.png", dpi=150)
 
 
-def _tell(found: Study, target: Path, options: argparse.Namespace) -> int:
+def _tell(found: Study, target: Path, options: argparse.Namespace, waited: bool) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
     from exudyn_flexlink.report import accuracy_text
 
@@ -166,4 +174,6 @@ def _tell(found: Study, target: Path, options: argparse.Namespace) -> int:
         what = "setting that was" if count == 1 else "settings that were"
         kept = f"the {count} {what} judged until then: see {target}{os.sep}"
         return complain(f"interrupted: {kept}", INTERRUPTED)
+    if not waited:
+        return complain(f"interrupted: the study is whole, in {target}{os.sep}", INTERRUPTED)
     return DONE

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+import io
+import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SOON = 1.0  # s: a run shorter than this needs no progress bar
+
+
+def prepare_streams() -> None:
+    """Make sure that whatever is said can be: to streams that were closed, or know few letters."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def complain(text: str, code: int = DONE) -> int:
@@ -22,6 +34,17 @@ def complain(text: str, code: int = DONE) -> int:
 def names_in(folder: Path) -> list[str]:
     """Names of all files in a folder and the folders in it."""
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def drawn(folder: Path, draw: Callable[[], Any]) -> bool:
+    """Draw figures into a folder; False, and no figure left, if the user did not wait for them."""
+    try:
+        draw()
+    except KeyboardInterrupt:
+        for file in folder.rglob("*.png"):  # the last may be half a figure
+            file.unlink()
+        return False
+    return True
 
 
 @contextmanager

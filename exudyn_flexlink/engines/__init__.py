@@ -7,6 +7,7 @@ from importlib import import_module
 
 from threadpoolctl import threadpool_limits
 
+from exudyn_flexlink.engines.interrupts import LateInterruptError, patience
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -31,7 +32,10 @@ class NotRepresentableError(ValueError):
 def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = None) -> Result:
     """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
 
+    So is one that Ctrl-C ends while it is solved, in the main thread.
+
     Raises:
+        LateInterruptError: Ctrl-C came after that; the result, which is whole, is in it.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
         ValueError: there is no such engine.
@@ -41,8 +45,10 @@ def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = N
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     run = import_module(ENGINES[engine]).run
     # Matrices are small: numpy's threads would wait for one another most of the time.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with patience() as patient, threadpool_limits(limits=1, user_api="blas"):
         result: Result = run(scene, progress)
+    if patient.pressed and result.outcome.completed:
+        raise LateInterruptError(result)
     return result
 
 

@@ -1,15 +1,67 @@
-"""Ctrl-C ends a run after the step that is under way."""
+"""Ctrl-C ends a run after the step that is under way, and never loses what was computed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from signal import SIGINT, signal
+from signal import SIG_DFL, SIGINT, getsignal, signal
+from types import FrameType
+from typing import Any
+
+from exudyn_flexlink.result import Result
+
+
+class LateInterruptError(KeyboardInterrupt):
+    """Ctrl-C came when a run was solved to its end, and only being put together: `result`."""
+
+    def __init__(self, result: Result) -> None:
+        super().__init__()
+        self.result = result
+
+
+class Patience:
+    """A handler of Ctrl-C that hands it on to the one `before`, until it has to hold it back."""
+
+    def __init__(self, before: Any) -> None:
+        self._before = before
+        self._holds = False
+        self.pressed = False
+        """Whether Ctrl-C was held back."""
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Take a Ctrl-C."""
+        if self._holds:
+            self.pressed = True
+        elif callable(self._before):
+            self._before(number, frame)
+
+    def hold(self) -> None:
+        """From now on, only take note."""
+        self._holds = True
+
+
+@contextmanager
+def patience() -> Iterator[Patience]:
+    """Let Ctrl-C do what it did before until `hold` is called; then it is only taken note of."""
+    before = getsignal(SIGINT)
+    patient = Patience(before)
+    try:
+        signal(SIGINT, patient)
+    except ValueError:  # not the main thread: Ctrl-C is not ours
+        yield patient
+        return
+    try:
+        yield patient
+    finally:
+        signal(SIGINT, SIG_DFL if before is None else before)
 
 
 @contextmanager
 def interrupts(end: Callable[[], None]) -> Iterator[None]:
-    """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver."""
+    """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
+
+    What follows in `simulate` puts the result together: there Ctrl-C is held back.
+    """
     try:
         before = signal(SIGINT, lambda *_: end())
     except ValueError:  # not the main thread: Ctrl-C is not ours
@@ -18,4 +70,6 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
     try:
         yield
     finally:
+        if isinstance(before, Patience):
+            before.hold()
         signal(SIGINT, before)

@@ -9,7 +9,7 @@ from exudyn_flexlink.storage.comparison import save_comparison
 from exudyn_flexlink.storage.errors import PROGRAM, StorageError
 from exudyn_flexlink.storage.reading import load, read_summary
 from exudyn_flexlink.storage.series import Series, read_series
-from exudyn_flexlink.storage.staging import staged_folder
+from exudyn_flexlink.storage.staging import staged_files, staged_folder
 from exudyn_flexlink.storage.tables import lever_columns, trajectory_columns, write_csv
 from exudyn_flexlink.storage.writing import save
 
@@ -24,6 +24,7 @@ __all__ = [
     "save",
     "save_accuracy",
     "save_comparison",
+    "staged_files",
     "staged_folder",
     "trajectory_columns",
     "write_csv",

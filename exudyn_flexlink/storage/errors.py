@@ -22,4 +22,6 @@ def cannot_write(place: Path, error: OSError) -> str:
         return f"can't write {place}: the disk is full; make room, or choose another place"
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         return f"can't write {place}: no permission to write there; choose another place"
-    return f"can't write {place}: {error.strerror or error}"
+    if error.errno in (errno.ENOENT, errno.ENOTDIR):
+        return f"can't write {place}: no folder can be made there; choose another place"
+    return f"can't write {place}: {error.strerror or error}; choose another place"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import secrets
 import shutil
 from collections.abc import Iterator
@@ -17,6 +18,8 @@ from exudyn_flexlink.storage.errors import (
 )
 from exudyn_flexlink.storage.reading import read_json
 
+ATTEMPTS = 20  # to put a folder in place while other runs do the same
+
 
 @contextmanager
 def staged_folder(target: Path) -> Iterator[Path]:
@@ -31,28 +34,76 @@ def staged_folder(target: Path) -> Iterator[Path]:
             can't be written.
 
     """
-    target = Path(target).resolve()
+    target = _resolved(target)
     _check_replaceable(target)
-    missing = [parent for parent in target.parents if not parent.exists()]
-    staged = target.parent / f".flexlink-{secrets.token_hex(6)}"
-    try:
-        staged.mkdir(parents=True)
+    with _temporary(target.parent, target) as staged:
         yield staged
         _check_replaceable(target)  # hours may have passed
         _put_in_place(staged, target)
+
+
+@contextmanager
+def staged_files(folder: Path) -> Iterator[Path]:
+    """Yield a temporary folder; once all is written there, its files are moved into `folder`.
+
+    `folder` is made if it is missing; files of the same names in it are replaced, others stay.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    folder = _resolved(folder)
+    with _temporary(folder, folder) as staged:
+        yield staged
+        for file in staged.iterdir():
+            file.replace(folder / file.name)
+        staged.rmdir()
+
+
+def _resolved(target: Path) -> Path:
+    """Return the whole path of a place.
+
+    Raises:
+        StorageError: it is no path, such as a link to itself.
+
+    """
+    try:
+        return Path(target).resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise StorageError(f"can't write {target}: {error}; choose another place") from error
+
+
+@contextmanager
+def _temporary(parent: Path, target: Path) -> Iterator[Path]:
+    """Yield a new folder in `parent`; after any exception or interrupt all of it is gone again.
+
+    Raises:
+        StorageError: it can't be written; `target` is what the user knows the place by.
+
+    """
+    missing: list[Path] = []
+    staged = parent / f".flexlink-{secrets.token_hex(6)}"
+    try:
+        missing += [folder for folder in (parent, *parent.parents) if not folder.exists()]
+        staged.mkdir(parents=True)
+        yield staged
     except BaseException as error:
         shutil.rmtree(staged, ignore_errors=True)
-        for parent in missing:
+        for folder in missing:
             with suppress(OSError):
-                parent.rmdir()
-        if isinstance(error, OSError):
-            raise StorageError(cannot_write(target, error)) from error
+                folder.rmdir()
+        cause = error.__cause__ if isinstance(error, StorageError) else error
+        if isinstance(cause, OSError):  # the temporary folder means nothing to the user
+            raise StorageError(cannot_write(target, cause)) from cause
         raise
 
 
 def _check_replaceable(target: Path) -> None:
-    if not target.exists():
-        return
+    try:
+        if not target.exists():
+            return
+    except OSError as error:  # such as a name that is too long
+        raise StorageError(cannot_write(target, error)) from error
     if not target.is_dir():
         raise StorageError(f"{target} is a file; give the name of a folder")
     here = Path.cwd()
@@ -77,15 +128,32 @@ def _check_replaceable(target: Path) -> None:
 
 
 def _put_in_place(staged: Path, target: Path) -> None:
-    """Rename the staged folder; a folder in its place is moved aside first, and back if need be."""
-    if not target.exists():
-        staged.rename(target)
-        return
-    old = staged.with_name(staged.name + "-old")
-    target.rename(old)
+    """Rename the staged folder; a folder in its place is moved aside first, and back if need be.
+
+    Another run may put its own folder there in between: the last one stays.
+    """
+    for attempt in range(ATTEMPTS):
+        old = staged.with_name(f"{staged.name}-old{attempt}")
+        moved = _moved_aside(target, old)
+        try:
+            staged.rename(target)
+        except BaseException as error:
+            taken = isinstance(error, OSError) and error.errno in (errno.EEXIST, errno.ENOTEMPTY)
+            if moved and taken:
+                shutil.rmtree(old, ignore_errors=True)
+            elif moved:
+                old.rename(target)
+            if not taken or attempt == ATTEMPTS - 1:
+                raise
+        else:
+            shutil.rmtree(old, ignore_errors=True)
+            return
+
+
+def _moved_aside(target: Path, old: Path) -> bool:
+    """Move an existing folder out of the way; False if there is none."""
     try:
-        staged.rename(target)
-    except BaseException:
-        old.rename(target)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
+        target.rename(old)
+    except FileNotFoundError:
+        return False
+    return True

@@ -1,0 +1,296 @@
+"""Ctrl-C, full disks, outputs that are gone, and two runs into one folder."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import results
+from results import rigid_link
+
+from exudyn_flexlink import engines, storage
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines.interrupts import LateInterruptError, interrupts, patience
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.plots import save_figures
+from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
+
+ROOT = Path(__file__).parents[1]
+SMOOTH = str(ROOT / "models" / "smooth.yaml")
+NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def press() -> None:
+    """Press Ctrl-C."""
+    signal.raise_signal(signal.SIGINT)
+
+
+def files(folder):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+# --- Ctrl-C: what was computed is kept --------------------------------------------------------
+
+
+def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
+    """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
+    made = []
+
+    def fake(scene, engine="exudyn", progress=None):
+        count = len(made)
+        made.append(engine)
+        whole = act(count)
+        settings = {"tolerance": scene.accuracy.tolerance or 0.0}
+        result = replace(rigid_link(scene=scene), engine=engine, settings=settings, warnings=())
+        return result if whole else replace(result, outcome=Outcome(False, 0.5, "interrupted"))
+
+    monkeypatch.setattr(engines, "simulate", fake)
+
+
+def test_ctrl_c_while_results_are_saved_keeps_them(monkeypatch, capsys):
+    engine_that(monkeypatch, lambda _: True)
+    whole = storage.save
+
+    def save(result, folder):
+        press()
+        whole(result, folder)
+
+    monkeypatch.setattr(storage, "save", save)
+    assert main(["simulate", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
+    assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
+    assert load(Path("o")).outcome.completed
+    assert not list(Path("o").glob("*.png"))
+    assert files(".") == ["o"]
+
+
+def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
+    engine_that(monkeypatch, lambda _: True)
+
+    def draw(result, folder):
+        (folder / "half.png").write_bytes(b"half")
+        press()
+
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
+    assert main(["simulate", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
+    assert capsys.readouterr().err == "interrupted: the run is whole, in o/\n"
+    assert load(Path("o")).outcome.completed
+    assert not list(Path("o").glob("*.png"))
+
+
+def test_ctrl_c_in_the_run_for_the_horizon_keeps_the_first(monkeypatch, capsys):
+    engine_that(monkeypatch, lambda run: run == 0)
+    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o", "--horizon"]) == 130
+    said = capsys.readouterr()
+    assert "No horizon known: the second run was interrupted." in said.out
+    assert said.err == "interrupted: the run is whole, in o/\n"
+    assert load(Path("o")).outcome.completed
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
+    """Recorders are flushed when all is solved: Ctrl-C then must not lose it."""
+    from exudyn_flexlink.engines.exudyn.tree.recording import Recorder as Tree  # noqa: PLC0415
+    from exudyn_flexlink.engines.lagrangian.recording import Recorder  # noqa: PLC0415
+
+    recorder = Tree if engine == "exudyn" else Recorder
+    flush = recorder.flush
+
+    def pressed(self):
+        press()
+        return flush(self)
+
+    monkeypatch.setattr(recorder, "flush", pressed)
+    settings = ["run.turns=0.01", "bodies.link.rods=2"]
+    if engine == "lagrangian":  # the explicit method needs no compiling
+        settings.append("accuracy.relative_tolerance=1e-6")
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(LateInterruptError) as late:
+        engines.simulate(load_scene(SMOOTH, settings), engine)
+    assert late.value.result.outcome.completed
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_ctrl_c_is_as_ever_before_the_solve_and_after():
+    with pytest.raises(KeyboardInterrupt), patience():
+        press()
+    ended = []
+    with patience() as patient:
+        with interrupts(lambda: ended.append(True)):
+            press()
+        assert ended
+        assert not patient.pressed
+        press()
+    assert patient.pressed
+    with pytest.raises(KeyboardInterrupt):
+        press()
+
+
+@pytest.mark.parametrize(("stops_in", "horizon"), [(1, None), (2, True)])
+def test_a_comparison_keeps_two_runs(stops_in, horizon, monkeypatch, capsys):
+    engine_that(monkeypatch, lambda run: run < stops_in)
+    assert main(["compare", NO_CLEARANCE, "--quiet", "--out=o"]) == 130
+    assert "interrupted: what was compared until then is in o/" in capsys.readouterr().err
+    assert files("o") == ["comparison.csv", "comparison.json", "exudyn", "lagrangian"]
+    data = json.loads(Path("o/comparison.json").read_text(encoding="utf-8"))
+    assert (data["horizon_limit_m"] is not None) == bool(horizon)
+    # It is a comparison: the next one may take its place.
+    with staged_folder(Path("o")):
+        pass
+
+
+# --- disks that are full, places that can't be written ------------------------------------------
+
+
+def limited(kilobytes: int, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    """Run the program where no file may be larger than so many kB, as on a disk that is full."""
+    limit = (
+        "import resource, sys; from exudyn_flexlink.cli import main;"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({kilobytes * 1024},) * 2);"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", limit, *arguments],
+        capture_output=True, text=True, check=False, timeout=120,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+def test_a_run_that_can_not_be_written_whole_is_not_there():
+    pytest.importorskip("resource")
+    short = ["--set=run.turns=0.01", "--set=bodies.link.rods=2", "--no-plots", "--quiet"]
+    ran = limited(20, "simulate", SMOOTH, *short, "--out=deep/o")
+    assert ran.returncode == 2
+    place = Path("deep/o").resolve()
+    assert ran.stderr == f"can't write {place}: File too large; choose another place\n"
+    assert files(".") == []
+
+
+def test_the_place_that_is_full_is_named_as_the_user_knows_it(monkeypatch):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def write():
+        with staged_folder(Path("o")) as folder:
+            storage.save(results.pendulum(), folder)
+
+    monkeypatch.setattr("numpy.savetxt", full)  # the arrays still had room
+    said = f"can't write {Path('o').resolve()}: the disk is full; make room"
+    with pytest.raises(StorageError, match=said):
+        write()
+    assert files(".") == []
+
+
+def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
+    storage.save(results.pendulum(), Path("o"))
+    before = files("o")
+
+    def draw(result, folder):
+        (folder / "polar.png").write_bytes(b"")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
+    assert main(["plot", "o"]) == 2
+    assert "o: the disk is full; make room, or choose another place" in capsys.readouterr().err
+    assert files("o") == before
+    assert main(["plot", "o", "--out", "new/figures"]) == 2
+    assert files(".") == ["o"]
+
+
+def test_figures_drawn_again_replace_the_old_ones():
+    storage.save(results.pendulum(), Path("o"))
+    Path("o/coordinates.png").write_bytes(b"old")
+    Path("o/mine.txt").write_bytes(b"mine")
+    with staged_files(Path("o")) as staged:
+        names = [path.name for path in save_figures(load(Path("o")), staged)]
+    assert set(names) <= set(files("o"))
+    assert Path("o", names[0]).stat().st_size > 3
+    assert Path("o/mine.txt").read_bytes() == b"mine"
+    assert not [name for name in files("o") if name.startswith(".")]
+
+
+@pytest.mark.parametrize("place", ["file/o", "file/deep/o", "x" * 300, "/proc/o", "loop/o"])
+def test_places_that_can_not_be(place, capsys, monkeypatch):
+    monkeypatch.setattr(engines, "simulate", None)  # told before anything runs
+    Path("file").write_text("mine", encoding="utf-8")
+    Path("loop").symlink_to("loop")
+    before = files(".")
+    for command in ("simulate", "compare", "accuracy"):
+        assert main([command, SMOOTH, "--out", place]) == 2
+        said = capsys.readouterr().err
+        assert said.startswith("can't write ")
+        assert said.endswith("choose another place\n")
+    assert files(".") == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device")
+def test_an_output_that_is_full_or_closed():
+    command = f"'{sys.executable}' -m exudyn_flexlink"
+    for line, code, said in [
+        (f"{command} check '{SMOOTH}' > /dev/full", 1, "can't write to the output: No space left"),
+        (f"{command} check '{SMOOTH}' >&- 2>&-", 0, ""),
+    ]:
+        ran = subprocess.run(
+            ["bash", "-c", line], capture_output=True, text=True, check=False, timeout=120,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+        assert ran.returncode == code
+        assert ran.stderr.startswith(said)
+        assert "Traceback" not in ran.stderr
+
+
+def test_letters_that_the_output_does_not_know():
+    model = Path("läufer-振り子.yaml")
+    model.write_bytes(Path(SMOOTH).read_bytes())
+    ran = subprocess.run(
+        [sys.executable, "-m", "exudyn_flexlink", "check", str(model)],
+        capture_output=True, text=True, check=False, timeout=120,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"},
+    )  # fmt: skip
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert "l\\xe4ufer" in ran.stdout
+
+
+# --- two runs into one folder -------------------------------------------------------------------
+
+
+def test_two_runs_into_one_folder_at_once_the_last_stays():
+    with staged_folder(Path("o")) as first:
+        storage.save(results.pendulum(), first)
+        with staged_folder(Path("o")) as second:
+            storage.save(rigid_link(), second)
+        assert load(Path("o")).scene.title == rigid_link().scene.title
+    assert load(Path("o")).scene.title == "pendulum"
+    assert files(".") == ["o"]
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_a_folder_that_is_put_there_in_the_very_moment(there, monkeypatch):
+    """The other run's folder appears after ours was moved aside, before the new one is there."""
+    if there:
+        storage.save(results.pendulum(), Path("o"))
+    storage.save(results.pendulum(), Path("other"))
+    rename, put = Path.rename, []
+
+    def late(self, target):
+        if Path(target).name == "o" and not put:
+            put.append(True)
+            rename(Path("other"), Path("o"))
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", late)
+    with staged_folder(Path("o")) as folder:
+        storage.save(rigid_link(), folder)
+    assert load(Path("o")).scene.title == rigid_link().scene.title
+    assert files(".") == ["o"]
