@@ -55,7 +55,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 patient.hold()
                 found = judge(runs)
                 save_accuracy(found, recommendation(found), folder)
-            waited = not (patient.pressed or runs.interrupted)
+            waited = not patient.pressed
             if waited and not options.no_plots:
                 waited = drawn(folder, lambda: _draw(found, folder))
     except (SceneError, StorageError) as error:
