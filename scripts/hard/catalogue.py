@@ -1,0 +1,129 @@
+"""The catalogue: which models are run in which variants and ways, and what must come out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hard import truths
+
+from exudyn_flexlink.result import Result
+
+MODELS = Path(__file__).parents[2] / "models" / "hard"
+
+TREE, JOINTS, LAGRANGIAN = "tree", "joints", "lagrangian"
+BOTH = (TREE, LAGRANGIAN)
+EXUDYN = (TREE, JOINTS)
+ALL = (TREE, JOINTS, LAGRANGIAN)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One setting of a hard case.
+
+    `refused` is part of the documented reason where the run has to end early or not to begin;
+    `told` part of the warning that has to be there where the answer can't be right. Those not
+    `quick` take long.
+    """
+
+    label: str
+    settings: tuple[str, ...] = ()
+    refused: str = ""
+    told: str = ""
+    quick: bool = False
+    ways: tuple[str, ...] = ()  # in place of the case's
+    points: int = 0  # of a spline, written anew
+
+
+@dataclass(frozen=True)
+class Case:
+    """One hard case.
+
+    `truth` returns the deviation (m) of a result from a closed form; None: the other engine at a
+    tight tolerance judges. `properties` are tried with the first variant: mirror, scale, again,
+    finer.
+    """
+
+    name: str
+    says: str
+    variants: tuple[Variant, ...]
+    ways: tuple[str, ...] = BOTH
+    truth: Callable[[Result], float] | None = None
+    properties: tuple[str, ...] = ()
+    reference: str = LAGRANGIAN
+
+
+def _range(
+    key: str, values: tuple[str, ...], quick: tuple[str, ...] = (), **other: object
+) -> tuple[Variant, ...]:
+    short = key.split(".")[-1]
+    return tuple(
+        Variant(f"{short} {value}", (f"{key}={value}",), quick=value in quick, **other)  # type: ignore[arg-type]
+        for value in values
+    )
+
+
+def _law(contact: str, key: str) -> str:
+    return f"contacts.{contact}.law.{key}"
+
+
+STIFFNESSES = ("1e3", "1e4", "1e5", "1e6", "1e7", "1e8", "1e9")
+PLAIN = (Variant("", quick=True),)
+ALL_PROPERTIES = ("mirror", "scale", "again", "finer")
+
+CASES = (
+    Case("contact_stiffness", "one equation", _range(_law("hit", "stiffness"), STIFFNESSES, ("1e3", "1e9")),
+         EXUDYN, truths.hammer, ALL_PROPERTIES),
+    Case("restitution", "one equation", _range(_law("hit", "restitution"), ("0", "1"), ("0", "1")),
+         EXUDYN, truths.hammer, ("mirror", "again", "finer")),
+    Case("bouncing", "one equation, energy kept", (
+        Variant("10 bounces", ("run.duration=0.92",), quick=True), Variant("100 bounces")),
+         EXUDYN, truths.hammer),
+    Case("two_contacts", "one equation", PLAIN, EXUDYN, truths.hammer, ALL_PROPERTIES),
+    Case("resting", "one equation", PLAIN, EXUDYN, truths.hammer, ("again", "finer")),
+    Case("start_in_contact", "one equation", (
+        *PLAIN,
+        Variant("penetrating", ("initial.angles.hammer=-1e-4",), refused="starts with a penetration", quick=True)),
+         EXUDYN, truths.hammer, ("mirror", "again")),
+    Case("tip", "a strike or none", (
+        Variant("inside", ("joints.base.at=[0.800000001,0]",), quick=True),
+        Variant("beyond", ("joints.base.at=[0.799999999,0]",), quick=True),
+        Variant("exactly", (), quick=True)), EXUDYN, truths.hammer),
+    Case("grazing", "one equation", (
+        Variant("1 um", ("run.duration=0.7",), quick=True), Variant("1 um, 5 swings")), EXUDYN, truths.hammer),
+    Case("strike_stiffness", "other engine", _range(_law("strike", "stiffness"), STIFFNESSES, ("1e3", "1e8")),
+         ALL, properties=ALL_PROPERTIES),
+    Case("strike_restitution", "other engine", _range(_law("strike", "restitution"), ("0", "1"), ("0",)), ALL),
+    Case("undamped", "energy; other engine", PLAIN, ALL, properties=("mirror", "again", "finer")),
+    Case("lever_mass", "other engine", tuple(
+        Variant(f"lever {ratio} of the link", (f"materials.light.density={density}",), quick=ratio in ("1e-4", "1e4"))
+        for ratio, density in (("1e-4", "0.916"), ("1e-2", "91.6"), ("1", "9160"), ("1e2", "9.16e5"), ("1e4", "9.16e7"))),
+         ALL),
+    Case("strip", "other engine", _range(
+        "bodies.link.section.thickness", ("0.05e-3", "0.15e-3", "0.5e-3", "1.5e-3", "5e-3"), ("0.05e-3", "5e-3")), ALL),
+    Case("rods", "other engine", _range("bodies.link.rods", ("1", "2", "10", "50", "100", "200"), ("1", "10"))),
+    Case("speed", "other engine", _range(
+        "drives.motor.value", ("0.01", "0.1", "1", "100", "300", "500"), ("0.01", "100")), ALL),
+    Case("tolerance", "other engine", _range(
+        "accuracy.tolerance", ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-8", "1e-10", "1e-12"), ("1e-2", "1e-8"))),
+    Case("grazing_lever", "closed form of S, other engine", PLAIN, ALL, truths.rigid),
+    Case("grazing_side", "closed form of S, other engine", PLAIN, ALL, truths.rigid),
+    Case("micron_clearance", "other engine", (
+        Variant("walls 1e5 N/m", told="of the clearance", quick=True),
+        Variant("walls 1e8 N/m", ("joints.sleeve.law.stiffness=1e8",)),), (JOINTS, LAGRANGIAN)),
+    Case("curvature_jump", "other engine", PLAIN, ALL, properties=("mirror", "scale")),
+    Case("near_cusp", "closed form of S", PLAIN, ALL, truths.rigid),
+    Case("dead_centre", "the guide stops at 36.87 deg", (
+        Variant("", refused="dead centre", quick=True),), ALL),
+    Case("slot_end", "the guide stops at 90 deg", (
+        Variant("", refused="reached the curve's end", quick=True),), ALL),
+    Case("self_crossing", "closed form of S", PLAIN, ALL, truths.rigid),
+    Case("spline_points", "closed form of S", (
+        Variant("10 points", quick=True), Variant("10,000 points", points=10_000)), ALL, truths.rigid),
+    Case("torque_reversal", "other engine", PLAIN, ALL, properties=("mirror",)),
+    Case("stall", "the turn is never made", (
+        Variant("", refused="'at_most' was reached", quick=True),), ALL),
+    Case("many_turns", "other engine", (Variant("20 turns"), Variant("500 turns", ("run.turns=500",)))),
+)  # fmt: skip
+MODEL_OF = {"strike_restitution": "strike_stiffness"}

@@ -1,0 +1,265 @@
+"""Runs a variant of a hard case one way, and holds it against its truth and against the criteria."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from tempfile import gettempdir
+
+import numpy as np
+from hard.catalogue import JOINTS, LAGRANGIAN, MODEL_OF, MODELS, Case, Variant
+from hard.symmetry import mirrored, scaled
+from hard.truths import ellipse_points
+
+from exudyn_flexlink.compare import compare
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import path, watched_point
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
+
+RIGHT, REFUSED, TOLD, WRONG = "right", "refused, as documented", "off, and said so", "WRONG"
+
+TIGHT = 1e-11  # m: tolerance of the run that judges
+DRIFT = 1e-9  # m or rad
+ENERGY = 1e-2  # of the largest kinetic energy: what the balance may miss at most
+LOSSLESS = 1e-3  # the same without any damping
+NO_ENERGY = 1e-12  # J
+GAIN = 1e-5  # of the kinetic energy, at one impact: a hundred keep to LOSSLESS
+STATISTICS = 0.05
+JOINTS_TOLERANCE = 4e-5  # m: what this formulation's steps are made for
+GROWS = 10.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came out of one run: deviation (m) and what is allowed, criteria it breaks, verdict."""
+
+    case: str
+    variant: str
+    way: str
+    truth: str
+    deviation: float
+    allowed: float
+    steps: int
+    warnings: tuple[str, ...]
+    broken: tuple[str, ...]
+    verdict: str
+
+
+def scene_of(case: Case, variant: Variant, way: str) -> Scene:
+    """Load the model of a case in one variant, for an engine or a formulation."""
+    settings = list(variant.settings)
+    if way == JOINTS and not any(s.startswith("accuracy.tolerance") for s in settings):
+        settings.append(f"accuracy.tolerance={JOINTS_TOLERANCE}")
+    if way != LAGRANGIAN:
+        settings.append(f"accuracy.formulation={way}")
+    if variant.points:
+        file = ellipse_points(variant.points, Path(gettempdir()))
+        settings.append(f"curves.track.file={file}")
+    model = MODELS / f"{MODEL_OF.get(case.name, case.name)}.yaml"
+    return load_scene(model, settings, allow_outside=True)
+
+
+def engine_of(way: str) -> str:
+    """Name of the engine that runs a scene this way."""
+    return LAGRANGIAN if way == LAGRANGIAN else "exudyn"
+
+
+@cache
+def judge_of(case: Case, variant: Variant) -> Result:
+    """The run that judges where there is no closed form: the other engine, tight."""
+    scene = scene_of(case, variant, LAGRANGIAN)
+    return simulate(with_tolerance(scene, TIGHT), LAGRANGIAN)
+
+
+def with_tolerance(scene: Scene, tolerance: float) -> Scene:
+    """Return the scene with another tolerance, m."""
+    return scene.changed(accuracy=scene.accuracy.model_copy(update={"tolerance": tolerance}))
+
+
+def judge(case: Case, variant: Variant, way: str) -> Row:
+    """Run and judge one line of the table."""
+    blank = Row(case.name, variant.label, way, case.says, np.nan, np.nan, 0, (), (), WRONG)
+    try:
+        scene = scene_of(case, variant, way)
+        result = simulate(scene, engine_of(way))
+    except (SceneError, NotRepresentableError) as error:
+        why = str(error).splitlines()[0].split(": ", 1)[-1]
+        return _ended(blank, variant, why)
+    row = replace(blank, steps=result.checks.steps, warnings=result.warnings)
+    if not result.outcome.completed:
+        return _ended(row, variant, f"{result.outcome.reason} at {result.outcome.time:.4g} s")
+    deviation, allowed, broken = _against_truth(case, variant, result)
+    broken = [*broken, *criteria(result)]
+    if not deviation <= allowed:
+        broken.insert(0, f"off by {deviation:.2g} m, allowed {allowed:.2g} m")
+    if variant.refused:
+        broken.insert(0, f"should have ended with '{variant.refused}'")
+    verdict = RIGHT if not broken else WRONG
+    if broken and variant.told and any(variant.told in text for text in result.warnings):
+        verdict = TOLD
+    return replace(
+        row, deviation=deviation, allowed=allowed, broken=tuple(broken), verdict=verdict
+    )
+
+
+def _ended(row: Row, variant: Variant, why: str) -> Row:
+    documented = bool(variant.refused) and variant.refused in why
+    return replace(row, broken=(why,), verdict=REFUSED if documented else WRONG)
+
+
+def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float, float, list[str]]:
+    """Deviation, what is allowed (m), and what is wrong with lever and contacts."""
+    allowed = _stated(result)
+    if case.truth is not None:
+        found = case.truth(result)
+        if engine_of(str(result.settings.get("formulation", LAGRANGIAN))) and not _judged(case):
+            return found, allowed, []
+    else:
+        found = 0.0
+    reference = judge_of(case, variant)
+    if not reference.outcome.completed:
+        return np.nan, allowed, [f"the judge stopped: {reference.outcome.reason}"]
+    seen = compare(result, reference)
+    tip = _lever_length(result.scene) * seen.deviation.largest_angle
+    return max(found, seen.deviation.largest, tip), allowed, list(_levers(result, reference))
+
+
+def _judged(case: Case) -> bool:
+    return "other engine" in case.says
+
+
+def _stated(result: Result) -> float:
+    """Error (m) that the run's own settings promise."""
+    tolerance = result.scene.accuracy.tolerance
+    return tolerance if tolerance is not None else np.inf
+
+
+def _lever_length(scene: Scene) -> float:
+    lever = scene.bodies.get("lever")
+    return 0.0 if lever is None else float(lever.length)
+
+
+def _levers(result: Result, reference: Result) -> Iterator[str]:
+    """Extremes of the levers that are more than a twentieth off."""
+    seen = compare(result, reference)
+    for body in seen.levers:
+        one, other = seen.first.levers[body], seen.second.levers[body]
+        size = max(abs(other.least[0]), abs(other.greatest[0]))
+        for name, a, b in (
+            ("least", one.least[0], other.least[0]),
+            ("greatest", one.greatest[0], other.greatest[0]),
+        ):
+            if abs(a - b) > STATISTICS * size + 1e-9:
+                yield f"{body}'s {name} angle {a:.4g}, should be {b:.4g} rad"
+
+
+def criteria(result: Result) -> Iterator[str]:
+    """What a stable run keeps, whatever the case."""
+    checks = result.checks
+    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
+    share = checks.energy_residual / energy
+    if not share <= (LOSSLESS if lossless(result.scene) else ENERGY):
+        yield f"energy balance misses {share:.2g} of the largest kinetic energy"
+    if not checks.constraint_error < DRIFT:
+        yield f"joints open by {checks.constraint_error:.2g}"
+    gained = [
+        -event.details["energy_lost"] for event in result.events
+        if event.details.get("energy_lost", 0.0) < -GAIN * energy
+    ]  # fmt: skip
+    if gained:
+        yield f"{len(gained)} impacts gain energy, up to {max(gained) / energy:.2g} of the kinetic"
+    for name, values in (("positions", result.poses), ("rates", result.rates)):
+        if not np.isfinite(values).all():
+            yield f"{name} are not finite"
+
+
+def lossless(scene: Scene) -> bool:
+    """Tell whether nothing damps: neither hinges nor springs nor contacts nor walls."""
+    laws = [contact.law for contact in scene.contacts.values()]
+    laws += [law for joint in scene.joints.values() if (law := getattr(joint, "law", None))]
+    dampers = [body.hinges.damping for body in scene.bodies.values() if hasattr(body, "hinges")]
+    for spring in scene.springs.values():
+        dampers += [spring.damping or 0.0, spring.damping_ratio or 0.0]
+    return not any(dampers) and all(law.restitution == 1 for law in laws)
+
+
+def properties(case: Case, variant: Variant, way: str) -> Iterator[Row]:
+    """Try what must hold whatever the truth: mirror, scale, again, finer."""
+    scene = scene_of(case, variant, way)
+    result = simulate(scene, engine_of(way))
+    for name in case.properties:
+        says, measure = _PROPERTIES[name]
+        blank = Row(case.name, name, way, says, np.nan, np.nan, 0, (), (), WRONG)
+        other, deviation, allowed = measure(scene, result, engine_of(way))
+        row = replace(
+            blank, deviation=deviation, allowed=allowed,
+            steps=other.checks.steps, warnings=other.warnings,
+        )  # fmt: skip
+        good = deviation <= allowed and other.outcome.completed
+        why = other.outcome.reason or f"off by {deviation:.2g} m, allowed {allowed:.2g} m"
+        yield replace(row, broken=() if good else (why,), verdict=RIGHT if good else WRONG)
+
+
+Measured = tuple[Result, float, float]
+
+
+def _seen(result: Result, time: np.ndarray) -> np.ndarray:
+    at = path(result, watched_point(result.scene))
+    return np.stack([np.interp(time, at.time, at.position[:, k]) for k in (0, 1)], axis=1)
+
+
+def _grid(result: Result, count: int = 101) -> np.ndarray:
+    """Samples of a run nearest to even instants, s."""
+    even = np.linspace(0, result.time[-1], count)
+    return result.time[np.searchsorted(result.time, even)]
+
+
+def _mirror(scene: Scene, result: Result, engine: str) -> Measured:
+    other = simulate(mirrored(scene), engine)
+    time = np.intersect1d(result.time, other.time)
+    apart = _seen(result, time) - _seen(other, time) * [1, -1]
+    return other, float(np.abs(apart).max()), 2 * _stated(result)
+
+
+def _scale(scene: Scene, result: Result, engine: str) -> Measured:
+    other = simulate(scaled(scene, GROWS), engine)
+    near = _even_samples(result, other, GROWS)
+    apart = _seen(result, near) - _seen(other, near * GROWS) / GROWS
+    return other, float(np.abs(apart).max()), 2 * _stated(result)
+
+
+def _even_samples(result: Result, other: Result, factor: float) -> np.ndarray:
+    """Samples that both runs have, of the second at `factor` times the instant."""
+    index = np.searchsorted(other.time, result.time * factor * (1 - 1e-9))
+    index = np.minimum(index, len(other.time) - 1)
+    same = np.abs(other.time[index] - factor * result.time) < 1e-9 * factor * result.time[-1]
+    return result.time[same]
+
+
+def _again(scene: Scene, result: Result, engine: str) -> Measured:
+    other = simulate(scene, engine)
+    same = result.time.shape == other.time.shape and all(
+        np.array_equal(getattr(result, name), getattr(other, name))
+        for name in ("time", "poses", "rates")
+    )
+    return other, 0.0 if same else np.inf, 0.0
+
+
+def _finer(scene: Scene, result: Result, engine: str) -> Measured:
+    tighter = (scene.accuracy.tolerance or 1.0) / 10
+    other = simulate(with_tolerance(scene, tighter), engine)
+    seen = compare(result, other)
+    return other, seen.deviation.largest, _stated(result)
+
+
+_PROPERTIES: dict[str, tuple[str, Callable[[Scene, Result, str], Measured]]] = {
+    "mirror": ("reflected in the x-axis", _mirror),
+    "scale": ("lengths and times x 10", _scale),
+    "again": ("bit for bit the same", _again),
+    "finer": ("a tenth of the tolerance", _finer),
+}
