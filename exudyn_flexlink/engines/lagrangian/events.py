@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
@@ -23,6 +23,7 @@ EVENT_TIME = 1e-12  # s: to which events are located
 LOOKS = 8  # guards are looked at so often within a step where something may happen
 HALVINGS = 40
 NOTHING = 1e-13  # m: a guard this little below zero is there by rounding
+SLOPE = 1e-4  # of the time between two looks: over which slopes of guards are taken
 MOST_AT_ONCE = 200  # events at one instant before the loop gives up
 
 
@@ -154,10 +155,34 @@ def first_event(system: Hybrid, dense: Dense, begin: float, end: float) -> tuple
             for which, value in enumerate(system.guards(after, dense(after)))
             if value < -NOTHING
         ]
+        found += _grazes(system, dense, t, after)
         if found:
             return min(found)
         t = after
     return None
+
+
+def _grazes(system: Hybrid, dense: Dense, t: float, after: float) -> list[tuple[float, int]]:
+    """Guards that fall below zero and are back between two looks: instant and number of each."""
+    bit = SLOPE * (after - t)
+    values = [
+        np.array(system.guards(at, dense(at))) for at in (t, t + bit, after - bit, after)
+    ]
+    turns = (values[1] < values[0]) & (values[2] < values[3]) & (values[3] >= -NOTHING)
+    found = []
+    for which in np.flatnonzero(turns & (values[0] > 0)).tolist():
+
+        def guard(at: float, which: int = which) -> float:
+            return system.guards(at, dense(at))[which]
+
+        lowest = float(
+            minimize_scalar(
+                guard, bounds=(t, after), method="bounded", options={"xatol": 1e-8 * (after - t)}
+            ).x
+        )
+        if guard(lowest) < -NOTHING:
+            found.append((_fall(system, dense, which, (t, lowest)), which))
+    return found
 
 
 def _fall(system: Hybrid, dense: Dense, which: int, within: tuple[float, float]) -> float:

@@ -102,6 +102,22 @@ def _quiet(begin: Instant, end: Instant, equations: Equations, watched: Watched)
 
 
 @compiled
+def _closing(at: Instant, equations: Equations, watched: Watched, rates: FloatArray) -> bool:
+    """Tell whether a gap that closed at the last look opens now; keep the `rates` (c,), m/s.
+
+    It may have been closed in between.
+    """
+    q, v, root, _ = coordinates_at(at, equations)
+    states, _, _ = touches(q, v, root, equations.c)
+    turned = False
+    for k in range(len(rates)):
+        rate = states[k, 2] if watched.sides[k] == APART else -states[k, 2]
+        turned = turned or (watched.sides[k] != PRESSED and rates[k] < 0.0 < rate)
+        rates[k] = rate
+    return turned
+
+
+@compiled
 def interpolate(
     sigma: float, y: FloatArray, changes: FloatArray, powers: FloatArray, at: FloatArray
 ) -> None:
@@ -130,10 +146,15 @@ def uneventful(
     if _quiet(begin, end, equations, watched):
         return True
     y = np.empty(len(begin.y))
+    rates = np.zeros(len(equations.course.acting))
+    if len(rates) > 0:
+        _closing(begin, equations, watched, rates)
     for k in range(1, LOOKS + 1):
         sigma = k / LOOKS
         interpolate(sigma, begin.y, inside[0], inside[1], y)
         at = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near)
         if not _all_hold(at, equations, watched):
+            return False
+        if len(rates) > 0 and _closing(at, equations, watched, rates):
             return False
     return True

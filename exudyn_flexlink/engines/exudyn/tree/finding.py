@@ -139,8 +139,28 @@ class Finder:
                 return float(
                     brentq(lambda at: self._guard(contact, step, at), t, end, xtol=EVENT_TIME)
                 )
+            if contact.side is not Side.PRESSED:
+                grazed = self._grazed(contact, step, t, end)
+                if grazed is not None:
+                    return grazed
             t = end
         return None
+
+    def _grazed(self, contact: TreeContact, step: Step, t: float, end: float) -> float | None:
+        """When the gap closes, if it closes and opens again between two looks; None if not."""
+        way = 1.0 if contact.side is Side.APART else -1.0
+
+        def rate(at: float) -> float:
+            return way * contact.touch(*self._coordinates(step, at)).gap_rate
+
+        if not rate(t) < 0 < rate(end):
+            return None
+        lowest = float(brentq(rate, t, end, xtol=EVENT_TIME))
+        if self._guard(contact, step, lowest) >= -NOTHING:
+            return None
+        if self._guard(contact, step, t) <= 0:
+            return t
+        return float(brentq(lambda at: self._guard(contact, step, at), t, lowest, xtol=EVENT_TIME))
 
     def _surely_unchanged(self, contact: TreeContact, k: int, step: Step) -> bool:
         """Tell from both ends, or from the stages, that nothing can have changed in between."""
