@@ -148,6 +148,7 @@ class ContactItem:
         self.items.wake(True)
         if not self._two_sided:  # what is held lastingly strikes nothing
             step = min(step, self.contact_step * self._calm(touch))
+            step = self._toward_release(touch, step)
         left = self.geometry.length - touch.place
         until = inf
         if touch.place_rate > 0:
@@ -158,6 +159,11 @@ class ContactItem:
             return land(step, until - self.contact_step)
         # Just before the end: beyond it the force would be gone for the whole of that step.
         return land(step, until - 0.5 * THERE * min(step, until))
+
+    def _toward_release(self, touch: Touch, step: float) -> float:
+        """End a step where the point leaves the face: one across it makes or takes energy."""
+        until = first_root(-touch.gap, -touch.gap_rate, -touch.gap_bend)
+        return land(step, until) if until < inf else step
 
     def _calm(self, touch: Touch) -> float:
         """How much longer than an impact's steps may be those of a force that changes slowly.
@@ -189,7 +195,7 @@ class ContactItem:
             # reaches into the face must be one of the contact's, not one of free flight.
             return land(step, until - self.contact_step)
         # A little into the face, so that the contact is seen; 2 % of a contact's step is not felt.
-        return min(step, until + 0.02 * self.contact_step)
+        return min(step, until + 0.005 * self.contact_step)
 
     def _can_meet(self, touch: Touch, at: float) -> bool:
         """Tell whether the point may be over the face as the gap closes at a place, with margin."""
