@@ -102,9 +102,7 @@ def judge(case: Case, variant: Variant, way: str) -> Row:
     verdict = RIGHT if not broken else WRONG
     if broken and variant.told and any(variant.told in text for text in result.warnings):
         verdict = TOLD
-    return replace(
-        row, deviation=deviation, allowed=allowed, broken=tuple(broken), verdict=verdict
-    )
+    return replace(row, deviation=deviation, allowed=allowed, broken=tuple(broken), verdict=verdict)
 
 
 def _ended(row: Row, variant: Variant, why: str) -> Row:

@@ -86,7 +86,9 @@ class Hammer:
     def _goes_in(self, y: FloatArray) -> bool:
         if y[0] != 0.0:
             return bool(y[0] < 0)
-        return bool(y[1] < 0 or (y[1] == 0 and self.torque(0.0, 0.0, [False] * len(self.points)) < 0))
+        return bool(
+            y[1] < 0 or (y[1] == 0 and self.torque(0.0, 0.0, [False] * len(self.points)) < 0)
+        )
 
     def _phase(self, t: float, y: FloatArray, end: float, state: tuple[bool, list[bool]]):
         inside, pressed = state

@@ -162,6 +162,8 @@ class ContactItem:
 
     def _toward_release(self, touch: Touch, step: float) -> float:
         """End a step where the point leaves the face: one across it makes or takes energy."""
+        if self.contact_step == inf:  # the user's own step
+            return step
         until = first_root(-touch.gap, -touch.gap_rate, -touch.gap_bend)
         return land(step, until) if until < inf else step
 
@@ -190,10 +192,15 @@ class ContactItem:
             return step
         # The items press wherever the point is: a point that passes beside the face finds none.
         self.items.wake(until < 4 * step and 0 <= at <= self.geometry.length)
-        if until > 1.5 * self.contact_step:
-            # The integrator spreads the force at a step's end over the whole step: the step that
-            # reaches into the face must be one of the contact's, not one of free flight.
-            return land(step, until - self.contact_step)
+        # The integrator spreads the force at a step's end over the whole step: the step that
+        # reaches into the face must be one of the contact's, not one of free flight. As no step
+        # is shorter than a part of the one proposed, a face is neared by ever shorter ones.
+        margin = max(self.contact_step, 2 * THERE * step)
+        while until <= 1.5 * margin and margin > self.contact_step:
+            step /= 4
+            margin = max(self.contact_step, 2 * THERE * step)
+        if until > 1.5 * margin:
+            return land(step, until - margin)
         # A little into the face, so that the contact is seen; 2 % of a contact's step is not felt.
         return min(step, until + 0.005 * self.contact_step)
 

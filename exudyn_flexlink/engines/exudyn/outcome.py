@@ -42,7 +42,7 @@ ENOUGH_STEPS = 30  # per contact: restitution is then right to 1 %
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
     """Put the Result together; its timings are still to come."""
     report = _report(prepared, iterations)
-    warnings = _warnings(prepared, report.checks)
+    warnings = _warnings(prepared, report)
     mechanism = prepared.assembly.mechanism
     return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
 
@@ -162,9 +162,9 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
     )
 
 
-def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
+def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
     """Say what makes the numbers doubtful."""
-    warnings = []
+    warnings, checks = [], report.checks
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
     if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
         warnings.append(
@@ -172,7 +172,7 @@ def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
             "restitution is off by more than 1 %, below about 5 the impact is wrong; "
             "take smaller steps, or give a tolerance instead of a step"
         )
-    warnings += doubts(checks)
+    warnings += doubts(report)
     walls = zip(prepared.assembly.mechanism.channels, wall_penetrations(prepared), strict=True)
     warnings += soft_walls(walls)
     return tuple(warnings)

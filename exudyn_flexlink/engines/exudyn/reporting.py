@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.engine import version
+from exudyn_flexlink.engines.gains import gaining_impacts
 from exudyn_flexlink.mechanism import Mechanism
 from exudyn_flexlink.result import (
     Checks,
@@ -103,9 +104,9 @@ def contact_events(
     return events
 
 
-def doubts(checks: Checks) -> list[str]:
+def doubts(report: Report) -> list[str]:
     """Say what makes the numbers of a run doubtful, whatever its formulation."""
-    warnings = []
+    warnings, checks = [], report.checks
     energy = max(checks.largest_kinetic_energy, NO_ENERGY)
     if checks.energy_residual > ENERGY_WARNING * energy:
         warnings.append(
@@ -118,7 +119,7 @@ def doubts(checks: Checks) -> list[str]:
             f"a joint is violated by {checks.constraint_error:.3g} (m or rad): "
             "tighten the tolerance"
         )
-    return warnings
+    return warnings + gaining_impacts(report.events, report.sleeves, energy)
 
 
 def turns_missing(joint: str | None) -> tuple[str, str]:

@@ -165,9 +165,7 @@ def first_event(system: Hybrid, dense: Dense, begin: float, end: float) -> tuple
 def _grazes(system: Hybrid, dense: Dense, t: float, after: float) -> list[tuple[float, int]]:
     """Guards that fall below zero and are back between two looks: instant and number of each."""
     bit = SLOPE * (after - t)
-    values = [
-        np.array(system.guards(at, dense(at))) for at in (t, t + bit, after - bit, after)
-    ]
+    values = [np.array(system.guards(at, dense(at))) for at in (t, t + bit, after - bit, after)]
     turns = (values[1] < values[0]) & (values[2] < values[3]) & (values[3] >= -NOTHING)
     found = []
     for which in np.flatnonzero(turns & (values[0] > 0)).tolist():

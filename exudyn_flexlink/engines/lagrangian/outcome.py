@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.gains import gaining_impacts
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.events import Loop
@@ -66,7 +67,13 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
     q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
     poses, rates = rig.poses(q, v, roots)
     forces = Forces(rig, motions, poses, rates)
-    checks = _checks(prepared)
+    checks, sleeves = _checks(prepared), _sleeves(prepared)
+    events = tuple(
+        event
+        for event in prepared.system.events
+        if event.kind != "lap" or event.time < prepared.end
+    )
+    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
     result = Result(
         scene=prepared.scene,
         engine="lagrangian",
@@ -81,15 +88,15 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         joint_forces=forces.joints(),
         slot_forces={rig.mechanism.slots[0].name: forces.slot},
         contacts=_contacts(rig, forces),
-        sleeves=_sleeves(prepared),
+        sleeves=sleeves,
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
-        events=tuple(
-            event
-            for event in prepared.system.events
-            if event.kind != "lap" or event.time < prepared.end
-        ),
+        events=events,
         checks=checks,
-        warnings=(*_warnings(prepared, checks), *_soft_walls(prepared)),
+        warnings=(
+            *_warnings(prepared, checks),
+            *gaining_impacts(events, sleeves, energy),
+            *_soft_walls(prepared),
+        ),
         outcome=_outcome(prepared, complaint),
     )
     began, ready, solved = clock

@@ -80,7 +80,7 @@ def finish(run: TreeRun, complaint: tuple[str, str]) -> Result:
     found = report(run)
     mechanism = run.model.assembly.mechanism
     outcome = _outcome(run, *complaint)
-    return result_of(run.scene, mechanism, found, doubts(found.checks), outcome)
+    return result_of(run.scene, mechanism, found, doubts(found), outcome)
 
 
 def _bends(mechanism: Mechanism) -> list[float]:
