@@ -40,6 +40,8 @@ FloatArray = NDArray[np.float64]
 SECONDS_BETWEEN_REPORTS = 0.1
 SHORTEST = 1e-13  # of the run
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
+FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
+SHORTEST_LOOK = 1e-3  # of a contact's half period
 MOST_AT_ONCE = 200
 LARGEST_TURN = 0.3  # rad per step of a guide: the search for the slot's point stays local
 
@@ -153,13 +155,30 @@ class TreeLoop:
         self._at_once = 0
         if found is not None and found.time < step.end - EVENT_TIME:
             again = self._step(found.time - step.t)
-            if again is None or not (found.sure or self.control.passes(again.error)):
+            good = found.sure or (again is not None and self.control.passes(again.error))
+            if again is None or not good or self._missed(found, again):
                 self._h = (found.time - step.t) / 3  # reach the event from nearer
                 return
             step = again
         self._accept(step)
         if found is not None:
             self._cross(found)
+
+    def _missed(self, found: Found, step: Step) -> bool:
+        """Tell that a step to the end of a contact ends well off the face: made anew, it differs.
+
+        A tolerance may allow more than the contact is deep; but a force that pulls there, or is
+        gone too early, changes speeds by no little.
+        """
+        contact = self.model.contacts[found.contact]
+        if found.contact < 0 or found.turn or not contact.acts:
+            return False
+        if step.h < SHORTEST_LOOK * self.half_periods[found.contact]:
+            return False
+        last = step.stages[-1].kept
+        touch = contact.touch(last.x, last.v)
+        on_face = 0 < touch.place < contact.length
+        return on_face and touch.gap > FARTHEST_OFF * contact.peak / contact.law.stiffness
 
     def _try(self, stop: float) -> Step:
         """Shorten the step until its error is allowed, and choose the next one."""
