@@ -22,6 +22,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     NO_SOLUTION,
     NO_SOLUTION_ADVICE,
 )
+from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.contacts import Side
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, NOTHING, Finder, Found, Goal
@@ -170,8 +171,10 @@ class TreeLoop:
         A tolerance may allow more than the contact is deep; but a force that pulls there, or is
         gone too early, changes speeds by no little.
         """
+        if found.contact < 0 or found.turn or self.control.fixed is not None:
+            return False
         contact = self.model.contacts[found.contact]
-        if found.contact < 0 or found.turn or not contact.acts:
+        if not contact.acts:
             return False
         if step.h < SHORTEST_LOOK * self.half_periods[found.contact]:
             return False
@@ -193,7 +196,7 @@ class TreeLoop:
             if h < SHORTEST * self.end and h < left:
                 raise NoConvergenceError(f"{h:.3g} s")
             step = self._step(h)
-            if step is None:
+            if step is None or self._slips(step):
                 self.unsolved += 1
                 h, first = h / 4, False
                 continue
@@ -206,6 +209,22 @@ class TreeLoop:
                 return step
             self.rejected += 1
             h, first = h * min(factor, 0.9), False
+
+    def _slips(self, step: Step) -> bool:
+        """Tell that a slot's point did not go where its speed would have taken it.
+
+        It jumped to another place where the guide's axis crosses the track, or went round a bend
+        that the step does not resolve: neither shows in the error of the coordinates solved for.
+        """
+        if self.control.fixed is not None:
+            return False
+        for guide in self.model.guides:
+            k = guide.guided.sliding
+            speeds = [at.kept.v[k] for at in step.stages]
+            gone = step.stages[-1].kept.x[k] - self._at.kept.x[k]
+            if abs(gone - step.h * float(WEIGHTS @ speeds)) > self.control.tolerance:
+                return True
+        return False
 
     def _step(self, h: float) -> Step | None:
         return self.radau.step(self.time, h, self._at, self._state, self.control.allowed)
