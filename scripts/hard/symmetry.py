@@ -47,7 +47,7 @@ def _reflected(value: Any, where: tuple[str, ...]) -> Any:
         return changed
     if key == "pieces":
         return [_reflected(piece, ()) for piece in reversed(value)]
-    if key in ("rotation", "rest_angle") or where[-2:-1] and where[-2] in _TURNED:
+    if key in ("rotation", "rest_angle") or (where[-2:-1] and where[-2] in _TURNED):
         return -value
     if _is_pair(value) and (key in _POINTS or where[-2:-1] in (("points",), ("velocities",))):
         return [value[0], -value[1]]

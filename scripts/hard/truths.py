@@ -123,13 +123,18 @@ def rigid(result: Result) -> float:
     kept = result.time <= until
     theta = dict(scene.initial.angles).get("guide", 0.0) + speed * result.time[kept]
     along = np.stack([np.cos(theta), np.sin(theta)], axis=1)
-    reach = _reaches(scene, centre, theta) + scene.bodies["link"].length
     seen = path(result, watched_point(scene)).position[kept]
+    length = scene.bodies["link"].length
+    first = float(np.linalg.norm(seen[0] - centre)) - length
+    reach = _reaches(scene, centre, theta, first) + length
     return float(np.abs(seen - centre - reach[:, None] * along).max())
 
 
-def _reaches(scene: Scene, centre: FloatArray, theta: FloatArray) -> FloatArray:
-    """Distance from C to the track along e(theta), by formula or by search; (N,) m."""
+def _reaches(scene: Scene, centre: FloatArray, theta: FloatArray, first: float) -> FloatArray:
+    """Distance from C to the track along e(theta), by formula or by search; (N,) m.
+
+    `first` (m) tells on which branch of a track that crosses itself the run begins.
+    """
     track = scene.curves["track"]
     if track.type == "ellipse":
         return _to_ellipse(centre, theta, track.semi_axes)
@@ -138,7 +143,7 @@ def _reaches(scene: Scene, centre: FloatArray, theta: FloatArray) -> FloatArray:
         right = _to_ellipse(centre, theta, (track.pieces[0].semi_axes[0], b))
         left = _to_ellipse(centre, theta, (radius, radius))
         return np.where(centre[0] + right * np.cos(theta) >= 0, right, left)
-    return _to_spline(np.array(track.points), centre, theta)
+    return _to_spline(np.array(track.points), centre, theta, first)
 
 
 def _to_ellipse(centre: FloatArray, theta: FloatArray, axes: tuple[float, float]) -> FloatArray:
@@ -148,7 +153,9 @@ def _to_ellipse(centre: FloatArray, theta: FloatArray, axes: tuple[float, float]
     return (-b + np.sqrt(b**2 - a * c)) / a
 
 
-def _to_spline(points: FloatArray, centre: FloatArray, theta: FloatArray) -> FloatArray:
+def _to_spline(
+    points: FloatArray, centre: FloatArray, theta: FloatArray, first: float
+) -> FloatArray:
     """Follow the periodic cubic spline by chord length, from the guide's first angle on."""
     closed = np.vstack([points, points[:1]])
     chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
@@ -158,7 +165,10 @@ def _to_spline(points: FloatArray, centre: FloatArray, theta: FloatArray) -> Flo
         x, y = spline(u % period) - centre
         return float(np.cos(angle) * y - np.sin(angle) * x)
 
-    found, u, window = [], 0.0, 0.02 * period
+    start = centre + first * np.array([np.cos(theta[0]), np.sin(theta[0])])
+    grid = np.linspace(0, period, 20_001)
+    u = float(grid[np.linalg.norm(spline(grid) - start, axis=1).argmin()])
+    found, window = [], 0.02 * period
     for angle in theta:
         u = float(brentq(across, u - window, u + window, args=(angle,), xtol=1e-16))
         found.append(np.linalg.norm(spline(u % period) - centre))

@@ -1,0 +1,151 @@
+"""A quick part of the hard cases: right, or refused as documented."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hard.catalogue import CASES, JOINTS, LAGRANGIAN, MODELS, TREE, Case, Variant
+from hard.judging import REFUSED, RIGHT, criteria, judge
+from hard.symmetry import mirrored, scaled
+from hard.truths import Hammer
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.gains import gaining_impacts
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import path
+from exudyn_flexlink.result import Event
+
+BY_NAME = {case.name: case for case in CASES}
+
+
+def variant_of(case: Case, label: str) -> Variant:
+    return next(variant for variant in case.variants if variant.label == label)
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "way"),
+    [
+        ("contact_stiffness", "stiffness 1e3", TREE),
+        ("contact_stiffness", "stiffness 1e9", TREE),
+        ("contact_stiffness", "stiffness 1e9", JOINTS),
+        ("restitution", "restitution 0", TREE),
+        ("restitution", "restitution 1", TREE),
+        ("bouncing", "10 bounces", TREE),
+        ("two_contacts", "", TREE),
+        ("two_contacts", "", JOINTS),
+        ("resting", "", TREE),
+        ("start_in_contact", "", TREE),
+        ("tip", "inside", TREE),
+        ("tip", "beyond", JOINTS),
+        ("grazing", "1 um, 5 swings", TREE),
+        ("near_cusp", "", TREE),
+        ("self_crossing", "", TREE),
+        ("spline_points", "10 points", TREE),
+    ],
+)
+def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
+    case = BY_NAME[name]
+    row = judge(case, variant_of(case, label), way)
+    assert row.verdict == RIGHT, row.broken
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "way"),
+    [
+        ("strike_stiffness", "stiffness 1e8", TREE),
+        ("lever_mass", "lever 1e-4 of the link", TREE),
+        ("lever_mass", "lever 1e-4 of the link", JOINTS),
+        ("grazing_side", "", TREE),
+        ("grazing_side", "", JOINTS),
+        ("grazing_side", "", LAGRANGIAN),
+        ("strip", "thickness 0.05e-3", TREE),
+        ("torque_reversal", "", TREE),
+    ],
+)
+def test_both_engines_agree(name: str, label: str, way: str) -> None:
+    pytest.importorskip("numba")
+    case = BY_NAME[name]
+    row = judge(case, variant_of(case, label), way)
+    assert row.verdict == RIGHT, row.broken
+
+
+@pytest.mark.parametrize("name", ["dead_centre", "slot_end", "stall"])
+@pytest.mark.parametrize("way", [TREE, JOINTS])
+def test_it_ends_as_documented(name: str, way: str) -> None:
+    case = BY_NAME[name]
+    row = judge(case, case.variants[0], way)
+    assert row.verdict == REFUSED, row.broken
+
+
+def test_a_start_in_the_anvil_is_refused() -> None:
+    case = BY_NAME["start_in_contact"]
+    assert judge(case, variant_of(case, "penetrating"), TREE).verdict == REFUSED
+
+
+def test_a_grazing_touch_is_seen_at_every_swing() -> None:
+    """Eleven looks at steps of 0.05 s would not meet a touch of 3 ms by chance."""
+    result = simulate(load_scene(MODELS / "grazing.yaml"))
+    begins = [event.time for event in result.events if event.kind == "contact begins"]
+    period = 2 * np.pi / 10  # spring of 2 N m/rad, 0.02 kg m^2
+    assert np.diff(begins) == pytest.approx(period, rel=2e-2)
+    assert len(begins) == 5
+
+
+@pytest.mark.parametrize("name", ["contact_stiffness", "strike_stiffness", "curvature_jump"])
+def test_the_mirror_image_moves_as_the_mirror_image(name: str) -> None:
+    scene = load_scene(MODELS / f"{name}.yaml", ["run.sample=1 ms"])
+    one, other = simulate(scene), simulate(mirrored(scene))
+    point = "hammer.tip" if name == "contact_stiffness" else "link.end"
+    first, second = path(one, point), path(other, point)
+    time = np.intersect1d(first.time, second.time)
+    a, b = (p.position[np.isin(p.time, time)] for p in (first, second))
+    assert len(time) > 10
+    np.testing.assert_allclose(a, b * [1, -1], atol=2e-6)
+
+
+def test_ten_times_as_large_is_ten_times_as_slow() -> None:
+    scene = load_scene(MODELS / "curvature_jump.yaml", ["run.turns=0.5", "run.sample=1 ms"])
+    one, other = simulate(scene), simulate(scaled(scene, 10.0))
+    assert other.time[-1] == pytest.approx(10 * one.time[-1])
+    ends = [path(result, "link.end").position[-1] for result in (one, other)]
+    np.testing.assert_allclose(ends[0], ends[1] / 10, atol=2e-6)
+
+
+def test_a_run_is_bit_for_bit_the_same_again() -> None:
+    scene = load_scene(MODELS / "strike_stiffness.yaml")
+    one, other = simulate(scene), simulate(scene)
+    np.testing.assert_array_equal(one.poses, other.poses)
+    np.testing.assert_array_equal(one.time, other.time)
+
+
+def test_a_longer_run_misses_no_more_energy() -> None:
+    result = simulate(load_scene(MODELS / "bouncing.yaml", ["run.duration=1.8"]))
+    energy = result.energy.kinetic + result.energy.stored
+    assert np.abs(energy - energy[0]).max() < 1e-3 * result.checks.largest_kinetic_energy
+    assert not list(criteria(result))
+
+
+def test_the_truth_itself_keeps_energy() -> None:
+    model = Hammer(load_scene(MODELS / "restitution.yaml", ["contacts.hit.law.restitution=1"]))
+    time = np.linspace(0, 0.03, 3001)
+    phi = model.angles(time)
+    begin, end = (phi[k + 1] - phi[k] for k in (0, -2))
+    assert end == pytest.approx(-begin, rel=1e-9)
+
+
+def test_impacts_that_gain_energy_are_told_with_time_and_name() -> None:
+    events = [
+        Event(0.1, "contact ends", "hit", {"energy_lost": 1e-3}),
+        Event(0.2, "contact ends", "hit", {"energy_lost": -2e-4}),
+        Event(0.3, "contact ends", "hit", {"energy_lost": -1e-6}),
+    ]
+    (told,) = gaining_impacts(events, {}, 1.0)
+    assert told.startswith("1 impacts give more energy than they take, that of 'hit' at 0.2 s")
+    assert gaining_impacts(events, {}, 10.0) == []
+
+
+@pytest.mark.parametrize("file", sorted(MODELS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_model_says_its_truth_and_where_it_comes_from(file: Path) -> None:
+    head = file.read_text(encoding="utf-8").split("title:")[0]
+    assert "# Truth: " in head
+    assert "# Source: " in head
