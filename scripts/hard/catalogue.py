@@ -187,7 +187,11 @@ CASES = (
     Case(
         "speed",
         "other engine",
-        _range("drives.motor.value", ("0.01", "0.1", "1", "100", "300", "500"), ("0.01", "100")),
+        (
+            # steps of contacts make days of a crawl in formulation joints
+            *_range("drives.motor.value", ("0.01", "0.1"), ("0.01",), ways=BOTH),
+            *_range("drives.motor.value", ("1", "100", "300", "500"), ("100",)),
+        ),
         ALL,
     ),
     Case(
