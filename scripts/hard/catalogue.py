@@ -22,8 +22,8 @@ class Variant:
     """One setting of a hard case.
 
     `refused` are parts of documented reasons where the run has to end early or not to begin;
-    `told` parts of the warnings of which one has to be there where the answer is not right. Those not
-    `quick` take long.
+    `told` parts of the warnings of which one has to be there where the answer is not right. Those
+    not `quick` take long.
     """
 
     label: str
