@@ -47,6 +47,7 @@ NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
 TAU = 1e-3  # s: turns errors of speeds into errors of places, of what swings at 160 Hz and slower
+TAU_IN_CONTACT = 4e-3  # s: what a contact leaves is speed, also of what swings at 40 Hz
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 
@@ -246,4 +247,5 @@ def _error(
     of_speed = real @ (push - (h / REAL) * pull)
     if contacts is not None:
         of_speed = contacts.filtered(h, of_speed)
-    return np.array([(h / REAL) * (of_place + of_speed), TAU * of_speed])
+    tau = TAU if contacts is None else TAU_IN_CONTACT
+    return np.array([(h / REAL) * (of_place + of_speed), tau * of_speed])
