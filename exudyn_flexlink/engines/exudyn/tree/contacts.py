@@ -75,6 +75,10 @@ class TreeContact:
         )
         return touch, (tx, ty), moves, turns, (px, py)
 
+    def beside(self, touch: Touch) -> bool:
+        """Tell whether the point is beside the face, where it may pass the face's line."""
+        return not 0 <= touch.place <= self.length
+
     def turns(self, before: float, after: float) -> bool:
         """Tell whether the force leaps between two rates of the gap: the point was at rest."""
         if self.law.restitution == 1.0 or before * after >= 0:

@@ -40,11 +40,6 @@ class Found:
     goal: bool = False
     turn: bool = False
 
-    @property
-    def sure(self) -> bool:
-        """Whether a step that is good beyond this instant is good up to it: nothing leaps there."""
-        return not self.turn
-
 
 class Finder:
     """Looks at steps; `touches` are those of the contacts at the end of the last one accepted."""
@@ -64,7 +59,7 @@ class Finder:
         for touch, old in zip(self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
         for contact, touch in self.contacts():
-            if not contact.acts and not 0 <= touch.place <= contact.length:
+            if not contact.acts and contact.beside(touch):
                 contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
 
     def first(self, step: Step) -> Found | None:

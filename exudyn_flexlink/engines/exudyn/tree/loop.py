@@ -84,8 +84,6 @@ class TreeLoop:
     interrupted: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
-    rejected: int = 0  # steps whose error was too large
-    unsolved: int = 0  # steps whose equations were not solved
     _told: float = 0.0
     _at_once: int = 0
 
@@ -156,8 +154,7 @@ class TreeLoop:
         self._at_once = 0
         if found is not None and found.time < step.end - EVENT_TIME:
             again = self._step(found.time - step.t)
-            good = found.sure or (again is not None and self.control.passes(again.error))
-            if again is None or not good or self._missed(found, again):
+            if again is None or self._misses(found, again):
                 self._h = (found.time - step.t) / 3  # reach the event from nearer
                 return
             step = again
@@ -165,23 +162,24 @@ class TreeLoop:
         if found is not None:
             self._cross(found)
 
-    def _missed(self, found: Found, step: Step) -> bool:
-        """Tell that a step to the end of a contact ends well off the face: made anew, it differs.
+    def _misses(self, found: Found, step: Step) -> bool:
+        """Tell that a step made anew, up to what was found, is not good enough.
 
-        A tolerance may allow more than the contact is deep; but a force that pulls there, or is
-        gone too early, changes speeds by no little.
+        Where a force leaps its error counts anew. And a contact's end must not be met well off the
+        face: a tolerance may allow more than the contact is deep, but a force that pulls there, or
+        is gone too early, changes speeds by no little.
         """
-        if found.contact < 0 or found.turn or self.control.fixed is not None:
+        if self.control.fixed is not None or found.contact < 0:
             return False
+        if found.turn:
+            return not self.control.passes(step.error)
         contact = self.model.contacts[found.contact]
-        if not contact.acts:
-            return False
-        if step.h < SHORTEST_LOOK * self.half_periods[found.contact]:
+        if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[found.contact]:
             return False
         last = step.stages[-1].kept
         touch = contact.touch(last.x, last.v)
-        on_face = 0 < touch.place < contact.length
-        return on_face and touch.gap > FARTHEST_OFF * contact.peak / contact.law.stiffness
+        off = FARTHEST_OFF * contact.peak / contact.law.stiffness
+        return not contact.beside(touch) and touch.gap > off
 
     def _try(self, stop: float) -> Step:
         """Shorten the step until its error is allowed, and choose the next one."""
@@ -197,7 +195,6 @@ class TreeLoop:
                 raise NoConvergenceError(f"{h:.3g} s")
             step = self._step(h)
             if step is None or self._slips(step):
-                self.unsolved += 1
                 h, first = h / 4, False
                 continue
             if self.control.fixed is not None:
@@ -207,7 +204,6 @@ class TreeLoop:
                 self.control.note(h, step.error)
                 self._h = self.control.next(h, factor if first else min(factor, 1.0))
                 return step
-            self.rejected += 1
             h, first = h * min(factor, 0.9), False
 
     def _slips(self, step: Step) -> bool:
@@ -291,12 +287,11 @@ class TreeLoop:
 
     def _contact_event(self, k: int) -> None:
         contact, touch = self.model.contacts[k], self._finder.touches[k]
-        if contact.side is Side.BEHIND:
+        if not contact.acts and contact.beside(touch):
+            contact.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
+        elif contact.side is Side.BEHIND:
             contact.side = Side.APART
         elif contact.side is Side.APART:
-            if not 0 <= touch.place <= contact.length:
-                contact.side = Side.BEHIND
-                return
             contact.side, contact.peak = Side.PRESSED, 0.0
             self._tell(k, "contact begins", -touch.gap_rate)
         else:
