@@ -66,6 +66,7 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
     # S is farthest to the left in odd laps, the lever's face ends a random part of it before.
     reach = -(a + link)
     clear = rng.random() < WITH_CLEARANCE
+    rods = rng.integers(2, 9) if clear else rng.integers(1, 21)
     settings = {
         "curves.ellipse.semi_axes": f"[{a}, {b}]",
         "curves.egg": (
@@ -78,8 +79,8 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
         "bodies.guide.length": f"{guide}",
         "bodies.link.length": f"{link}",
         "bodies.link.section": f"{{width: {width}, thickness: {5e-4 * size * factor()}}}",
-        "bodies.link.rods": f"{rng.integers(1, 21)}",
-        "bodies.link.layout": str(rng.choice(["equal", "half_ends"])),
+        "bodies.link.rods": f"{rods}",
+        "bodies.link.layout": str(rng.choice(["equal", "half_ends"])) if rods > 1 else "equal",
         "bodies.link.hinges.stiffness": str(rng.choice(["paper", "beam"])),
         "bodies.link.hinges.damping": f"{2e-5 * size**3 * factor()}",
         "bodies.lever.length": f"{lever}",
@@ -102,7 +103,6 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
         settings["joints.sleeve.clearance"] = f"{5e-3 * size * DECADE ** rng.uniform(-1, 0)}"
         settings["joints.sleeve.law.stiffness"] = f"{1e5 * factor()}"
         settings["joints.sleeve.law.restitution"] = f"{rng.uniform(0, 1)}"
-        settings["bodies.link.rods"] = f"{rng.integers(2, 9)}"
     model = "clearance.yaml" if clear else "no_clearance.yaml"
     return model, [f"{key}={value}" for key, value in settings.items()]
 
