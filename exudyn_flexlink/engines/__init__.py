@@ -8,6 +8,7 @@ from importlib import import_module
 from threadpoolctl import threadpool_limits
 
 from exudyn_flexlink.engines.interrupts import LateInterruptError, patience
+from exudyn_flexlink.engines.mending import guarded
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -32,7 +33,8 @@ class NotRepresentableError(ValueError):
 def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = None) -> Result:
     """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
 
-    So is one that Ctrl-C ends while it is solved, in the main thread.
+    So is one that Ctrl-C ends while it is solved, in the main thread. One whose own numbers are
+    wrong is made again, more accurately: see `mending`.
 
     Raises:
         LateInterruptError: Ctrl-C came after that; the result, which is whole, is in it.
@@ -46,8 +48,8 @@ def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = N
     run = import_module(ENGINES[engine]).run
     # Matrices are small: numpy's threads would wait for one another most of the time.
     with patience() as patient, threadpool_limits(limits=1, user_api="blas"):
-        result: Result = run(scene, progress)
-    if patient.pressed and result.outcome.completed:
+        result, interrupted = guarded(run(scene, progress), lambda finer: run(finer, progress))
+    if (patient.pressed or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
     return result
 

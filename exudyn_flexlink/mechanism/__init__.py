@@ -45,6 +45,7 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.schedule import (
+    WALL_SHARE,
     TurnGoal,
     contact_step,
     cut_short,
@@ -60,6 +61,7 @@ from exudyn_flexlink.mechanism.tree import is_tree
 
 __all__ = [
     "GROUND",
+    "WALL_SHARE",
     "Anchor",
     "Approach",
     "Assembly",

@@ -19,6 +19,7 @@ from exudyn_flexlink.scene import Scene
 FloatArray = NDArray[np.float64]
 
 SAMPLES = 2000  # about so many, where the scene does not say
+WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
 
 
 @dataclass(frozen=True)
@@ -125,12 +126,7 @@ def wall_half_period(assembly: Assembly, channel: Channel) -> float:
 
 def contact_step(scene: Scene, assembly: Assembly) -> float:
     """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
-    mechanism = assembly.mechanism
-    shortest = min(
-        (
-            *(half_period(assembly, contact) for contact in mechanism.contacts),
-            *(wall_half_period(assembly, channel) for channel in mechanism.channels),
-        ),
-        default=inf,
-    )
-    return shortest / scene.accuracy.steps_per_contact
+    mechanism, steps = assembly.mechanism, scene.accuracy.steps_per_contact
+    halves = (half_period(assembly, contact) for contact in mechanism.contacts)
+    walls = (wall_half_period(assembly, channel) for channel in mechanism.channels)
+    return min(min(halves, default=inf) / steps, min(walls, default=inf) / (WALL_SHARE * steps))

@@ -85,9 +85,10 @@ class Accuracy(Part):
         "auto: tree where it fits and a tolerance is given, else joints",
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
-        30,
+        60,
         ge=3,
-        description="steps that resolve the shortest contact; of formulations joints and beam",
+        description="steps that resolve the shortest strike, half of them a touch of a wall; of "
+        "formulations joints and beam",
     )
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         0.9,

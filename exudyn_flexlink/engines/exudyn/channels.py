@@ -11,8 +11,9 @@ from itertools import pairwise
 from math import cos, sin
 
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
-from exudyn_flexlink.engines.exudyn.contacts import ContactItem, Pace
+from exudyn_flexlink.engines.exudyn.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.instant import Instant
+from exudyn_flexlink.engines.exudyn.pace import Pace
 from exudyn_flexlink.engines.exudyn.system import System
 from exudyn_flexlink.mechanism import Channel, deepest_allowed, node_anchor, pairs
 
@@ -26,7 +27,7 @@ class ChannelItems:
     def __init__(
         self, system: System, channel: Channel, first: int, pace: Pace, log: ContactLog
     ) -> None:
-        self.channel = channel
+        self.channel, self.pace = channel, pace
         self.contacts = [
             ContactItem(system, contact, first + k, pace, log)
             for k, contact in enumerate(pairs(channel))

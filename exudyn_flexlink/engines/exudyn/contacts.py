@@ -7,13 +7,13 @@ whatever is behind the face, within its length, is pressed back.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, pi, sqrt, tanh
 
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.faces import Geometry, Touch
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.engines.exudyn.landing import THERE, first_root, land
+from exudyn_flexlink.engines.exudyn.pace import Pace
 from exudyn_flexlink.engines.exudyn.pressing import PressingItems
 from exudyn_flexlink.engines.exudyn.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
@@ -21,14 +21,6 @@ from exudyn_flexlink.mechanism import FaceContact
 
 CLOSE = 1e-15  # m: a gap this small counts as open
 CALM = 0.25  # part of the time in which a lasting force changes that a step may be
-
-
-@dataclass(frozen=True)
-class Pace:
-    """Half the period of a contact's stiffness with the least mass on it, and its step, s."""
-
-    half_period: float
-    step: float
 
 
 class ContactItem:
@@ -46,7 +38,7 @@ class ContactItem:
         self.index = index
         self.law = contact.law
         self.walled = contact.walled
-        self.contact_step = pace.step
+        self.pace, self.contact_step = pace, pace.step
         self.geometry = Geometry(contact)
         self.items = PressingItems(system, contact, self.geometry)
         self.log = log

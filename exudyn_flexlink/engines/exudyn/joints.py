@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, inf
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,9 @@ import numpy as np
 from exudyn_flexlink.engines.exudyn.beam import beams_of
 from exudyn_flexlink.engines.exudyn.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
-from exudyn_flexlink.engines.exudyn.contacts import ContactItem, Pace
+from exudyn_flexlink.engines.exudyn.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.engine import Engine
+from exudyn_flexlink.engines.exudyn.pace import Pace, pace_of
 from exudyn_flexlink.engines.exudyn.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.stepping import (
@@ -25,10 +26,10 @@ from exudyn_flexlink.engines.exudyn.stepping import (
 from exudyn_flexlink.engines.exudyn.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.mechanism import (
+    WALL_SHARE,
     Assembly,
     FaceContact,
     Mechanism,
-    contact_step,
     end_of_run,
     pairs,
     sample_times,
@@ -49,8 +50,7 @@ class Prepared:
     slots: list[SlotItems]
     recorder: Recorder
     loop: Loop
-    contact_step: float
-    fixed: bool
+    paces: list[Pace]  # of contacts and channels
 
 
 def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
@@ -64,8 +64,6 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     as_beam = scene.accuracy.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
-    shortest = _contact_step(scene, system) if beams else contact_step(scene, assembly)
-    fixed = scene.accuracy.step is not None
     events: list[Event] = []
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events) for i in range(count)]
@@ -83,14 +81,8 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
-    return Prepared(scene, assembly, system, slots, recorder, loop, shortest, fixed)
-
-
-def _contact_step(scene: Scene, system: System) -> float:
-    """Step that resolves the shortest contact of beams as the scene asks, s; inf without."""
-    contacts = system.mechanism.contacts
-    halves = (system.coordinates.half_period(contact) for contact in contacts)
-    return min(halves, default=inf) / scene.accuracy.steps_per_contact
+    paces = [*(contact.pace for contact in contacts), *(channel.pace for channel in channels)]
+    return Prepared(scene, assembly, system, slots, recorder, loop, paces)
 
 
 def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
@@ -104,18 +96,16 @@ def _contact_items(
 ) -> tuple[list[ContactItem], list[ChannelItems]]:
     assembly, accuracy = system.assembly, scene.accuracy
 
-    def pace(half: float) -> Pace:
-        return Pace(half, inf if accuracy.step is not None else half / accuracy.steps_per_contact)
-
-    contacts = [
-        ContactItem(system, contact, i, pace(system.coordinates.half_period(contact)), log)
-        for i, contact in enumerate(assembly.mechanism.contacts)
-    ]
+    steps, given = accuracy.steps_per_contact, accuracy.step
+    contacts = []
+    for i, contact in enumerate(assembly.mechanism.contacts):
+        pace = pace_of(system.coordinates.half_period(contact), steps, given)
+        contacts.append(ContactItem(system, contact, i, pace, log))
     channels: list[ChannelItems] = []
     first = len(contacts)
     for channel in assembly.mechanism.channels:
-        half = wall_half_period(assembly, channel)
-        channels.append(ChannelItems(system, channel, first, pace(half), log))
+        pace = pace_of(wall_half_period(assembly, channel), WALL_SHARE * steps, given)
+        channels.append(ChannelItems(system, channel, first, pace, log))
         first += len(channels[-1].contacts)
     return contacts, channels
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.pace import ENOUGH_STEPS, few_steps, shortened
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     NO_SOLUTION_ADVICE,
     Report,
     contact_events,
-    doubts,
     result_of,
     turns_missing,
 )
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from exudyn_flexlink.engines.exudyn.joints import Prepared
 
 FloatArray = NDArray[np.float64]
-
-ENOUGH_STEPS = 30  # per contact: restitution is then right to 1 %
 
 
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
@@ -81,8 +79,9 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["step"] = accuracy.step
     if accuracy.tolerance is not None:
         settings["tolerance"] = accuracy.tolerance
-    if isfinite(prepared.contact_step):
-        settings["contact_step"] = prepared.contact_step
+    contact_step = min((pace.step for pace in prepared.paces), default=inf)
+    if isfinite(contact_step):
+        settings["contact_step"] = contact_step
     return settings
 
 
@@ -144,11 +143,10 @@ def _events(prepared: Prepared) -> tuple[Event, ...]:
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
-    per_contact = inf
-    if isfinite(prepared.contact_step):
-        half_period = prepared.contact_step * prepared.scene.accuracy.steps_per_contact
-        step = prepared.loop.chooser.first if prepared.fixed else prepared.contact_step
-        per_contact = half_period / step
+    given = prepared.scene.accuracy.step or inf
+    per_contact = min(
+        (pace.half_period / min(pace.step, given) for pace in prepared.paces), default=inf
+    )
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -167,12 +165,12 @@ def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
     warnings, checks = [], report.checks
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
     if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
-        warnings.append(
-            f"{checks.steps_per_contact:.3g} steps per contact: below {ENOUGH_STEPS} the "
-            "restitution is off by more than 1 %, below about 5 the impact is wrong; "
-            "take smaller steps, or give a tolerance instead of a step"
-        )
-    warnings += doubts(report)
+        warnings.append(few_steps(checks.steps_per_contact))
+    given = prepared.scene.accuracy.step
+    shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
+    if touched and given is not None and shorter:
+        shortest = min(shorter, key=lambda pace: pace.step)
+        warnings.append(shortened(given, shortest.half_period, shortest.step))
     walls = zip(prepared.assembly.mechanism.channels, wall_penetrations(prepared), strict=True)
     warnings += soft_walls(walls)
     return tuple(warnings)

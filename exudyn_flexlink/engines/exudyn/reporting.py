@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.engine import version
-from exudyn_flexlink.engines.gains import gaining_impacts
 from exudyn_flexlink.mechanism import Mechanism
 from exudyn_flexlink.result import (
     Checks,
@@ -25,10 +24,6 @@ from exudyn_flexlink.result import (
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
-
-ENERGY_WARNING = 1e-2  # of the largest kinetic energy
-NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
-CONSTRAINT_WARNING = 1e-8  # m or rad
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 NO_SOLUTION_ADVICE = (
@@ -102,24 +97,6 @@ def contact_events(
             details["impulse"], details["energy_lost"] = total[0] - impulse, total[1] - lost
         events.append(Event(entry.time, entry.kind, names[entry.index], details))
     return events
-
-
-def doubts(report: Report) -> list[str]:
-    """Say what makes the numbers of a run doubtful, whatever its formulation."""
-    warnings, checks = [], report.checks
-    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
-    if checks.energy_residual > ENERGY_WARNING * energy:
-        warnings.append(
-            f"the energy balance misses {checks.energy_residual:.3g} J, "
-            f"{checks.energy_residual / energy:.2g} of the largest kinetic energy: "
-            "tighten the tolerance and compare"
-        )
-    if checks.constraint_error > CONSTRAINT_WARNING:
-        warnings.append(
-            f"a joint is violated by {checks.constraint_error:.3g} (m or rad): "
-            "tighten the tolerance"
-        )
-    return warnings + gaining_impacts(report.events, report.sleeves, energy)
 
 
 def turns_missing(joint: str | None) -> tuple[str, str]:

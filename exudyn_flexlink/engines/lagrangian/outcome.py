@@ -11,7 +11,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.gains import gaining_impacts
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.events import Loop
@@ -40,9 +39,6 @@ ADVICE = (
     "look at the mechanism there: the guide's axis may touch the track (a dead centre), or a "
     "contact be too stiff"
 )
-NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
-ENERGY_WARNING = 1e-6  # of the largest kinetic energy, under local tolerances
-LOOSE_ENERGY_WARNING = 1e-2  # where a tolerance of positions rules
 
 
 @dataclass
@@ -67,13 +63,11 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
     q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
     poses, rates = rig.poses(q, v, roots)
     forces = Forces(rig, motions, poses, rates)
-    checks, sleeves = _checks(prepared), _sleeves(prepared)
     events = tuple(
         event
         for event in prepared.system.events
         if event.kind != "lap" or event.time < prepared.end
     )
-    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
     result = Result(
         scene=prepared.scene,
         engine="lagrangian",
@@ -88,15 +82,11 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         joint_forces=forces.joints(),
         slot_forces={rig.mechanism.slots[0].name: forces.slot},
         contacts=_contacts(rig, forces),
-        sleeves=sleeves,
+        sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         events=events,
-        checks=checks,
-        warnings=(
-            *_warnings(prepared, checks),
-            *gaining_impacts(events, sleeves, energy),
-            *_soft_walls(prepared),
-        ),
+        checks=_checks(prepared),
+        warnings=_soft_walls(prepared),
         outcome=_outcome(prepared, complaint),
     )
     began, ready, solved = clock
@@ -162,21 +152,8 @@ def _checks(prepared: Prepared) -> Checks:
     )
 
 
-def _warnings(prepared: Prepared, checks: Checks) -> tuple[str, ...]:
-    energy = max(checks.largest_kinetic_energy, NO_ENERGY)
-    loose = isinstance(prepared.loop, March)
-    if checks.energy_residual <= (LOOSE_ENERGY_WARNING if loose else ENERGY_WARNING) * energy:
-        return ()
-    what = "tolerance" if loose else "relative_tolerance"
-    return (
-        f"the energy balance misses {checks.energy_residual:.3g} J, "
-        f"{checks.energy_residual / energy:.2g} of the largest kinetic energy: "
-        f"tighten '{what}' and compare",
-    )
-
-
-def _soft_walls(prepared: Prepared) -> list[str]:
-    return soft_walls((watch.channel, watch.deepest) for watch in prepared.recorder.watches)
+def _soft_walls(prepared: Prepared) -> tuple[str, ...]:
+    return tuple(soft_walls((watch.channel, watch.deepest) for watch in prepared.recorder.watches))
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

@@ -18,6 +18,7 @@ FloatArray = NDArray[np.float64]
 Row = list[tuple[int, float, float]]
 
 
+NEAR_END = 1e-4  # of the face: there the point is about to leave it
 AT_REST = 0.1  # of the speed at which the force changes from loading to unloading
 
 
@@ -78,6 +79,16 @@ class TreeContact:
     def beside(self, touch: Touch) -> bool:
         """Tell whether the point is beside the face, where it may pass the face's line."""
         return not 0 <= touch.place <= self.length
+
+    def left_since(self, touch: Touch) -> float:
+        """Time (s) since a point that presses slid off the end of its face; negative: until then.
+
+        0 if it is not about to.
+        """
+        beyond = touch.place - self.length if touch.place_rate > 0 else touch.place
+        if not self.acts or touch.place_rate == 0 or abs(beyond) > NEAR_END * self.length:
+            return 0.0
+        return beyond / touch.place_rate
 
     def turns(self, before: float, after: float) -> bool:
         """Tell whether the force leaps between two rates of the gap: the point was at rest."""

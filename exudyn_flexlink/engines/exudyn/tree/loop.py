@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -44,6 +45,7 @@ IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
 SHORTEST_LOOK = 1e-3  # of a contact's half period
 MOST_AT_ONCE = 200
+LANDINGS = 4  # steps to the end of a face
 LARGEST_TURN = 0.3  # rad per step of a guide: the search for the slot's point stays local
 
 
@@ -153,7 +155,7 @@ class TreeLoop:
             return
         self._at_once = 0
         if found is not None and found.time < step.end - EVENT_TIME:
-            again = self._step(found.time - step.t)
+            again = self._landed(found, found.time - step.t)
             if again is None or self._misses(found, again):
                 self._h = (found.time - step.t) / 3  # reach the event from nearer
                 return
@@ -161,6 +163,23 @@ class TreeLoop:
         self._accept(step)
         if found is not None:
             self._cross(found)
+
+    def _landed(self, found: Found, h: float) -> Step | None:
+        """Make a step of length h (s) to what was found, and so that it ends right there.
+
+        The polynomial in which it was found is less accurate than a step's end. Off the end of a
+        face that matters: a force is gone from one instant to the next.
+        """
+        for _ in range(LANDINGS):
+            step = self._step(h)
+            if step is None or found.contact < 0 or found.turn:
+                return step
+            contact, last = self.model.contacts[found.contact], step.stages[-1].kept
+            late = contact.left_since(contact.touch(last.x, last.v))
+            if abs(late) < EVENT_TIME or not 0.5 * h < h - late < 1.5 * h:
+                return step
+            h -= late
+        return step
 
     def _misses(self, found: Found, step: Step) -> bool:
         """Tell that a step made anew, up to what was found, is not good enough.
@@ -230,7 +249,13 @@ class TreeLoop:
         speeds = [abs(self._at.kept.v[guide.guided.turning]) for guide in self.model.guides]
         turns = [LARGEST_TURN / speed for speed in speeds if speed > 0]
         rests = [c.rests_in(touch) for c, touch in self._finder.contacts() if c.acts]
-        return min([*turns, *rests], default=inf)
+        return min([*turns, *rests, *self._paces()], default=inf)
+
+    def _paces(self) -> list[float]:
+        """Steps (s) of contacts that act, where the user's own is too long for them."""
+        given = self.control.fixed
+        acting = [h for c, h in zip(self.model.contacts, self.half_periods, strict=True) if c.acts]
+        return [] if given is None else [IN_CONTACT * h for h in acting if too_long(given, h)]
 
     def _accept(self, step: Step) -> None:
         self.time = step.end

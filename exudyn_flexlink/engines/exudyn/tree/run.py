@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.exudyn.reporting import doubts, result_of, turns_missing
+from exudyn_flexlink.engines.exudyn.pace import shortened, too_long
+from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
-from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
+from exudyn_flexlink.engines.exudyn.tree.loop import IN_CONTACT, TreeLoop
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.outcome import TreeRun, report
 from exudyn_flexlink.engines.exudyn.tree.recording import Recorder
@@ -80,7 +81,17 @@ def finish(run: TreeRun, complaint: tuple[str, str]) -> Result:
     found = report(run)
     mechanism = run.model.assembly.mechanism
     outcome = _outcome(run, *complaint)
-    return result_of(run.scene, mechanism, found, doubts(found), outcome)
+    return result_of(run.scene, mechanism, found, _shortened(run), outcome)
+
+
+def _shortened(run: TreeRun) -> list[str]:
+    """Say where the user's own step was too long for a contact that came to be."""
+    given, halves = run.loop.control.fixed, run.loop.half_periods
+    touched = {entry.index for entry in run.loop.entries}
+    if given is None:
+        return []
+    found = [halves[k] for k in touched if too_long(given, halves[k])]
+    return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
 
 
 def _bends(mechanism: Mechanism) -> list[float]:

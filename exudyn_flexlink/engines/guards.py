@@ -1,0 +1,149 @@
+"""What a run's own numbers say against it, whatever engine made it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from exudyn_flexlink.engines.gains import gaining_impacts
+from exudyn_flexlink.mechanism import FaceContact, build_mechanism, face_length
+from exudyn_flexlink.result import Event, Outcome, Result
+
+ENERGY = 1e-2  # of the largest kinetic energy
+LOCAL_ENERGY = 1e-6  # the same under local tolerances, which are far below
+GROSS = 0.1  # of all energy that moves: what misses more is no motion of the mechanism
+NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
+OPEN = 1e-8  # m or rad, of a joint
+THIN = 0.25  # of the overlap of a strike: where a point goes deeper, the face's stiffness decides
+FEW_TOUCHES = 2  # of walls: more multiply errors more than tolerances foresee
+FEW_BOUNCES = 20  # in a row
+
+
+def doubts(result: Result) -> list[str]:
+    """Say what is wrong with the numbers of a run, and would be less so with smaller steps."""
+    return [*_energy(result), *_joints(result), *_gains(result)]
+
+
+def limits(result: Result) -> list[str]:
+    """Say what is doubtful about a run that smaller steps do not change."""
+    return [*_overlaps(result), *_sensitive(result)]
+
+
+def refusal(result: Result) -> Outcome | None:
+    """Return how a run ended whose energy balance is grossly wrong; None if it is not."""
+    energy = result.energy
+    moved = np.abs(energy.stored - energy.stored[0]) + energy.kinetic + np.abs(energy.dissipated)
+    all_of_it = max(float(moved.max()), result.checks.largest_kinetic_energy, NO_ENERGY)
+    if result.checks.energy_residual <= GROSS * all_of_it:
+        return None
+    off = np.abs(energy.residual)
+    at = result.time[int(np.argmax(off > min(GROSS * all_of_it, 0.5 * off.max())))]
+    return Outcome(
+        False,
+        float(at),
+        f"the energy balance misses {result.checks.energy_residual / all_of_it:.2g} of all energy",
+        f"what follows is no motion of this mechanism; {_knob(result)}, and look at it there",
+    )
+
+
+def _knob(result: Result) -> str:
+    if "relative_tolerance" in result.settings:
+        return "tighten 'relative_tolerance'"
+    return "shorten the step" if "step" in result.settings else "tighten the tolerance"
+
+
+def _kinetic(result: Result) -> float:
+    return max(result.checks.largest_kinetic_energy, NO_ENERGY)
+
+
+def _energy(result: Result) -> Iterator[str]:
+    missing, kinetic = result.checks.energy_residual, _kinetic(result)
+    if missing > (LOCAL_ENERGY if "relative_tolerance" in result.settings else ENERGY) * kinetic:
+        yield (
+            f"the energy balance misses {missing:.3g} J, {missing / kinetic:.2g} of the largest "
+            f"kinetic energy: {_knob(result)} and compare"
+        )
+
+
+def _joints(result: Result) -> Iterator[str]:
+    gap = result.checks.constraint_error
+    if gap > OPEN:
+        yield f"a joint is violated by {gap:.3g} (m or rad): {_knob(result)}"
+
+
+def _gains(result: Result) -> list[str]:
+    return gaining_impacts(result.events, result.sleeves, _kinetic(result))
+
+
+def _overlaps(result: Result) -> Iterator[str]:
+    """Strikes in which a point went deep, measured by the face between it and the face's end."""
+    if not any(event.kind == "contact begins" for event in result.events):
+        return
+    faces = {face.name: face for face in build_mechanism(result.scene).contacts}
+    worst: dict[str, tuple[float, float, float, float]] = {}
+    for events in _laps(result):
+        for name, (depth, overlap, at) in _deepest(faces, events).items():
+            found = (depth / max(overlap, 1e-300), depth, overlap, at)
+            worst[name] = max(worst.get(name, found), found)
+    for name, (share, depth, overlap, at) in worst.items():
+        if share > THIN:
+            yield (
+                f"contact '{name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
+                f"{overlap:.2g} m by which the point overlaps the face: the face's stiffness "
+                "decides there, not the mechanism; raise it and compare"
+            )
+
+
+def _deepest(
+    faces: Mapping[str, FaceContact], events: Sequence[Event]
+) -> dict[str, tuple[float, float, float]]:
+    """Depth (m), overlap (m) and begin (s) of the deepest contact of each name that ended."""
+    begun: dict[str, float] = {}
+    found: dict[str, tuple[float, float, float]] = {}
+    for event in events:
+        if event.name not in faces:
+            continue
+        face, (depth, overlap, at) = faces[event.name], found.get(event.name, (0.0, 0.0, 0.0))
+        place = event.details["place"]
+        overlap = max(overlap, min(place, face_length(face) - place))
+        if event.kind == "contact begins":
+            begun[event.name] = event.time
+        deep = event.details.get("peak_force", 0.0) / getattr(face.law, "stiffness", np.inf)
+        if deep > depth and event.name in begun:
+            depth, at = deep, begun[event.name]
+        found[event.name] = (depth, overlap, at)
+    return found
+
+
+def _laps(result: Result) -> Iterator[Sequence[Event]]:
+    """Events between one lap and the next."""
+    laps = [event.time for event in result.events if event.kind == "lap"]
+    for begin, end in pairwise([-np.inf, *laps, np.inf]):
+        yield [event for event in result.events if begin <= event.time < end]
+
+
+def _sensitive(result: Result) -> Iterator[str]:
+    """Where impacts follow one another, errors grow beyond what a tolerance foresees."""
+    more = "S may be off by more than the tolerance; 'simulate --horizon' tells from when on"
+    for name, sleeve in result.sleeves.items():
+        count = len(sleeve.touches.end)
+        if count > FEW_TOUCHES and "relative_tolerance" not in result.settings:
+            yield (
+                f"the walls of '{name}' were touched {count} times, and every touch multiplies "
+                f"errors: {more}"
+            )
+    for name, count in _in_a_row(result).items():
+        if count > FEW_BOUNCES:
+            yield f"contact '{name}' was made {count} times in a row, and errors add up: {more}"
+
+
+def _in_a_row(result: Result) -> dict[str, int]:
+    """Largest number of contacts of each name within one lap."""
+    most: dict[str, int] = {}
+    for events in _laps(result):
+        within = Counter(event.name for event in events if event.kind == "contact begins")
+        most = {name: max(most.get(name, 0), within[name]) for name in {*most, *within}}
+    return most

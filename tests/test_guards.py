@@ -1,0 +1,145 @@
+"""What a run's own numbers say against it: made again where that helps, told, or refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hard.catalogue import MODELS
+
+from exudyn_flexlink.engines import LateInterruptError, mending, simulate
+from exudyn_flexlink.engines.guards import doubts, limits, refusal
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import INTERRUPTED, EnergyHistory, Event, Outcome, Result
+
+STRIKE = MODELS / "strike_stiffness.yaml"
+
+
+@pytest.fixture(scope="module")
+def run() -> Result:
+    return simulate(load_scene(STRIKE, ["accuracy.tolerance=1e-4"]))
+
+
+def off_by(run: Result, share: float, from_sample: int = 50) -> Result:
+    """The run with an energy balance that misses a share of the largest kinetic energy."""
+    missing = share * run.checks.largest_kinetic_energy
+    supplied = run.energy.supplied.copy()
+    supplied[from_sample:] += missing
+    energy = EnergyHistory(run.energy.kinetic, run.energy.stored, run.energy.dissipated, supplied)
+    return replace(run, energy=energy, checks=replace(run.checks, energy_residual=missing))
+
+
+def test_a_good_run_is_left_alone(run: Result) -> None:
+    def never(scene):
+        raise AssertionError("made again")
+
+    kept, interrupted = mending.guarded(run, never)
+    assert (kept.warnings, kept.outcome, interrupted) == (run.warnings, run.outcome, False)
+
+
+def test_a_run_that_misses_energy_is_made_again_with_a_tenth_and_says_so(run: Result) -> None:
+    asked = []
+
+    def again(scene):
+        asked.append((scene.accuracy.tolerance, scene.accuracy.steps_per_contact))
+        return replace(run, settings={**run.settings, "tolerance": scene.accuracy.tolerance})
+
+    kept, _ = mending.guarded(off_by(run, 0.05), again)
+    assert asked == [(pytest.approx(1e-5), 190)]
+    assert kept.outcome.completed
+    (told,) = kept.warnings
+    assert told.startswith("at a tolerance of 0.0001 m the energy balance misses")
+    assert told.endswith("made again at 1e-05 m")
+
+
+def test_what_can_not_be_mended_is_told_and_no_more_than_two_runs_are_made(run: Result) -> None:
+    count = []
+
+    def again(scene):
+        count.append(scene)
+        return off_by(run, 0.05)
+
+    kept, _ = mending.guarded(off_by(run, 0.05), again)
+    assert len(count) == 2
+    assert kept.outcome.completed
+    assert "tighten the tolerance and compare" in kept.warnings[-1]
+
+
+def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run: Result) -> None:
+    wrong = off_by(run, 3.0, from_sample=70)
+    kept, _ = mending.guarded(wrong, lambda scene: wrong)
+    assert not kept.outcome.completed
+    assert kept.outcome.time == run.time[70]
+    assert "energy balance misses" in kept.outcome.reason
+    assert "tighten the tolerance" in kept.outcome.advice
+    assert len(kept.time) == len(run.time)  # what was computed is kept
+
+
+def test_a_step_of_the_users_own_is_not_made_again(run: Result) -> None:
+    own = {"integrator": "any", "step": 1e-4}
+    kept, _ = mending.guarded(replace(off_by(run, 0.05), settings=own), lambda scene: 1 / 0)
+    assert "shorten the step and compare" in kept.warnings[-1]
+
+
+def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch) -> None:
+    scene = load_scene(STRIKE, ["accuracy.tolerance=1e-4"])
+    whole = simulate(scene)
+    runs = iter([off_by(whole, 0.05), replace(whole, outcome=Outcome(False, 0.1, INTERRUPTED))])
+    monkeypatch.setattr("exudyn_flexlink.engines.exudyn.run", lambda *_: next(runs))
+    with pytest.raises(LateInterruptError) as caught:
+        simulate(scene)
+    kept = caught.value.result
+    assert kept.outcome.completed
+    assert any("energy balance misses" in text for text in kept.warnings)
+
+
+def test_a_coarse_lagrangian_is_mended_for_good() -> None:
+    pytest.importorskip("numba")
+    scene = load_scene(STRIKE, ["accuracy.tolerance=1e-2"])
+    result = simulate(scene, "lagrangian")
+    assert result.scene is scene
+    assert float(result.settings["tolerance"]) < 1e-2
+    assert any("made again" in text for text in result.warnings)
+    assert not doubts(result)
+
+
+@pytest.mark.parametrize(("formulation", "most"), [("tree", 1e-6), ("joints", 1e-5)])
+def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most: float) -> None:
+    """At 1e7 N/m half a period is 1.3e-5 s: steps of 2e-5 s would jump over it."""
+    stiff = ("contacts.strike.law.stiffness=1e7", f"accuracy.formulation={formulation}")
+    given = load_scene(STRIKE, [*stiff, "accuracy.step=2e-5"])
+    right = simulate(load_scene(STRIKE, [stiff[0], "accuracy.tolerance=1e-8"]))
+    result = simulate(given)
+    assert np.abs(result.poses[-1] - right.poses[-1])[:, :2].max() < most
+    (told,) = result.warnings
+    assert told.startswith("steps of 2e-05 s would leave 0.63 for a contact")
+
+
+def test_a_strike_deeper_than_its_overlap_is_told_with_both(run: Result) -> None:
+    begin, end = _first_contact(run)
+    length, stiffness = 0.03, 2e4
+    thin = [
+        replace(begin, details={**begin.details, "place": length - 1e-4}),
+        replace(
+            end, details={**end.details, "place": length - 5e-5, "peak_force": 1e-4 * stiffness}
+        ),
+    ]
+    (told,) = limits(replace(run, events=tuple(thin)))
+    assert "is 0.0001 m deep" in told
+    assert "1 of the 0.0001 m by which the point overlaps the face" in told
+
+
+def _first_contact(run: Result) -> tuple[Event, Event]:
+    begin = next(event for event in run.events if event.kind == "contact begins")
+    end = next(event for event in run.events if event.kind == "contact ends")
+    return begin, end
+
+
+def test_a_row_of_bounces_is_told() -> None:
+    result = simulate(load_scene(MODELS / "bouncing.yaml", ["run.duration=2.2"]))
+    assert any("was made 24 times in a row" in text for text in result.warnings)
+
+
+def test_nothing_is_refused_where_little_energy_moves(run: Result) -> None:
+    """In a crawl the springs' energy, not the kinetic one, measures an error."""
+    slow = replace(run.checks, largest_kinetic_energy=1e-9, energy_residual=5e-10)
+    assert refusal(replace(run, checks=slow)) is None
