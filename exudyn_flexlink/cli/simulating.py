@@ -55,7 +55,8 @@ def simulate_command(options: argparse.Namespace) -> int:
         with staged_folder(target) as folder:
             result, late = _kept(scene, options)
             _announce(result, options)
-            whole = write(result, folder, figures=not (options.no_plots or late)) and not late
+            figures = not (options.no_plots or late or options.ending.asked)
+            whole = write(result, folder, figures=figures) and not late
         told = ""
         if options.horizon and whole:
             told, whole = _horizon_or_not(scene, result, options)
@@ -75,10 +76,18 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:
-    """Say what is still done after Ctrl-C, since it may take some seconds."""
+    """Say what is still done after Ctrl-C, since it may take some seconds.
+
+    Whoever asked for the end by a signal may not wait: figures are left out.
+    """
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
-    if result.outcome.reason == STOPPED:
+    if result.outcome.reason != STOPPED:
+        return
+    asked = options.ending.asked
+    if asked:
+        complain(f"interrupted by {asked.name}: writing what was computed, without figures")
+    else:
         more = "" if options.no_plots else "; once more: without figures"
         complain(f"interrupted: writing what was computed{more}")
 

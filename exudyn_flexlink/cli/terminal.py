@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,12 @@ def prepare_streams() -> None:
 
 
 def complain(text: str, code: int = DONE) -> int:
-    """Say something on stderr, and hand on the exit code that goes with it."""
-    print(text, file=sys.stderr)
+    """Say something on stderr, and hand on the exit code that goes with it.
+
+    A terminal that is gone keeps nothing from being written or ended.
+    """
+    with suppress(OSError):
+        print(text, file=sys.stderr)
     return code
 
 
@@ -76,7 +80,8 @@ class Bar:
             if time.monotonic() - self._began < SOON:
                 return
             self._open()
-        self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
+        with suppress(OSError):  # the terminal is gone
+            self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
@@ -86,7 +91,8 @@ class Bar:
     def close(self) -> None:
         """Take the bar away."""
         if self._bar is not None:
-            self._bar.stop()
+            with suppress(OSError):
+                self._bar.stop()
 
     def _open(self) -> None:
         from rich.console import Console
@@ -97,4 +103,5 @@ class Bar:
         self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
                              transient=True)  # fmt: skip
         self._bar.add_task(self._what, total=1.0)
-        self._bar.start()
+        with suppress(OSError):
+            self._bar.start()
