@@ -56,13 +56,15 @@ def simulate_command(options: argparse.Namespace) -> int:
             result, late = _kept(scene, options)
             _announce(result, options)
             figures = not (options.no_plots or late or options.ending.asked)
-            whole = write(result, folder, figures=figures) and not late
+            code = INTERRUPTED if late else DONE
+            code = write(result, folder, figures=figures) or code
         told = ""
-        if options.horizon and whole:
-            told, whole = _horizon_or_not(scene, result, options)
+        if options.horizon and code != INTERRUPTED:
+            told, waited = _horizon_or_not(scene, result, options)
+            code = code if waited else INTERRUPTED
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
-    return _tell(result, target, told, options.quiet, whole)
+    return _tell(result, target, told, options.quiet, code)
 
 
 def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
@@ -215,8 +217,8 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         raise SceneError(scene.document, [mistake]) from error
 
 
-def write(result: Result, folder: Path, *, figures: bool) -> bool:
-    """Save a run, and draw its figures, into a folder; False if the user did not wait for them.
+def write(result: Result, folder: Path, *, figures: bool) -> int:
+    """Save a run, and draw its figures, into a folder; returns the exit code, see `drawn`.
 
     Ctrl-C does not keep the run from being saved.
 
@@ -231,7 +233,7 @@ def write(result: Result, folder: Path, *, figures: bool) -> bool:
         patient.hold()
         save(result, folder)
     if patient.pressed or not figures:
-        return not patient.pressed
+        return INTERRUPTED if patient.pressed else DONE
 
     def draw() -> None:
         from exudyn_flexlink.plots import save_figures
@@ -241,8 +243,11 @@ def write(result: Result, folder: Path, *, figures: bool) -> bool:
     return drawn(folder, draw)
 
 
-def _tell(result: Result, target: Path, told: str, quiet: bool, whole: bool) -> int:
-    """Print the summary; warnings and a failure also where the summary is not wanted."""
+def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> int:
+    """Print the summary; warnings and a failure also where the summary is not wanted.
+
+    `code` is the exit code of a run that is whole.
+    """
     from exudyn_flexlink.report import failure_text, run_text
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
@@ -254,8 +259,8 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, whole: bool) -> 
     sys.stdout.flush()  # so that what follows on stderr stands below it
     for warning in result.warnings:
         complain(f"warning: {warning}")
-    if result.outcome.completed and whole:
-        return DONE
+    if result.outcome.completed and code != INTERRUPTED:
+        return code
     if result.outcome.completed:
         return complain(f"interrupted: the run is whole, in {target}{os.sep}", INTERRUPTED)
     code = INTERRUPTED if result.outcome.reason == STOPPED else FAILED
