@@ -1,7 +1,8 @@
 """The program at a terminal: arguments in, one function called, an exit code out.
 
-Exit codes: 0 done; 1 the run failed, what it computed is kept, or a comparison exceeds its
-tolerance; 2 bad input, or a place that can't be written; 130 interrupted.
+Exit codes: 0 done; 1 the run, or only its figures, failed, what was computed is kept, or a
+comparison exceeds its tolerance; 2 bad input, or a place that can't be written; 130 interrupted;
+143 or 129 asked to end, by SIGTERM or by SIGHUP.
 Whatever is slow to import is imported by the command that needs it: `check` must answer at once.
 """
 
@@ -17,6 +18,7 @@ from typing import Any
 
 from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
 from exudyn_flexlink.cli.comparing import compare_command
+from exudyn_flexlink.cli.ending import Ending, ended_by_signals
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, prepare_streams
@@ -28,9 +30,15 @@ EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program with the arguments of a command line; returns its exit code."""
     prepare_streams()
+    with ended_by_signals() as ending:
+        return ending.code(_run(arguments, ending))
+
+
+def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
     try:
         try:
             options = _parser().parse_args(arguments)
+            options.ending = ending
             code: int = options.command(options)
         finally:
             sys.stdout.flush()
@@ -41,6 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:  # of files the commands tell themselves: this is the output's
         # Python must not complain once more as it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if ending.asked:  # the terminal was closed
+            return INTERRUPTED
         if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has seen enough
             return DONE
         return complain(f"can't write to the output: {error.strerror or error}", FAILED)

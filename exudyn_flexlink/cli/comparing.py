@@ -54,12 +54,12 @@ def compare_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with staged_folder(target) as folder:
             found = _without_effects(options) if options.without else _both_engines(options)
-            waited = _write(found.comparison, folder, options, figures=found.whole) and found.whole
+            drew = _write(found.comparison, folder, options, figures=found.whole)
     except (SceneError, StorageError, CannotCompareError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingToCompareError as error:
         return complain(str(error), INTERRUPTED)
-    return _tell(found.comparison, target, options, waited)
+    return _tell(found.comparison, target, options, drew if found.whole else INTERRUPTED)
 
 
 class NothingToCompareError(Exception):
@@ -203,8 +203,8 @@ class Runs:
         return result
 
 
-def _write(found: Comparison, folder: Path, options: argparse.Namespace, *, figures: bool) -> bool:
-    """Write numbers, which Ctrl-C does not hinder, then figures; False if the user didn't wait."""
+def _write(found: Comparison, folder: Path, options: argparse.Namespace, *, figures: bool) -> int:
+    """Write numbers, which Ctrl-C does not hinder, then figures; returns the code, see `drawn`."""
     from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save_comparison
 
@@ -215,7 +215,7 @@ def _write(found: Comparison, folder: Path, options: argparse.Namespace, *, figu
             write(result, place, figures=False)
         save_comparison(found, folder, options.tolerance)
     if patient.pressed or not figures or options.no_plots:
-        return not patient.pressed
+        return INTERRUPTED if patient.pressed else DONE
     return drawn(folder, lambda: _draw(found, folder, places))
 
 
@@ -229,7 +229,7 @@ def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]]) ->
         figure.savefig(folder / "comparison.png", dpi=150)
 
 
-def _tell(found: Comparison, target: Path, options: argparse.Namespace, waited: bool) -> int:
+def _tell(found: Comparison, target: Path, options: argparse.Namespace, drew: int) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 
@@ -237,7 +237,7 @@ def _tell(found: Comparison, target: Path, options: argparse.Namespace, waited: 
         print(comparison_text(found))
         print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
         sys.stdout.flush()  # so that what follows on stderr stands below it
-    code = DONE
+    code = drew
     for seen in (found.first, found.second):
         for warning in seen.result.warnings:
             complain(f"warning: {seen.name}: {warning}")
@@ -245,7 +245,7 @@ def _tell(found: Comparison, target: Path, options: argparse.Namespace, waited: 
             code = complain(f"{seen.name}: {failure_text(seen.result)}", FAILED)
     if options.tolerance is not None and found.exceeds(options.tolerance):
         code = complain(excess_text(found, options.tolerance), FAILED)
-    if not waited:
+    if drew == INTERRUPTED:
         code = complain(f"interrupted: what was compared until then is in {target}{os.sep}",
                         INTERRUPTED)  # fmt: skip
     return code

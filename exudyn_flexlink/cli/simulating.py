@@ -55,13 +55,16 @@ def simulate_command(options: argparse.Namespace) -> int:
         with staged_folder(target) as folder:
             result, late = _kept(scene, options)
             _announce(result, options)
-            whole = write(result, folder, figures=not (options.no_plots or late)) and not late
+            figures = not (options.no_plots or late or options.ending.asked)
+            code = INTERRUPTED if late else DONE
+            code = write(result, folder, figures=figures) or code
         told = ""
-        if options.horizon and whole:
-            told, whole = _horizon_or_not(scene, result, options)
+        if options.horizon and code != INTERRUPTED:
+            told, waited = _horizon_or_not(scene, result, options)
+            code = code if waited else INTERRUPTED
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
-    return _tell(result, target, told, options.quiet, whole)
+    return _tell(result, target, told, options.quiet, code)
 
 
 def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
@@ -75,10 +78,18 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:
-    """Say what is still done after Ctrl-C, since it may take some seconds."""
+    """Say what is still done after Ctrl-C, since it may take some seconds.
+
+    Whoever asked for the end by a signal may not wait: figures are left out.
+    """
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
-    if result.outcome.reason == STOPPED:
+    if result.outcome.reason != STOPPED:
+        return
+    asked = options.ending.asked
+    if asked:
+        complain(f"interrupted by {asked.name}: writing what was computed, without figures")
+    else:
         more = "" if options.no_plots else "; once more: without figures"
         complain(f"interrupted: writing what was computed{more}")
 
@@ -206,8 +217,8 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         raise SceneError(scene.document, [mistake]) from error
 
 
-def write(result: Result, folder: Path, *, figures: bool) -> bool:
-    """Save a run, and draw its figures, into a folder; False if the user did not wait for them.
+def write(result: Result, folder: Path, *, figures: bool) -> int:
+    """Save a run, and draw its figures, into a folder; returns the exit code, see `drawn`.
 
     Ctrl-C does not keep the run from being saved.
 
@@ -222,7 +233,7 @@ def write(result: Result, folder: Path, *, figures: bool) -> bool:
         patient.hold()
         save(result, folder)
     if patient.pressed or not figures:
-        return not patient.pressed
+        return INTERRUPTED if patient.pressed else DONE
 
     def draw() -> None:
         from exudyn_flexlink.plots import save_figures
@@ -232,8 +243,11 @@ def write(result: Result, folder: Path, *, figures: bool) -> bool:
     return drawn(folder, draw)
 
 
-def _tell(result: Result, target: Path, told: str, quiet: bool, whole: bool) -> int:
-    """Print the summary; warnings and a failure also where the summary is not wanted."""
+def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> int:
+    """Print the summary; warnings and a failure also where the summary is not wanted.
+
+    `code` is the exit code of a run that is whole.
+    """
     from exudyn_flexlink.report import failure_text, run_text
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
@@ -245,8 +259,8 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, whole: bool) -> 
     sys.stdout.flush()  # so that what follows on stderr stands below it
     for warning in result.warnings:
         complain(f"warning: {warning}")
-    if result.outcome.completed and whole:
-        return DONE
+    if result.outcome.completed and code != INTERRUPTED:
+        return code
     if result.outcome.completed:
         return complain(f"interrupted: the run is whole, in {target}{os.sep}", INTERRUPTED)
     code = INTERRUPTED if result.outcome.reason == STOPPED else FAILED

@@ -55,9 +55,9 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 patient.hold()
                 found = judge(runs)
                 save_accuracy(found, recommendation(found), folder)
-            waited = not patient.pressed
-            if waited and not options.no_plots:
-                waited = drawn(folder, lambda: _draw(found, folder))
+            code = INTERRUPTED if patient.pressed else DONE
+            if code == DONE and not options.no_plots:
+                code = drawn(folder, lambda: _draw(found, folder))
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
@@ -65,7 +65,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
         return complain(f"{error}\n{_advice(options)}", FAILED)
-    return _tell(found, target, options, waited)
+    return _tell(found, target, options, code)
 
 
 def _advice(options: argparse.Namespace) -> str:
@@ -161,7 +161,7 @@ def _draw(found: Study, folder: Path) -> None:
     work_precision(found).savefig(folder / "accuracy.png", dpi=150)
 
 
-def _tell(found: Study, target: Path, options: argparse.Namespace, waited: bool) -> int:
+def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
     from exudyn_flexlink.report import accuracy_text
 
@@ -174,6 +174,6 @@ def _tell(found: Study, target: Path, options: argparse.Namespace, waited: bool)
         what = "setting that was" if count == 1 else "settings that were"
         kept = f"the {count} {what} judged until then: see {target}{os.sep}"
         return complain(f"interrupted: {kept}", INTERRUPTED)
-    if not waited:
+    if code == INTERRUPTED:
         return complain(f"interrupted: the study is whole, in {target}{os.sep}", INTERRUPTED)
-    return DONE
+    return code

@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,12 @@ def prepare_streams() -> None:
 
 
 def complain(text: str, code: int = DONE) -> int:
-    """Say something on stderr, and hand on the exit code that goes with it."""
-    print(text, file=sys.stderr)
+    """Say something on stderr, and hand on the exit code that goes with it.
+
+    A terminal that is gone keeps nothing from being written or ended.
+    """
+    with suppress(OSError):
+        print(text, file=sys.stderr)
     return code
 
 
@@ -36,15 +40,31 @@ def names_in(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
 
 
-def drawn(folder: Path, draw: Callable[[], Any]) -> bool:
-    """Draw figures into a folder; False, and no figure left, if the user did not wait for them."""
+def drawn(folder: Path, draw: Callable[[], Any]) -> int:
+    """Draw figures into a folder beside the numbers, which no failure of a figure may cost.
+
+    Returns the exit code: `DONE`; with no figure left, `INTERRUPTED` if the user did not wait for
+    them, and `FAILED` if they can't be drawn, which is said.
+    """
     try:
         draw()
     except KeyboardInterrupt:
-        for file in folder.rglob("*.png"):  # the last may be half a figure
-            file.unlink()
-        return False
-    return True
+        code = INTERRUPTED
+    except Exception as error:  # a mistake of the program, too: the run may have taken hours
+        code = complain(f"no figures: {_why(error)}; the numbers are kept", FAILED)
+    else:
+        return DONE
+    for file in folder.rglob("*.png"):  # the last may be half a figure
+        file.unlink()
+    return code
+
+
+def _why(error: Exception) -> str:
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError):
+        return f"they can't be written: {error.strerror or error}"
+    return f"they can't be drawn: {type(error).__name__}: {error}"
 
 
 @contextmanager
@@ -76,7 +96,8 @@ class Bar:
             if time.monotonic() - self._began < SOON:
                 return
             self._open()
-        self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
+        with suppress(OSError):  # the terminal is gone
+            self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
@@ -86,7 +107,8 @@ class Bar:
     def close(self) -> None:
         """Take the bar away."""
         if self._bar is not None:
-            self._bar.stop()
+            with suppress(OSError):
+                self._bar.stop()
 
     def _open(self) -> None:
         from rich.console import Console
@@ -97,4 +119,5 @@ class Bar:
         self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
                              transient=True)  # fmt: skip
         self._bar.add_task(self._what, total=1.0)
-        self._bar.start()
+        with suppress(OSError):
+            self._bar.start()

@@ -34,6 +34,8 @@ class Patience:
             self.pressed = True
         elif callable(self._before):
             self._before(number, frame)
+        elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
+            raise KeyboardInterrupt
 
     def hold(self) -> None:
         """From now on, only take note."""

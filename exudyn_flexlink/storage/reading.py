@@ -25,9 +25,12 @@ from exudyn_flexlink.result import (
 )
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.storage.checking import check_count, check_result
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
 
 FloatArray = NDArray[np.float64]
+
+BEYOND = 1e30  # SI: no number of a run is as large
 
 
 def load(folder: Path) -> Result:
@@ -44,9 +47,11 @@ def load(folder: Path) -> Result:
     try:
         scene = _scene(summary["scene"], file)
         arrays = _read_arrays(folder / ARRAYS)
-        return _result(summary, scene, _Arrays(arrays, folder / ARRAYS, summary))
+        result = _result(summary, scene, _Arrays(arrays, folder / ARRAYS, summary))
+        check_result(result)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise StorageError(f"{file} is damaged: {_reason(error)}; run the model again") from error
+    return result
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
@@ -90,26 +95,43 @@ class _Arrays:
     def __init__(self, arrays: dict[str, FloatArray], file: Path, summary: dict[str, Any]) -> None:
         self.arrays = arrays
         self.file = file
-        self.samples = int(summary["samples"])
+        self.samples = check_count(summary["samples"])
         self.names: dict[str, list[str]] = summary["names"]
 
     def take(self, key: str, *shape: int) -> FloatArray:
         array = self.arrays.get(key)
         if array is None:
             raise StorageError(f"{self.file} is damaged: no '{key}' in it; run the model again")
-        if array.shape != (self.samples, *shape) or array.dtype.kind != "f":
+        if array.shape != (self.samples, *shape) or array.dtype != np.float64:
             raise StorageError(f"{self.file} is damaged or of another run: '{key}' does not fit")
-        return array
+        return self._finite(key, array)
+
+    def instants(self) -> FloatArray:
+        """Instants of the samples: at least one, from 0 on, none before the one it follows."""
+        time = self.take("time")
+        if not len(time) or time[0] < 0 or np.any(np.diff(time) < 0) or _stands(time):
+            raise StorageError(f"{self.file} is damaged: 'time' does not increase from 0 on")
+        return time
 
     def column(self, key: str) -> NDArray[Any]:
         """An array of its own length."""
         array = self.arrays.get(key)
         if array is None or array.ndim != 1 or array.dtype.kind not in "fi":
             raise StorageError(f"{self.file} is damaged: '{key}' misses; run the model again")
+        return self._finite(key, array)
+
+    def _finite(self, key: str, array: NDArray[Any]) -> NDArray[Any]:
+        if not np.all(np.abs(array) < BEYOND):  # nan isn't, either
+            what = f"'{key}' holds numbers that are not finite, or beyond {BEYOND:g}"
+            raise StorageError(f"{self.file} is damaged: {what}; run the model again")
         return array
 
     def history(self, kind: str, *shape: int) -> dict[str, FloatArray]:
         return {n: self.take(f"{kind}_{i}", *shape) for i, n in enumerate(self.names[kind])}
+
+
+def _stands(time: FloatArray) -> bool:
+    return len(time) > 1 and bool(time[-1] <= time[0])
 
 
 def _read_arrays(file: Path) -> dict[str, FloatArray]:
@@ -155,7 +177,7 @@ def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
         versions=summary["versions"],
         timings={key: _number(value) for key, value in summary["timings"].items()},
         part_names=part_names,
-        time=arrays.take("time"),
+        time=arrays.instants(),
         poses=arrays.take("poses", len(part_names), 3),
         rates=arrays.take("rates", len(part_names), 3),
         drive_torques=arrays.history("drive_torques"),
@@ -185,6 +207,7 @@ def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> Slee
         and pair.dtype.kind == "i"
         and all(column.dtype.kind == "f" for column in times)
         and bool(np.all((pair >= 0) & (pair < len(names))))
+        and bool(np.all(columns[1] <= columns[2]))  # begin, end
     )
     if not fit:
         raise ValueError(f"the touches of '{prefix}' do not fit")

@@ -39,7 +39,28 @@ def read_series(file: Path) -> Series:
         rows = [line for line in lines if line.strip() and not line.startswith("#")]
         if tuple(rows[0].split(",")) != COLUMNS:
             raise ValueError(f"its columns are not {','.join(COLUMNS)}")
-        table = np.array([[float(x) for x in row.split(",")] for row in rows[1:]])
+        table = _table(rows[1:])
     except (OSError, ValueError, IndexError) as error:
         raise StorageError(f"{file}: can't be read as a time series: {error}") from error
     return Series(file.stem, " ".join(notes), table[:, 0], table[:, 1:3], table[:, 3])
+
+
+def _table(rows: list[str]) -> FloatArray:
+    """Numbers (N, columns) of rows of text.
+
+    Raises:
+        ValueError: they are no time series.
+
+    """
+    if not rows:
+        raise ValueError("it has no rows")
+    cells = [row.split(",") for row in rows]
+    for number, row in enumerate(cells, start=1):
+        if len(row) != len(COLUMNS):
+            raise ValueError(f"row {number} has {len(row)} numbers instead of {len(COLUMNS)}")
+    table = np.array([[float(cell) for cell in row] for row in cells])
+    if not np.all(np.isfinite(table)):
+        raise ValueError("not all of its numbers are finite")
+    if np.any(np.diff(table[:, 0]) < 0):
+        raise ValueError("its time does not increase")
+    return table

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import errno
-import secrets
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from exudyn_flexlink.storage.errors import (
@@ -16,6 +17,7 @@ from exudyn_flexlink.storage.errors import (
     StorageError,
     cannot_write,
 )
+from exudyn_flexlink.storage.leftovers import Owned, discard, remove_leftovers
 from exudyn_flexlink.storage.reading import read_json
 
 ATTEMPTS = 20  # to put a folder in place while other runs do the same
@@ -27,19 +29,25 @@ def staged_folder(target: Path) -> Iterator[Path]:
 
     An existing `target` is replaced if it is empty or holds an earlier run, comparison or study of
     this program. After any exception or interrupt the temporary folder is removed and `target`
-    is as it was.
+    is as it was; temporary folders of processes that were killed are removed by the next one.
 
     Raises:
         StorageError: the target can't be replaced (found before anything is written), or the place
-            can't be written.
+            can't be written. If the target can't be replaced any more once all is written, the
+            folder is kept beside it, and the message says where.
 
     """
     target = _resolved(target)
     _check_replaceable(target)
     with _temporary(target.parent, target) as staged:
         yield staged
-        _check_replaceable(target)  # hours may have passed
-        _put_in_place(staged, target)
+        try:
+            _check_replaceable(target)  # hours may have passed
+            _put_in_place(staged, target)
+        except (StorageError, OSError) as error:
+            beside = _kept_beside(staged, target)
+            told = cannot_write(target, error) if isinstance(error, OSError) else error
+            raise StorageError(f"{told}. What was computed is in {beside}") from None
 
 
 @contextmanager
@@ -82,13 +90,15 @@ def _temporary(parent: Path, target: Path) -> Iterator[Path]:
 
     """
     missing: list[Path] = []
-    staged = parent / f".flexlink-{secrets.token_hex(6)}"
+    owned: Owned | None = None
     try:
         missing += [folder for folder in (parent, *parent.parents) if not folder.exists()]
-        staged.mkdir(parents=True)
-        yield staged
+        remove_leftovers(parent)
+        owned = Owned(parent)
+        yield owned.path
     except BaseException as error:
-        shutil.rmtree(staged, ignore_errors=True)
+        if owned is not None:
+            shutil.rmtree(owned.path, ignore_errors=True)
         for folder in missing:
             with suppress(OSError):
                 folder.rmdir()
@@ -96,6 +106,9 @@ def _temporary(parent: Path, target: Path) -> Iterator[Path]:
         if isinstance(cause, OSError):  # the temporary folder means nothing to the user
             raise StorageError(cannot_write(target, cause)) from cause
         raise
+    finally:
+        if owned is not None:
+            owned.release()
 
 
 def _check_replaceable(target: Path) -> None:
@@ -140,14 +153,27 @@ def _put_in_place(staged: Path, target: Path) -> None:
         except BaseException as error:
             taken = isinstance(error, OSError) and error.errno in (errno.EEXIST, errno.ENOTEMPTY)
             if moved and taken:
-                shutil.rmtree(old, ignore_errors=True)
+                discard(old)
             elif moved:
                 old.rename(target)
             if not taken or attempt == ATTEMPTS - 1:
                 raise
         else:
-            shutil.rmtree(old, ignore_errors=True)
+            if moved:
+                discard(old)
             return
+
+
+def _kept_beside(staged: Path, target: Path) -> Path:
+    """Rename the staged folder to a free name beside that of the target.
+
+    Raises:
+        OSError: that can't be done either.
+
+    """
+    names = (target.with_name(f"{target.name}-{number}") for number in count(2))
+    beside = next(place for place in names if not os.path.lexists(place))
+    return staged.rename(beside)
 
 
 def _moved_aside(target: Path, old: Path) -> bool:

@@ -1,0 +1,86 @@
+"""A summary of a run that is no summary: values of the wrong kind, names that its scene lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from typing import Any
+
+from exudyn_flexlink.result import Result
+
+NUMBERS = (int, float)
+
+
+def check_count(samples: Any) -> int:
+    """Return the number of samples.
+
+    Raises:
+        ValueError: it is none.
+
+    """
+    if not isinstance(samples, int) or samples < 1:
+        raise ValueError(f"'samples' is {samples!r}")
+    return samples
+
+
+def check_result(result: Result) -> None:
+    """Look at what a summary said of a run.
+
+    Raises:
+        ValueError: that can't be; the message names the entry of the summary.
+
+    """
+    _check_kinds(result)
+    _check_names(result)
+    _check_events(result)
+
+
+def _check_kinds(result: Result) -> None:
+    outcome = result.outcome
+    _require("outcome", isinstance(outcome.completed, bool) and _instant(outcome.time))
+    _require("outcome", _texts((outcome.reason, outcome.advice)))
+    _require("checks", _numbers(vars(result.checks)))
+    _require("timings", _numbers(result.timings))
+    settings = result.settings.values()
+    _require("settings", all(isinstance(value, (str, *NUMBERS)) for value in settings))
+    _require("warnings", _texts(result.warnings))
+    _require("engine", _texts((result.engine,)))
+    _require("versions", _texts(result.versions.values()))
+    _require("pairs", all(_instant(sleeve.deepest) for sleeve in result.sleeves.values()))
+
+
+def _check_names(result: Result) -> None:
+    """Parts, hinges and walls go by the name of what they belong to, and a number or a word."""
+    scene, parts = result.scene, result.part_names
+    bodies, joints = tuple(scene.bodies), tuple(scene.joints)
+    _require("part_names", _texts(parts) and len(set(parts)) == len(parts))
+    _require("part_names", all(part.startswith(bodies) for part in parts))
+    _require("names", list(result.contacts) == list(scene.contacts))
+    _require("names", set(result.drive_torques) <= set(scene.drives))
+    _require("names", all(name.startswith(bodies + joints) for name in result.joint_forces))
+    for histories in (result.slot_forces, result.sleeves):
+        _require("names", set(histories) <= set(scene.joints))
+
+
+def _check_events(result: Result) -> None:
+    places = (*result.scene.contacts, *result.scene.joints)
+    for event in result.events:
+        _require("events", _texts((event.kind, event.name)) and _numbers(event.details))
+        _require("events", event.name.startswith(places) and _instant(event.time))
+
+
+def _require(entry: str, holds: bool) -> None:
+    if not holds:
+        raise ValueError(f"'{entry}' holds what can't be")
+
+
+def _texts(values: Iterable[Any]) -> bool:
+    return all(isinstance(value, str) for value in values)
+
+
+def _numbers(values: Mapping[str, Any]) -> bool:
+    return all(isinstance(value, NUMBERS) for value in values.values())
+
+
+def _instant(value: Any) -> bool:
+    return isinstance(value, NUMBERS) and isfinite(value) and value >= 0

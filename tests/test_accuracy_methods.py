@@ -1,0 +1,111 @@
+"""Costs, ladders of settings and methods of a work-precision study."""
+
+import numpy as np
+import pytest
+from results import MODEL
+from studies import BOTH, World, scene_with
+
+from exudyn_flexlink import engines
+from exudyn_flexlink.accuracy import (
+    Method,
+    Runs,
+    methods_of,
+)
+from exudyn_flexlink.accuracy.costs import predict
+from exudyn_flexlink.accuracy.methods import ladder, own_value
+from exudyn_flexlink.accuracy.study import Studying
+from exudyn_flexlink.effects import with_impact
+from exudyn_flexlink.loading import load_scene
+
+# --- costs and ladders
+
+
+def test_costs_follow_the_power_law_of_the_last_two():
+    costs = {1e-4: 1.0, 1e-5: 2.0, 1e-6: 8.0}  # fourfold per decade at the end
+    assert predict(costs, 1e-7) == pytest.approx(32.0)
+    assert predict(costs, 1e-8) == pytest.approx(128.0)
+    assert predict(costs, 1e-3) == 1.0
+
+
+def test_one_cost_grows_like_a_second_order_method():
+    assert predict({1e-4: 1.0}, 1e-6) == pytest.approx(10.0)
+    assert predict({1e-4: 1.0}, 1e-6, "step") == pytest.approx(100.0)
+
+
+def test_a_noisy_cost_makes_no_finer_run_cheaper_or_absurd():
+    assert predict({1e-4: 2.0, 1e-5: 1.0}, 1e-6) == 1.0
+    assert predict({1e-4: 1e-3, 1e-5: 1.0}, 1e-6) == pytest.approx(10.0)
+    with pytest.raises(ValueError, match="no costs"):
+        predict({}, 1.0)
+
+
+def test_a_ladder_reaches_from_above_the_target_to_below_it():
+    """A decade above, or up to about 1e-3 m."""
+    assert ladder("tolerance", 1e-6, 1e-6)[:2] == pytest.approx([1e-3, 1e-4])
+    assert ladder("relative_tolerance", 1e-6, 1e-6) == pytest.approx(
+        [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
+    )
+    rungs = ladder("tolerance", 4e-5, 4e-5)
+    np.testing.assert_allclose(rungs, [4e-4, 4e-5, 4e-6, 4e-7, 4e-8, 4e-9])
+    assert ladder("tolerance", 1e-5, 1e-2)[0] == pytest.approx(1e-2)
+    assert ladder("tolerance", 1e-5, 1e-10)[-1] <= 1.01e-11
+    np.testing.assert_allclose(ladder("step", 1e-3, 1e-5)[:3], [10**-2.5, 1e-3, 10**-3.5])
+
+
+# --- methods
+
+
+def test_methods_are_engines_and_formulations_the_models_own_first():
+    scene = scene_with("accuracy.tolerance=1e-5")
+    found = methods_of(scene, {"exudyn": ("tree", "joints", "beam"), "lagrangian": ()})
+    assert [m.name for m in found] == [
+        "Exudyn, tree", "Exudyn, joints", "Exudyn, beam", "Lagrangian", "Exudyn, fixed step",
+    ]  # fmt: skip
+    assert [m.of_rods for m in found] == [True, True, False, True, True]
+    assert found[-1].settings == {"formulation": "joints"}
+    stepped = scene.changed(accuracy={"step": 1e-4})
+    assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
+
+
+def test_an_engine_of_local_tolerances_is_turned_by_those():
+    """The Lagrangian with walls: the tolerance of the model does not reach it."""
+    scene = scene_with("accuracy.tolerance=1e-5", "accuracy.relative_tolerance=1e-7")
+    method = methods_of(scene, BOTH, local=["lagrangian"])[1]
+    assert method.told(1e-8) == "Lagrangian, rtol 1e-08"
+    accuracy = method.at(scene, 1e-8).accuracy
+    assert (accuracy.tolerance, accuracy.relative_tolerance) == (1e-5, 1e-8)
+    assert accuracy.absolute_tolerance == pytest.approx(1e-10)
+    assert own_value(scene, method) == 1e-7
+    walls = load_scene(MODEL.with_name("clearance.yaml"))
+    assert not engines.takes_tolerance(walls, "lagrangian")
+    assert engines.takes_tolerance(walls, "exudyn")
+    assert engines.takes_tolerance(scene, "lagrangian")
+    assert not engines.takes_tolerance(with_impact(scene, "impulse"), "lagrangian")
+
+
+def test_a_dear_method_begins_with_coarse_settings():
+    """At 4e-5 m joints would take a quarter of the budget, at 4e-4 m a tenth, at 4e-3 m less."""
+
+    class Dear(World):
+        @staticmethod
+        def cost(engine, accuracy):
+            if accuracy.spectral_radius == 0.8:
+                return 5.0 * (accuracy.tolerance / 4e-5) ** -0.5
+            return World.cost(engine, accuracy)
+
+    world, scene = Dear(), scene_with()
+    methods = [*methods_of(scene, BOTH), Method("Dear", "exudyn", "tolerance",
+                                                {"spectral_radius": 0.8})]  # fmt: skip
+    made = Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run()
+    first = next(t for t in made.trials if t.method.name == "Dear")
+    assert first.value == pytest.approx(4e-4)
+    assert world.now < 20.0
+
+
+def test_a_method_keeps_what_is_not_its_own():
+    scene = scene_with("accuracy.steps_per_contact=50", "accuracy.relative_tolerance=1e-6")
+    tight = Method("Lagrangian", "lagrangian").at(scene, 1e-7).accuracy
+    assert (tight.tolerance, tight.steps_per_contact) == (1e-7, 50)
+    assert tight.relative_tolerance is None
+    stepped = Method("Exudyn", "exudyn", "step").at(scene, 1e-4).accuracy
+    assert (stepped.step, stepped.tolerance) == (1e-4, None)

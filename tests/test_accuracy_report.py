@@ -1,0 +1,158 @@
+"""What a work-precision study is told in: words, a figure, files."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import same_color
+from studies import RODS, World, points_of, scene_with, studied
+
+from exudyn_flexlink.accuracy import (
+    Method,
+    Runs,
+    advise,
+    judge,
+)
+from exudyn_flexlink.accuracy.study import Studying
+from exudyn_flexlink.effects import idealise, with_impact
+from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision
+from exudyn_flexlink.report import accuracy_text, recommendation
+from exudyn_flexlink.storage import save_accuracy, staged_folder
+
+# --- words
+
+
+def test_the_advice_says_how_to_follow_it(study):
+    lines = accuracy_text(study).splitlines()
+    assert lines[-1] == "That is: simulate with --set accuracy.tolerance=4e-05"
+
+    def by(method, value):
+        point = replace(points_of(study, "Exudyn")[0], method=method, value=value, claimed=0.0)
+        return accuracy_text(replace(study, points=(point,))).splitlines()[-1].split("with ")[1]
+
+    step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "joints"})
+    assert by(step, 1e-4) == '--set "accuracy={step: 0.0001, formulation: joints}"'
+    local = Method("Lagrangian", "lagrangian", "relative_tolerance")
+    assert by(local, 1e-6) == (
+        "--engine lagrangian --set accuracy.relative_tolerance=1e-06 "
+        "--set accuracy.absolute_tolerance=1e-08"
+    )
+
+
+def test_the_recommendation_names_setting_error_cost_and_limit(study):
+    assert recommendation(study) == (
+        "Recommendation: for 4e-05 m choose Exudyn, tolerance 4e-05 m (2.0e-05 m, 0.05 s); but the "
+        "rods, not the steps, limit you: 5.0e-04 m, a beam to 4e-05 m takes about 50 rods; "
+        "'layout: half_ends' takes fewer."
+    )
+
+
+def test_a_contact_that_limits_is_told():
+    study = studied(scene=scene_with("bodies.link.hinges.stiffness=paper"))
+    text = accuracy_text(study)
+    assert "contact's compliance, not the steps, limits you" in text
+    needed = float(text.split("some ")[1].split()[0])
+    assert needed == pytest.approx(1.25e5, rel=0.05)  # 2e4 (1e-4 / 4e-5)^2
+    assert "'paper' hinges tends to no beam as rods are added; n = 4 is part of the model" in text
+
+
+def test_what_nothing_limits_is_told_without_but():
+    assert "but" not in recommendation(studied(target=1e-3))
+    assert "but the rods" in recommendation(studied(target=3e-4))
+
+
+def test_a_target_out_of_reach_is_told(study):
+    assert "the references agree to" in recommendation(replace(study, target=1e-12))
+    exudyn = tuple(points_of(study, "Exudyn"))
+    coarse = replace(study, target=1e-6, points=exudyn[:2])
+    assert "no setting tried is accurate enough; the best is Exudyn" in recommendation(coarse)
+
+
+@pytest.mark.parametrize(
+    ("without", "told"),
+    [
+        (["impact"], "contact compliance: none, there is no contact"),
+        (["flexibility"], "number of rods: no flexible body"),
+    ],
+)
+def test_causes_that_a_scene_lacks_are_told(study, without, told):
+    scene = idealise(study.scene, without)
+    kept = tuple(s for s in study.sources if s.kind == "time")
+    text = accuracy_text(replace(study, scene=scene, sources=kept))
+    assert told in text
+    assert "There is only one known source of error" in text
+
+
+def test_impulses_have_no_compliance(study):
+    kept = tuple(s for s in study.sources if s.kind != "contact")
+    text = accuracy_text(replace(study, scene=with_impact(study.scene, "impulse"), sources=kept))
+    assert "contact compliance: none, strike by impulses" in text
+    assert "The number of rods dominates: 25 times the error of the time steps" in text
+
+
+def test_nothing_moves():
+    study = studied(World(still=True))
+    assert study.still
+    assert "nothing moves, so that any setting will do" in accuracy_text(study)
+    work_precision(study)
+
+
+def test_a_beam_is_told_as_another_model():
+    scene, world = scene_with(), World()
+    methods = [Method("Exudyn, joints", "exudyn"),
+               Method("Exudyn, beam", "exudyn", settings={"spectral_radius": 0.8},
+                      of_rods=False)]  # fmt: skip
+    study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
+    assert "Exudyn, beam: another model of the link" in accuracy_text(study)
+    assert advise(study).choice.method.name == "Exudyn, joints"
+    assert not study.independent
+
+
+# --- figure and files
+
+
+def test_the_figure_shows_every_method_and_what_limits(study):
+    figure = work_precision(study)
+    top, bottom = figure.axes
+    assert top.get_ylabel() == "largest error of link.end (m)"
+    assert bottom.get_ylabel() == "largest error of lever.end (m)"
+    assert bottom.get_xlabel() == "processor time of the solve (s)"
+    assert {axes.get_xscale() for axes in figure.axes} == {"log"}
+    assert {axes.get_yscale() for axes in figure.axes} == {"log"}
+    curves = {line.get_label(): line for line in top.lines}
+    for name, engine in (("Exudyn", "exudyn"), ("Lagrangian", "lagrangian")):
+        assert same_color(curves[name].get_color(), ENGINE_COLOURS[engine])
+    assert curves["Exudyn"].get_linestyle() != curves["Exudyn, fixed step"].get_linestyle()
+    found = points_of(study, "Exudyn")
+    np.testing.assert_allclose(curves["Exudyn"].get_xdata(), [p.processor for p in found])
+    np.testing.assert_allclose(
+        curves["Exudyn"].get_ydata(), [p.errors.point.largest for p in found]
+    )
+    words = [text.get_text() for text in top.get_legend().get_texts()]
+    assert {"target 4e-05 m", "below the floor", "error of the rods", "contact compliance",
+            "the model's own settings"} <= set(words)  # fmt: skip
+    assert curves["error of the rods"].get_ydata()[0] == pytest.approx(RODS / 4)
+
+
+def test_files_hold_what_was_found(study, tmp_path):
+    save_accuracy(study, "choose this", tmp_path)
+    data = json.loads((tmp_path / "accuracy.json").read_text())
+    assert data["program"] == "exudyn-flexlink"
+    assert data["recommendation"] == "choose this"
+    assert data["dominating"] == "rods"
+    assert data["floor_m"] == study.floor
+    assert data["target_m"] == 4e-5
+    assert data["advice"]["choice"]["value"] == 4e-5
+    assert data["advice"]["limited_by"] == "rods"
+    sources = {source["kind"]: source for source in data["sources"]}
+    assert sources["rods"]["error_largest_m"] == pytest.approx(RODS / 4, rel=1e-6)
+    with (tmp_path / "accuracy.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(data["points"]) == len(study.points)
+    assert float(rows[0]["error_largest_m"]) == study.points[0].errors.point.largest
+    assert set(rows[0]) < set(data["points"][0])
+    with staged_folder(tmp_path) as folder:  # a study may replace a study
+        (folder / "new").touch()
+    assert [file.name for file in tmp_path.iterdir()] == ["new"]

@@ -1,0 +1,162 @@
+"""The command `simulate`: runs made by closed form, and a real one."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from cli_runs import NO_CLEARANCE, RIGID, Capture, Fake, python, row
+from results import rigid_link, stopped
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.result import Outcome, Result
+from exudyn_flexlink.scene import Scene
+
+# --- simulate, with runs made by closed form --------------------------------------------------
+
+
+def closed_form(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+    return rigid_link(scene=scene)
+
+
+def test_simulate_summarises_the_run(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+    run_of(closed_form)
+    assert main(["simulate", NO_CLEARANCE, "--no-plots"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("Completed: Extensible flexible link")
+    assert "solver time     1.50 s" in shown.out
+    assert row(shown.out, "steps")[1] == "100,"
+    first, third = row(shown.out, "1"), row(shown.out, "3")
+    assert first[:9] == ["1", "0.31416", "s", "180.00", "deg", "0.9000", "m/s", "0.02800", "m"]
+    assert third[:5] == ["3", "1.57080", "s", "180.00", "deg"]
+    assert -0.16 < float(first[9]) < -0.13  # the swing made up begins downwards
+    assert "% of the largest kinetic energy" in shown.out
+    assert "open by 1e-12" in shown.out
+    assert shown.err == "warning: made up\n"
+    assert "Written to runs/no_clearance/: " in shown.out
+    written = {path.name for path in Path("runs/no_clearance").iterdir()}
+    assert {"result.npz", "summary.json"} <= written
+    assert all(name in shown.out for name in written)
+
+
+def test_quiet_says_no_more_than_warnings(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+    run_of(closed_form)
+    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--quiet", "--out", "here"]) == 0
+    assert tuple(capsys.readouterr()) == ("", "warning: made up\n")
+    assert Path("here/summary.json").is_file()
+
+
+def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
+    seen: list[float | None] = []
+
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        seen.append(scene.run.turns)
+        return rigid_link(scene=scene)
+
+    run_of(fake)
+    main(["simulate", NO_CLEARANCE, "--no-plots", "--quiet", "--set", "run.turns=2"])
+    assert seen == [2.0]
+
+
+@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+def test_a_failed_run_is_kept_and_explained(
+    run_of: Callable[[Fake], None], quiet: list[str], capsys: Capture
+) -> None:
+    run_of(lambda scene, engine, progress=None: stopped(rigid_link(scene=scene)))
+    assert main(["simulate", NO_CLEARANCE, "--no-plots", *quiet]) == 1
+    shown = capsys.readouterr()
+    assert "the run stopped at 0.5 s: no convergence at the smallest step" in shown.err
+    assert "try: allow a smaller step" in shown.err
+    assert "runs/no_clearance/, marked as incomplete" in shown.err
+    summary = json.loads(Path("runs/no_clearance/summary.json").read_text(encoding="utf-8"))
+    assert summary["outcome"]["completed"] is False
+    assert shown.out.startswith("" if quiet else "Stopped before its end: ")
+
+
+def test_an_engine_that_stops_at_an_interrupt_keeps_its_part(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, "interrupted"))
+
+    run_of(fake)
+    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--quiet"]) == 130
+    assert "the run stopped at 0.5 s: interrupted" in capsys.readouterr().err
+    assert Path("runs/no_clearance/summary.json").is_file()
+
+
+def test_an_interrupt_leaves_nothing_behind(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        raise KeyboardInterrupt
+
+    run_of(fake)
+    assert main(["simulate", NO_CLEARANCE]) == 130
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert list(Path().iterdir()) == []
+
+
+def test_what_an_engine_cant_represent_is_bad_input(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        raise NotRepresentableError(("joints", "pin"), "no such slot")
+
+    run_of(fake)
+    assert main(["simulate", NO_CLEARANCE]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"{NO_CLEARANCE}:37:")
+    assert "joints.pin: no such slot" in said
+    assert "hint: refused by the engine 'exudyn'" in said
+    assert list(Path().iterdir()) == []
+
+
+def test_a_folder_of_something_else_is_refused_before_the_run(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
+    def fake(scene: Scene, engine: str = "exudyn", progress: object = None) -> Result:
+        raise AssertionError("must not run")
+
+    run_of(fake)
+    Path("thesis").mkdir()
+    Path("thesis/chapter.txt").write_text("years of work")
+    assert main(["simulate", NO_CLEARANCE, "--out", "thesis"]) == 2
+    assert "thesis holds files that are no run of this program" in capsys.readouterr().err
+    assert Path("thesis/chapter.txt").read_text() == "years of work"
+
+
+# --- real runs ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run of the program as a user starts it, with figures: one strike."""
+    target = tmp_path_factory.mktemp("runs") / "short"
+    command = ["-m", "exudyn_flexlink", "simulate", RIGID, "--set", "run.turns=0.75"]
+    ran = python(*command, "--out", str(target))
+    assert ran.returncode == 0, ran.stderr
+    assert "Traceback" not in ran.stderr
+    assert ran.stdout.startswith("Completed: Extensible rigid link")
+    # The track brings S to the lever at 180 deg; the tolerance of 2e-5 m is 0.01 deg of S's path.
+    assert float(row(ran.stdout, "1")[3]) == pytest.approx(180, abs=0.02)
+    return target
+
+
+def test_a_real_run_writes_results_and_figures(real_run: Path) -> None:
+    assert (real_run / "summary.json").is_file()
+    assert list(real_run.rglob("*.png"))
+
+
+def test_plot_draws_the_figures_again(real_run: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert main(["plot", str(real_run), "--out", str(tmp_path / "figures")]) == 0
+    assert "Figures written to" in capsys.readouterr().out
+    first = {path.name for path in real_run.rglob("*.png")}
+    assert {path.name for path in (tmp_path / "figures").rglob("*.png")} == first
+
+
+def test_plot_of_no_run_is_bad_input(tmp_path: Path, capsys: Capture) -> None:
+    assert main(["plot", str(tmp_path)]) == 2
+    assert "Traceback" not in capsys.readouterr().err

@@ -1,0 +1,242 @@
+"""Saved runs and time series that still load as files, but whose values can't be a run's."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink import storage
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.storage import StorageError, load, read_series
+
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    storage.save(results.rigid_link(samples=101), folder / "rigid")
+    storage.save(results.tilting_link(801), folder / "tilting")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def run(saved, tmp_path, monkeypatch):
+    """Copies of a run with events and contacts, and of one with touches of walls."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("rigid", "tilting"):
+        shutil.copytree(saved / name, name)
+    # Whatever is drawn after all is nonsense.
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", None)
+
+
+def change_array(run, key, change):
+    file = Path(run, "result.npz")
+    with np.load(file) as read:
+        arrays = dict(read)
+    arrays[key] = change(arrays[key])
+    if arrays[key] is None:
+        del arrays[key]
+    np.savez(file, **arrays)
+
+
+def refused(run, capsys, file):
+    """What `plot` says of a damaged run: one sentence, with the name of the file."""
+    assert main(["plot", run]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith(f"{Path(run, file)} is damaged")
+    assert said.err.count("\n") == 1
+    assert not list(Path(run).glob("*.png"))
+    return said.err
+
+
+def put(index, value):
+    def change(array):
+        array.flat[index] = value
+        return array
+
+    return change
+
+
+ARRAYS = [
+    "time", "poses", "rates", "drive_torques_0", "joint_forces_0", "slot_forces_0",
+    "contacts_0_gap", "contacts_0_force", "energy_kinetic",
+]  # fmt: skip
+DAMAGE = {
+    "a nan": put(50, NAN),
+    "an infinity": put(50, INF),
+    "beyond all bounds": lambda array: 1e200 * (array + 1),
+    "nothing but nan": lambda array: NAN * array,
+    "single precision": lambda array: array.astype(np.float32),
+    "integers": lambda array: array.astype(int),
+    "complex": lambda array: array.astype(complex),
+    "text": lambda array: array.astype(str),
+    "objects": lambda array: array.astype(object),
+    "one short": lambda array: array[:-1],
+    "another shape": lambda array: array[..., None],
+    "a number": lambda array: np.float64(1.0),
+    "missing": lambda array: None,
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_damaged_arrays(damage, saved, capsys):
+    for key in ARRAYS:
+        shutil.copy(saved / "rigid" / "result.npz", "rigid")
+        change_array("rigid", key, DAMAGE[damage])
+        said = refused("rigid", capsys, "result.npz")
+        assert f"'{key}'" in said or damage == "objects"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda time: time[::-1].copy(),
+        lambda time: time - 1,
+        lambda time: 0 * time,
+        put(50, 0.0),
+    ],
+)
+def test_time_that_does_not_go_on(change, capsys):
+    change_array("rigid", "time", change)
+    assert "'time' does not increase from 0 on" in refused("rigid", capsys, "result.npz")
+
+
+def test_samples_at_one_instant_are_no_damage(capsys):
+    change_array("rigid", "time", lambda time: put(50, time[49])(time))
+    assert np.diff(load(Path("rigid")).time)[49] == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("sleeves_0_force", put(50, NAN)),
+        ("sleeves_0_begin", put(1, NAN)),
+        ("sleeves_0_begin", lambda begin: begin + 100),
+        ("sleeves_0_impulse", put(1, INF)),
+        ("sleeves_0_peak_force", lambda force: force[:-1]),
+        ("sleeves_0_pair", lambda pair: pair + 100),
+    ],
+)
+def test_damaged_touches(key, change):
+    change_array("tilting", key, change)
+    with pytest.raises(StorageError, match="is damaged"):
+        load(Path("tilting"))
+
+
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.9, 0.999])
+def test_truncated_arrays(part, capsys):
+    file = Path("rigid/result.npz")
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(part * len(whole))])
+    refused("rigid", capsys, "result.npz")
+
+
+def other(**changes):
+    return lambda summary: summary | changes
+
+
+def within(entry, **changes):
+    return lambda summary: summary | {entry: summary[entry] | changes}
+
+
+def first_event(**changes):
+    return lambda summary: (
+        summary | {"events": [summary["events"][0] | changes, *summary["events"][1:]]}
+    )
+
+
+def first_part(name):
+    return lambda summary: summary | {"part_names": [name, *summary["part_names"][1:]]}
+
+
+SUMMARIES = [
+    ("samples", other(samples=101.5)),
+    ("samples", other(samples=INF)),
+    ("samples", other(samples=0)),
+    ("samples", other(samples=-1)),
+    ("part_names", first_part("other")),
+    ("part_names", first_part("link 1")),
+    ("part_names", first_part("")),
+    ("names", within("names", contacts=["other"])),
+    ("names", within("names", contacts=[])),
+    ("names", within("names", drive_torques=["other"])),
+    ("names", within("names", slot_forces=["other"])),
+    ("events", first_event(time="soon")),
+    ("events", first_event(time="nan")),
+    ("events", first_event(time=-1)),
+    ("events", first_event(kind=1)),
+    ("events", first_event(name="other")),
+    ("events", first_event(details={"place": "here"})),
+    ("checks", within("checks", steps="many")),
+    ("checks", within("checks", energy_residual=[])),
+    ("outcome", within("outcome", completed="yes")),
+    ("outcome", within("outcome", time="late")),
+    ("outcome", within("outcome", reason=None)),
+    ("timings", within("timings", solve="long")),
+    ("settings", within("settings", step=[])),
+    ("warnings", other(warnings=[1])),
+    ("engine", other(engine=1)),
+    ("versions", within("versions", numpy=2)),
+]
+
+
+@pytest.mark.parametrize(("entry", "change"), SUMMARIES)
+def test_damaged_summaries(entry, change, capsys):
+    file = Path("rigid/summary.json")
+    file.write_text(json.dumps(change(json.loads(file.read_text()))))
+    assert f"'{entry}'" in refused("rigid", capsys, "summary.json")
+
+
+def test_a_summary_with_the_scene_of_another_run(capsys):
+    """As many samples, and a scene that is whole: names tell."""
+    file = Path("rigid/summary.json")
+    summary = json.loads(file.read_text()) | {"scene": results.pendulum().scene.to_data()}
+    file.write_text(json.dumps(summary))
+    refused("rigid", capsys, "summary.json")
+
+
+HEAD = "# made up\nt_s,S_x_m,S_y_m,lever_angle_rad\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEAD, "it has no rows"),
+        (HEAD + "0,0,0\n1,0,0\n", "row 1 has 3 numbers instead of 4"),
+        (HEAD + "0,0,0,0\n1,0,0\n", "row 2 has 3 numbers"),
+        (HEAD + "0,0,0,nan\n", "not all of its numbers are finite"),
+        (HEAD + "0,1e999,0,0\n", "not all of its numbers are finite"),
+        (HEAD + "1,0,0,0\n0,0,0,0\n", "its time does not increase"),
+        (HEAD + "0,0,zero,0\n", "could not convert"),
+        ("", "can't be read"),
+        ("# only notes\n", "can't be read"),
+        ("t_s,x\n0,0\n", "its columns are not t_s,"),
+    ],
+)
+def test_damaged_series(text, said):
+    file = Path("series.csv")
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(StorageError, match=f"^{file}: can't be read as a time series.*") as told:
+        read_series(file)
+    assert said in str(told.value)
+
+
+def test_a_series_of_bytes_that_are_no_text():
+    file = Path("series.csv")
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(StorageError, match="can't be read as a time series"):
+        read_series(file)
+
+
+def test_a_series_that_is_whole():
+    file = Path("series.csv")
+    file.write_text(HEAD + "0,1,2,3\n0.5,4,5,6\n", encoding="utf-8")
+    series = read_series(file)
+    np.testing.assert_array_equal(series.time, [0, 0.5])
+    np.testing.assert_array_equal(series.position, [[1, 2], [4, 5]])
+    np.testing.assert_array_equal(series.lever_angle, [3, 6])

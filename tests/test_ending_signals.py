@@ -1,0 +1,336 @@
+"""Asked to end by a signal (kill, a batch system, a closed terminal), and killed without asking."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from threading import Thread
+
+import pytest
+import results
+from results import rigid_link
+
+from exudyn_flexlink import engines, storage
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli.ending import ended_by_signals
+from exudyn_flexlink.engines.interrupts import interrupts, patience
+from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
+from exudyn_flexlink.storage.leftovers import Owned, remove_leftovers
+
+ROOT = Path(__file__).parents[1]
+SMOOTH = str(ROOT / "models" / "smooth.yaml")
+NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals and locks")
+REQUESTS = [("SIGTERM", 143), ("SIGHUP", 129)]
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def ask(name="SIGTERM") -> None:
+    """Ask this process to end."""
+    signal.raise_signal(getattr(signal, name))
+
+
+def names(folder="."):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+# --- asked to end: what was computed is kept ----------------------------------------------------
+
+
+@posix
+@pytest.mark.parametrize(("name", "code"), REQUESTS)
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_run_that_is_asked_to_end_keeps_what_was_computed(
+    engine, name, code, monkeypatch, capsys
+):
+    simulate = engines.simulate
+
+    def asked(scene, engine, progress=None):
+        return simulate(scene, engine, lambda done: ask(name) if done > 0.01 else None)
+
+    monkeypatch.setattr(engines, "simulate", asked)
+    for told in ("exudyn.tree.loop", "lagrangian.recording"):
+        monkeypatch.setattr(f"exudyn_flexlink.engines.{told}.SECONDS_BETWEEN_REPORTS", 0.0)
+    short = ["--set=run.turns=0.5", "--set=bodies.link.rods=2", "--quiet", "--out=o"]
+    if engine == "lagrangian":  # the explicit method needs no compiling
+        short += ["--engine=lagrangian", "--set=accuracy.relative_tolerance=1e-6"]
+    assert main(["simulate", SMOOTH, *short]) == code
+    said = capsys.readouterr().err
+    assert f"interrupted by {name}: writing what was computed, without figures\n" in said
+    assert said.endswith("what was computed until then is in o/, marked as incomplete\n")
+    kept = load(Path("o"))
+    assert kept.outcome.reason == "interrupted"
+    assert 0 < kept.outcome.time == kept.time[-1]
+    assert not list(Path("o").glob("*.png"))
+    assert names() == ["o"]
+    assert signal.getsignal(getattr(signal, name)) is signal.SIG_DFL
+
+
+@posix
+@pytest.mark.parametrize(("name", "code"), REQUESTS)
+def test_asked_to_end_while_results_are_saved(name, code, monkeypatch, capsys):
+    monkeypatch.setattr(engines, "simulate", lambda scene, *_: rigid_link(scene=scene, samples=99))
+    whole = storage.save
+
+    def save(result, folder):
+        ask(name)
+        whole(result, folder)
+
+    monkeypatch.setattr(storage, "save", save)
+    assert main(["simulate", NO_CLEARANCE, "--quiet", "--out=o"]) == code
+    assert capsys.readouterr().err.endswith("interrupted: the run is whole, in o/\n")
+    assert load(Path("o")).outcome.completed
+    assert names() == ["o"]
+
+
+@posix
+def test_asked_to_end_before_anything_is_computed(monkeypatch, capsys):
+    """Also where Ctrl-C is ignored, as in the background jobs of a shell."""
+
+    def prepare(*_):
+        with patience():
+            ask()
+
+    monkeypatch.setattr(engines, "simulate", prepare)
+    for handler in (signal.default_int_handler, signal.SIG_IGN):
+        before = signal.signal(signal.SIGINT, handler)
+        try:
+            assert main(["simulate", NO_CLEARANCE, "--quiet", "--out=o"]) == 143
+        finally:
+            signal.signal(signal.SIGINT, before)
+        assert capsys.readouterr().err == "interrupted; nothing was written\n"
+        assert names() == []
+
+
+@posix
+def test_requests_that_follow_at_once_are_the_same_one():
+    """A closed terminal, and some batch systems, ask twice: it must not cost what is written."""
+    ended = []
+    with ended_by_signals() as ending:
+        with interrupts(lambda: ended.append(True)):
+            ask("SIGHUP")
+        ask("SIGHUP")
+        ask("SIGTERM")
+    assert ended == [True]
+    assert ending.asked is signal.SIGHUP
+    assert [ending.code(code) for code in (0, 1, 2, 130)] == [0, 1, 2, 129]
+
+
+@posix
+def test_signals_that_others_handle_are_left_to_them():
+    taken = []
+
+    def own(number, frame):
+        taken.append(number)
+
+    for handler in (own, signal.SIG_IGN):
+        before = signal.signal(signal.SIGTERM, handler)
+        try:
+            with ended_by_signals() as ending:
+                ask()
+                assert ending.asked is None
+            assert signal.getsignal(signal.SIGTERM) is handler
+        finally:
+            signal.signal(signal.SIGTERM, before)
+    assert taken == [signal.SIGTERM]
+
+
+def test_another_thread_takes_no_signals():
+    seen = []
+
+    def run():
+        with ended_by_signals():
+            seen.append(signal.getsignal(signal.SIGTERM))
+
+    thread = Thread(target=run)
+    thread.start()
+    thread.join()
+    assert seen == [signal.SIG_DFL]
+
+
+CLOSED = """
+import fcntl, sys, termios, time
+sys.path.insert(0, 'tests')
+from dataclasses import replace
+from results import rigid_link
+from exudyn_flexlink import cli, engines
+from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.result import Outcome
+
+def fake(scene, engine, progress):
+    asked = []
+    with interrupts(lambda: asked.append(True)):
+        progress(0.5)
+        print('ready', flush=True)
+        while not asked:
+            time.sleep(0.01)
+        progress(0.6)
+    return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, 'interrupted'))
+
+fcntl.ioctl(2, termios.TIOCSCTTY, 0)
+cli.terminal.SOON = 0.0
+engines.simulate = fake
+sys.exit(cli.main(['simulate', *sys.argv[1:]]))
+"""
+
+
+@posix
+@pytest.mark.parametrize("piped", [True, False])
+def test_a_terminal_that_is_closed_costs_nothing(piped, tmp_path):
+    """With a progress bar on it: from then on, whatever is written to it fails."""
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(
+        [sys.executable, "-c", CLOSED, NO_CLEARANCE, "--out", str(tmp_path / "o")],
+        cwd=ROOT, stdin=theirs, stdout=subprocess.PIPE if piped else theirs, stderr=theirs,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"}, start_new_session=True,
+    ) as process:  # fmt: skip
+        os.close(theirs)
+        seen = b""
+        while b"ready" not in seen:  # the bar takes what is printed to its own terminal
+            seen += os.read(ours, 4096)
+        os.close(ours)
+        if piped:
+            process.stdout.read()
+    assert process.returncode == 129
+    assert load(tmp_path / "o").outcome.reason == "interrupted"
+    assert names() == ["o"]
+
+
+# --- killed: what it leaves behind --------------------------------------------------------------
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from exudyn_flexlink.storage import staged_folder
+with staged_folder(Path(sys.argv[1])) as folder:
+    (folder / 'half').write_text('half')
+    print(folder.name, flush=True)
+    time.sleep(600)
+"""
+
+
+def holding(place: str) -> "subprocess.Popen[str]":
+    """A process that writes a run into a place, and is not soon done."""
+    return subprocess.Popen(
+        [sys.executable, "-c", HOLDS, place],
+        stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+@posix
+def test_only_what_a_killed_process_left_is_removed():
+    with holding("runs/a") as killed, holding("runs/b") as alive:
+        left, own = killed.stdout.readline().strip(), alive.stdout.readline().strip()
+        killed.kill()
+        killed.wait()
+        assert names("runs") == sorted([left, own])
+        with staged_folder(Path("runs/c")) as folder:
+            storage.save(results.pendulum(), folder)
+            assert names("runs") == sorted([own, folder.name])
+        assert names("runs") == sorted([own, "c"])
+        with staged_files(Path("runs")):
+            pass
+        assert names(f"runs/{own}") == ["half"]
+        alive.kill()
+    with staged_files(Path("runs")):
+        pass
+    assert names("runs") == ["c"]
+
+
+@posix
+def test_folders_that_are_not_this_hosts_leftovers_stay():
+    own = Owned(Path())
+    digits = own.path.name[-12:]
+    host = own.path.name[: -len(digits)]
+    others = [f".flexlink-elsewhere-{digits}", f"{host}mine", f"{own.path.name}-old0", "runs"]
+    for name in others:
+        Path(name).mkdir()
+    Path("target").mkdir()
+    Path(f"{host}{'0' * 12}").symlink_to("target")
+    Path(f"{host}{'1' * 12}").write_text("a file", encoding="utf-8")
+    before = names()
+    remove_leftovers(Path())
+    assert names() == before
+    own.release()
+    remove_leftovers(Path())
+    assert set(before) - set(names()) == {own.path.name}
+
+
+@posix
+def test_a_folder_taken_for_a_leftover_as_it_is_made_is_made_again(monkeypatch):
+    import fcntl  # noqa: PLC0415
+
+    lock, taken = fcntl.flock, []
+
+    def late(descriptor, how):
+        if not taken:  # before it is locked
+            taken.extend(names())
+            Path(taken[0]).rmdir()
+        lock(descriptor, how)
+
+    monkeypatch.setattr(fcntl, "flock", late)
+    own = Owned(Path())
+    assert taken != names() == [own.path.name]
+    own.release()
+
+
+@posix
+def test_where_folders_can_not_be_locked_leftovers_stay(monkeypatch):
+    import fcntl  # noqa: PLC0415
+
+    def refused(*_):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", refused)
+    own = Owned(Path())
+    remove_leftovers(Path())
+    assert names() == [own.path.name]
+
+
+# --- a place that is lost while the run goes on -------------------------------------------------
+
+
+def test_a_run_whose_place_can_not_be_replaced_any_more_is_kept_beside_it():
+    def write():
+        with staged_folder(Path("o")) as folder:
+            storage.save(results.pendulum(), folder)
+            Path("o").mkdir(exist_ok=True)
+            Path("o/thesis.tex").write_text("mine", encoding="utf-8")
+
+    for kept in ("o-2", "o-3"):
+        Path("o/thesis.tex").unlink(missing_ok=True)
+        with pytest.raises(StorageError, match="no run of this program") as told:
+            write()
+        assert str(told.value).endswith(f". What was computed is in {Path(kept).resolve()}")
+        assert load(Path(kept)).scene.title == "pendulum"
+    assert names() == ["o", "o-2", "o-3"]
+    assert names("o") == ["thesis.tex"]
+
+
+def test_a_run_that_may_not_replace_another_users_is_kept_beside_it(monkeypatch, capsys):
+    """Where a folder is sticky, only the owner may rename it: known when it is tried."""
+    storage.save(results.pendulum(), Path("o"))
+    monkeypatch.setattr(engines, "simulate", lambda scene, *_: rigid_link(scene=scene, samples=99))
+    rename = Path.rename
+
+    def refuse(self, target):
+        if self.name == "o":
+            raise PermissionError(1, "Operation not permitted")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o"]) == 2
+    place = Path("o").resolve()
+    assert capsys.readouterr().err == (
+        f"can't write {place}: no permission to write there; choose another place. "
+        f"What was computed is in {place}-2\n"
+    )
+    assert load(Path("o")).scene.title == "pendulum"
+    assert load(Path("o-2")).outcome.completed
+    assert names() == ["o", "o-2"]

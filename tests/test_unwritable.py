@@ -1,0 +1,161 @@
+"""Figures that can't be written, and folders without permission."""
+
+import errno
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import results
+from results import rigid_link
+
+from exudyn_flexlink import engines, storage
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.storage import load
+
+ROOT = Path(__file__).parents[1]
+SMOOTH = str(ROOT / "models" / "smooth.yaml")
+NO_CLEARANCE = str(ROOT / "models" / "no_clearance.yaml")
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def names(folder="."):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+# --- figures that can't be written cost no numbers ----------------------------------------------
+
+
+def closed_form(scene, engine="exudyn", progress=None):
+    settings = {"tolerance": scene.accuracy.tolerance or 0.0}
+    return replace(
+        rigid_link(scene=scene, samples=201), engine=engine, settings=settings, warnings=()
+    )
+
+
+def test_a_disk_that_fills_up_with_figures_keeps_the_numbers():
+    """No file may be larger than 40 kB here: the figures are, the numbers of a short run aren't."""
+    pytest.importorskip("resource")
+    limited = (
+        "import resource, sys, matplotlib.font_manager; from exudyn_flexlink.cli import main;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (40 * 1024,) * 2);"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    few = ["run.turns=0.01", "run.sample=1 ms", "bodies.link.rods=2"]
+    short = [f"--set={setting}" for setting in few] + ["--out=o"]
+    ran = subprocess.run(
+        [sys.executable, "-c", limited, "simulate", SMOOTH, *short],
+        capture_output=True, text=True, check=False, timeout=120,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert ran.returncode == 1
+    assert ran.stderr == (
+        "no figures: they can't be written: File too large; the numbers are kept\n"
+    )
+    assert "Written to o/: result.npz, summary.json, trajectory_link.end.csv" in ran.stdout
+    assert load(Path("o")).outcome.completed
+    assert names() == ["o"]
+    assert names("o") == ["result.npz", "summary.json", "trajectory_link.end.csv"]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "can't be written: No space left on"),
+        (MemoryError(), "not enough memory"),
+        (ZeroDivisionError("by zero"), "they can't be drawn: ZeroDivisionError: by zero"),
+    ],
+)
+@pytest.mark.parametrize("command", ["simulate", "compare"])
+def test_figures_that_can_not_be_drawn_cost_no_numbers(command, error, said, monkeypatch, capsys):
+    def draw(result, folder):
+        (folder / "half.png").write_bytes(b"half")
+        raise error
+
+    monkeypatch.setattr(engines, "simulate", closed_form)
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
+    assert main([command, NO_CLEARANCE, "--quiet", "--out=o"]) == 1
+    complaint = capsys.readouterr().err
+    assert said in complaint
+    assert complaint.endswith("; the numbers are kept\n")
+    for folder in ["o"] if command == "simulate" else ["o/exudyn", "o/lagrangian"]:
+        assert load(Path(folder)).outcome.completed
+    assert not list(Path("o").rglob("*.png"))
+    assert names() == ["o"]
+
+
+def test_the_horizon_is_told_without_figures(monkeypatch, capsys):
+    def draw(result, folder):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(engines, "simulate", closed_form)
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
+    assert main(["simulate", NO_CLEARANCE, "--quiet", "--horizon", "--out=o"]) == 1
+    assert "link.end" in capsys.readouterr().out
+
+
+# --- no permission ------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def forbidden(monkeypatch):
+    """Nobody may make a folder in 'locked', nor anything in that."""
+    Path("locked").mkdir()
+    storage.save(results.pendulum(), Path("locked/run"))
+    make, place = Path.mkdir, Path("locked").resolve()
+
+    def refuse(self, *args, **kwargs):
+        if place in self.resolve().parents:
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return make(self, *args, **kwargs)
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    monkeypatch.setattr(engines, "simulate", None)  # told before anything runs
+
+
+@pytest.mark.parametrize(
+    ("arguments", "place"),
+    [
+        (["simulate", SMOOTH, "--out=locked/o"], "locked/o"),
+        (["simulate", SMOOTH, "--out=locked/run"], "locked/run"),
+        (["simulate", SMOOTH, "--out=locked/deep/o"], "locked/deep/o"),
+        (["compare", SMOOTH, "--out=locked/o"], "locked/o"),
+        (["accuracy", SMOOTH, "--out=locked/o"], "locked/o"),
+        (["plot", "locked/run"], "locked/run"),
+        (["plot", "locked/run", "--out=locked/figures"], "locked/figures"),
+        (["schema", "--out=locked/schema.json"], "locked"),
+    ],
+)
+def test_no_permission_is_told_before_anything_runs(arguments, place, forbidden, capsys):
+    assert main(arguments) == 2
+    reason = "no permission to write there; choose another place"
+    assert capsys.readouterr().err == f"can't write {Path(place).resolve()}: {reason}\n"
+    assert names("locked") == ["run"]
+
+
+@pytest.mark.parametrize("command", ["simulate", "compare", "accuracy"])
+def test_a_file_in_the_way_is_told_before_anything_runs(command, monkeypatch, capsys):
+    monkeypatch.setattr(engines, "simulate", None)
+    Path("o").write_text("mine", encoding="utf-8")
+    assert main([command, SMOOTH, "--out=o"]) == 2
+    said = capsys.readouterr().err
+    assert said == f"{Path('o').resolve()} is a file; give the name of a folder\n"
+    assert Path("o").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_run_that_may_not_be_read(monkeypatch, capsys):
+    storage.save(results.pendulum(), Path("o"))
+
+    def refuse(self):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    assert main(["plot", "o"]) == 2
+    said = capsys.readouterr().err
+    assert said == f"can't read {Path('o') / 'summary.json'}: Permission denied\n"
