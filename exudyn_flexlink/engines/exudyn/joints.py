@@ -14,7 +14,7 @@ from exudyn_flexlink.engines.exudyn.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.engine import Engine
-from exudyn_flexlink.engines.exudyn.pace import Pace, pace_of
+from exudyn_flexlink.engines.exudyn.pace import Pace, pace_of, steps_of
 from exudyn_flexlink.engines.exudyn.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.stepping import (
@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.exudyn.stepping import (
 )
 from exudyn_flexlink.engines.exudyn.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     WALL_SHARE,
     Assembly,
@@ -99,7 +100,9 @@ def _contact_items(
     steps, given = accuracy.steps_per_contact, accuracy.step
     contacts = []
     for i, contact in enumerate(assembly.mechanism.contacts):
-        pace = pace_of(system.coordinates.half_period(contact), steps, given)
+        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        half = system.coordinates.half_period(contact)
+        pace = pace_of(half, steps_of(contact.law, steps), given)
         contacts.append(ContactItem(system, contact, i, pace, log))
     channels: list[ChannelItems] = []
     first = len(contacts)
