@@ -22,6 +22,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     guess,
     iterate,
     scale_at,
+    slip,
     work_for,
 )
 from exudyn_flexlink.engines.lagrangian.rail import FINE
@@ -122,7 +123,8 @@ def _attempt(
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
             error = estimate(h, by_q, begin, control.tau, (method, scale, work))
-            error = max(error / control.tolerance, 1e-12)
+            slipped = slip(h, method, work) / control.tolerance
+            error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
             change = _factor_of_step(error, stages, iterations)
             if error < 1.0:
                 memory[TROUBLE] = FINE
@@ -167,9 +169,11 @@ def advance(
         planned = ahead if wanted >= ahead * (1 - 1e-9) else min(wanted, max(ahead / 2, SHORTEST))
         if done > 0:  # a step's last stage is its end, where the iteration left its rates
             work.begin[:] = work.rates[stages - 1]
+            work.way[0] = work.way[stages]
             at = Instant(t, y, buffer.places[done])
         else:
-            near, _ = rate_at(Instant(t, y, buffer.places[0]), equations, work.begin)
+            first = Instant(t, y, buffer.places[0])
+            near, _ = rate_at(first, equations, work.begin, work.way[0])
             at = Instant(t, y, near)
         known = (buffer.changes[max(done - 1, 0)], done > 0)
         h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))

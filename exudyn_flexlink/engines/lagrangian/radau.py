@@ -43,6 +43,7 @@ class Work(NamedTuple):
     pairs: ComplexArray  # ((s - 1)/2, f, f) factors
     rows: NDArray[np.int64]  # (1 + (s - 1)/2, f)
     near: FloatArray  # (s,): places of P at the stages
+    way: FloatArray  # (1 + s, 4): P and its velocity at the step's start and at the stages
 
 
 class Scale(NamedTuple):
@@ -69,6 +70,7 @@ def work_for(stages: int, size: int, free: int) -> Work:
         np.zeros((pairs, free, free), dtype=np.complex128),
         np.zeros((1 + pairs, free), dtype=np.int64),
         np.zeros(stages),
+        np.zeros((1 + stages, 4)),
     )
 
 
@@ -157,7 +159,7 @@ def _stages(at: Instant, h: float, equations: Equations, method: Method, work: W
             state[j] = y[j] + h * moved
             state[free + j] = y[free + j] + work.speeds[i, j]
         stage = Instant(at.t + method.nodes[i] * h, state, near)
-        near, ended = rate_at(stage, equations, work.rates[i])
+        near, ended = rate_at(stage, equations, work.rates[i], work.way[1 + i])
         if ended != FINE:
             return ended
         work.near[i] = near
@@ -259,6 +261,22 @@ def iterate(  # noqa: PLR0911 - every way in which an iteration ends
             return SOLVED, 1
         before = size
     return DIVERGED, ITERATIONS
+
+
+@compiled
+def slip(h: float, method: Method, work: Work) -> float:
+    """How far from P at the step's end the integral of its velocity takes it, m.
+
+    P follows from the guide's angle: a bend of the track between two stages, or a jump of P, shows
+    in no coordinate that is solved for.
+    """
+    stages = len(work.near)
+    x, y = work.way[stages, 0] - work.way[0, 0], work.way[stages, 1] - work.way[0, 1]
+    for m in range(stages):
+        weight = h * method.matrix[stages - 1, m]
+        x -= weight * work.way[1 + m, 2]
+        y -= weight * work.way[1 + m, 3]
+    return float(np.sqrt(x * x + y * y))
 
 
 @compiled
