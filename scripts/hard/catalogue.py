@@ -243,7 +243,18 @@ CASES = (
     Case(
         "near_cusp",
         "closed form of S",
-        (Variant("", told=("energy balance",), quick=True),),
+        (
+            *PLAIN,
+            *(
+                Variant(
+                    f"{size} m wide, crank at {at}",
+                    (f"curves.track.semi_axes=[0.04,{size}]", f"joints.crank.at=[{at},0]"),
+                    ways=BOTH,
+                )
+                for size in ("1e-3", "5e-3")
+                for at in ("0", "0.039")
+            ),
+        ),
         ALL,
         truths.rigid,
     ),

@@ -264,22 +264,6 @@ def iterate(  # noqa: PLR0911 - every way in which an iteration ends
 
 
 @compiled
-def slip(h: float, method: Method, work: Work) -> float:
-    """How far from P at the step's end the integral of its velocity takes it, m.
-
-    P follows from the guide's angle: a bend of the track between two stages, or a jump of P, shows
-    in no coordinate that is solved for.
-    """
-    stages = len(work.near)
-    x, y = work.way[stages, 0] - work.way[0, 0], work.way[stages, 1] - work.way[0, 1]
-    for m in range(stages):
-        weight = h * method.matrix[stages - 1, m]
-        x -= weight * work.way[1 + m, 2]
-        y -= weight * work.way[1 + m, 3]
-    return float(np.sqrt(x * x + y * y))
-
-
-@compiled
 def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatArray) -> None:
     """Changes (s, size) of the whole state at the stages, from the speeds and the last rates."""
     stages, free = work.speeds.shape

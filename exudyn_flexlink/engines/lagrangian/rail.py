@@ -197,9 +197,9 @@ def crossing(
 ) -> tuple[float, Root, int]:
     """Where the guide's axis crosses the piece, followed from the place `near` as the guide turns.
 
-    Return u, the components of gamma, gamma', gamma'' by theta, and how the search ended. Of several
-    crossings it is the one that P comes to from `near` without a jump, if the guide has turned by
-    less than a right angle since P was there.
+    Return u, the components of gamma, gamma', gamma'' by theta, and how the search ended. Of
+    several crossings it is the one that P comes to from `near` without a jump, if the guide has
+    turned by less than a right angle since P was there.
     """
     u, place, ended = _newton(piece, centre, theta, near)
     if ended != FINE:
