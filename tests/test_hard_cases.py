@@ -40,6 +40,8 @@ def variant_of(case: Case, label: str) -> Variant:
         ("grazing", "1 um, 5 swings", TREE),
         ("near_cusp", "", TREE),
         ("near_cusp", "", LAGRANGIAN),
+        ("near_cusp", "semi-axis 1e-3, crank at 0.039", TREE),
+        ("near_cusp", "semi-axis 1e-3, crank at 0.039", LAGRANGIAN),
         ("self_crossing", "", TREE),
         ("spline_points", "10 points", TREE),
     ],
