@@ -39,11 +39,16 @@ def variant_of(case: Case, label: str) -> Variant:
         ("tip", "beyond", JOINTS),
         ("grazing", "1 um, 5 swings", TREE),
         ("near_cusp", "", TREE),
+        ("near_cusp", "", LAGRANGIAN),
+        ("near_cusp", "semi-axis 1e-3, crank at 0.039", TREE),
+        ("near_cusp", "semi-axis 1e-3, crank at 0.039", LAGRANGIAN),
         ("self_crossing", "", TREE),
         ("spline_points", "10 points", TREE),
     ],
 )
 def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
+    if way == LAGRANGIAN:
+        pytest.importorskip("numba")
     case = BY_NAME[name]
     row = judge(case, variant_of(case, label), way)
     assert row.verdict == RIGHT, row.broken

@@ -137,6 +137,58 @@ def test_the_guides_axis_crosses_the_piece_where_it_should(name: str) -> None:
     assert crossing(packed_piece(PIECES["circle"]), (1.0, 0.0), np.pi / 2, 0.1)[2] != FINE
 
 
+THIN = EllipseArc((0.0, 0.0), (0.04, 1e-3))
+TIPS = [(0.05, 0.0), (0.012, 0.05), (-0.04, 0.02), (-0.02, -0.04), (0.03, -0.025)]
+DENTS = [(0.015, 0.012), (-0.01, 0.015), (-0.02, -0.005), (0.005, -0.015)]
+STAR = [point for pair in zip(TIPS, DENTS, strict=False) for point in pair]
+BENT = Spline(np.array([*STAR, TIPS[-1]]), closed=True)
+
+
+@pytest.mark.parametrize("at", [-0.039, 0.0, 0.02, 0.039])
+def test_p_stays_on_its_side_of_the_pivot(at: float) -> None:
+    """Whether the guide turns a little or nearly a right angle: an ellipse has a closed form."""
+    numbers = packed_piece(THIN)
+    for angle in np.linspace(0, 2 * np.pi, 37):
+        for turned in (-1.5, -0.4, -0.05, 0.05, 0.4, 1.5):
+            before, after = _ray(at, angle), _ray(at, angle + turned)
+            u = np.arctan2(before[1] / 1e-3, before[0] / 0.04)
+            _, (x, y, *_), ended = crossing(numbers, (at, 0.0), angle + turned, u)
+            assert ended == FINE
+            assert (x, y) == pytest.approx(after, abs=1e-14)
+
+
+def _ray(at: float, angle: float) -> tuple[float, float]:
+    """Where the ray from (at, 0) meets the thin ellipse."""
+    c, s = np.cos(angle), np.sin(angle)
+    a, b, d = (c / 0.04) ** 2 + (s / 1e-3) ** 2, at * c / 0.04**2, (at / 0.04) ** 2 - 1
+    r = (-b + np.sqrt(b * b - a * d)) / a
+    return at + r * c, r * s
+
+
+def test_p_is_not_found_beyond_a_dead_centre() -> None:
+    """Nor another crossing than that which the track leads to: walked along it by hand."""
+    numbers, u = packed_piece(BENT), np.linspace(0, BENT.period, 20_001)
+    points = np.array([place_on(numbers, place)[:2] for place in u])
+    angles = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+    dead = found = 0
+    for start in range(100, 15_000, 290):
+        way = np.sign(angles[start + 1] - angles[start])
+        gone = way * (angles[start:] - angles[start])
+        for turned in (0.1, 0.25, 0.4):
+            target = angles[start] + way * turned
+            end = int(np.argmax(gone >= turned))
+            place, _, ended = crossing(numbers, (0.0, 0.0), target, u[start])
+            if end > 0 and (np.diff(gone[: end + 1]) > 0).all():
+                assert ended == FINE
+                assert place == pytest.approx(u[start + end], abs=2 * u[1])
+                found += 1
+            else:
+                assert ended != FINE
+                dead += 1
+    assert found > 40
+    assert dead > 20
+
+
 # --- whole runs ---------------------------------------------------------------------------------
 
 

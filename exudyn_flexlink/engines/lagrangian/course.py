@@ -98,8 +98,10 @@ def root_at(
 
 
 @compiled
-def rate_at(at: Instant, equations: Equations, rate: FloatArray) -> tuple[float, int]:
-    """Fill in dy/dt; return P's place, and how the search for it ended."""
+def rate_at(
+    at: Instant, equations: Equations, rate: FloatArray, way: FloatArray
+) -> tuple[float, int]:
+    """Fill in dy/dt, and P and its velocity (4,); return P's place, how the search for it ended."""
     t, y, near = at
     course, c = equations
     count = len(c.inertias)
@@ -107,6 +109,8 @@ def rate_at(at: Instant, equations: Equations, rate: FloatArray) -> tuple[float,
     guide = guide_at(t, y, free, course)
     u, root, ended = root_at(guide[0], y, free, near, course)
     fill_rate(y, (guide, root, torques_at(t, count, course), course.acting), c, rate)
+    moved = guide[1] if course.drive[5] == 0.0 else y[2 * free - 1]
+    way[0], way[1], way[2], way[3] = root[0], root[1], root[2] * moved, root[3] * moved
     return u, ended
 
 

@@ -43,6 +43,7 @@ class Work(NamedTuple):
     pairs: ComplexArray  # ((s - 1)/2, f, f) factors
     rows: NDArray[np.int64]  # (1 + (s - 1)/2, f)
     near: FloatArray  # (s,): places of P at the stages
+    way: FloatArray  # (1 + s, 4): P and its velocity at the step's start and at the stages
 
 
 class Scale(NamedTuple):
@@ -69,6 +70,7 @@ def work_for(stages: int, size: int, free: int) -> Work:
         np.zeros((pairs, free, free), dtype=np.complex128),
         np.zeros((1 + pairs, free), dtype=np.int64),
         np.zeros(stages),
+        np.zeros((1 + stages, 4)),
     )
 
 
@@ -157,7 +159,7 @@ def _stages(at: Instant, h: float, equations: Equations, method: Method, work: W
             state[j] = y[j] + h * moved
             state[free + j] = y[free + j] + work.speeds[i, j]
         stage = Instant(at.t + method.nodes[i] * h, state, near)
-        near, ended = rate_at(stage, equations, work.rates[i])
+        near, ended = rate_at(stage, equations, work.rates[i], work.way[1 + i])
         if ended != FINE:
             return ended
         work.near[i] = near

@@ -21,8 +21,9 @@ Root = tuple[float, float, float, float, float, float]
 
 ARC, LINE, SPLINE = 0.0, 1.0, 2.0
 START, END = 1, 2  # of the parameter, in a packed piece
-FINE, TOUCHES, MISSES = 0, 1, 2  # how a search for the crossing ended
+FINE, TOUCHES, MISSES, FAR = 0, 1, 2, 3  # how a search for the crossing ended
 NEWTON_STEPS = 40
+PARTS, LEAST_PART = 400, 1e-6  # of the way that the guide has turned: how many, how short
 ROUNDING = 4e-16
 LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
 
@@ -91,19 +92,49 @@ def place_on(piece: FloatArray, u: float) -> Root:
 
 
 @compiled
-def crossing(
+def _bend_at_knots(piece: FloatArray, axis: tuple[float, float], u: float, v: float) -> float:
+    """Largest |e x gamma_uu| at the knots between two places on a spline, e = axis."""
+    low, high = min(u, v), max(u, v)
+    period, count = piece[3], int(piece[4])
+    if period > 0.0:
+        shift = np.floor(low / period) * period
+        low, high = low - shift, high - shift
+        if high - low >= period:
+            return np.inf
+    largest, span = 0.0, _span(piece, low) + 1
+    while True:
+        if span == count:
+            if period == 0.0:
+                return largest
+            span, high = 0, high - period
+        if piece[5 + span] >= high:
+            return largest
+        k = 8 + count + 8 * span
+        largest = max(largest, 2 * abs(axis[0] * piece[k + 1] - axis[1] * piece[k]))
+        span += 1
+
+
+@compiled
+def _newton(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
 ) -> tuple[float, Root, int]:
     """Where the guide's axis crosses the piece, by Newton's method to rounding from `near`.
 
-    Return u, the components of gamma, gamma', gamma'' by theta, and how the search ended. The
-    answer depends on where it starts only if the axis crosses the piece more than once.
+    Return u, place and derivatives there, and how the search ended: FAR where it is not sure to
+    end at the crossing that `near` belongs to. It is if at every step Kantorovich's condition
+    holds, 2 |f'' step| <= |f'| (f'' between the ends of the step, f' at its start), and the pivot
+    is not passed.
     """
     c, s = np.cos(theta), np.sin(theta)
     cx, cy = centre
-    u, ended = near, MISSES
+    u, last = near, np.inf
     x, y, dx, dy, ddx, ddy = place_on(piece, u)
-    slope = c * dy - s * dx
+    slope, reach, ended = c * dy - s * dx, c * (x - cx) + s * (y - cy), FAR
+    wx, wy = x - cx, y - cy
+    was = (wx * dy - wy * dx) / np.sqrt(wx * wx + wy * wy)  # the slope when P was there
+    if slope * reach * was < 0.0:
+        return u, (x, y, dx, dy, ddx, ddy), FAR
+    least = min(abs(slope), abs(was))
     for _ in range(NEWTON_STEPS):
         if abs(slope) < LEAST_SLOPE * np.sqrt(dx * dx + dy * dy):
             ended = TOUCHES
@@ -112,16 +143,73 @@ def crossing(
         if abs(step) <= ROUNDING * (1 + abs(u)):
             u, ended = u - step, FINE
             break
-        u -= step
-        x, y, dx, dy, ddx, ddy = place_on(piece, u)
-        slope = c * dy - s * dx
-        if abs(step) <= 1e-9 * (1 + abs(u)):
-            ended = FINE  # quadratic: this one is exact
+        small = abs(step) <= 1e-9 * (1 + abs(u))
+        if not (small or 2 * abs(step) <= last):
             break
+        bend, last = abs(c * ddy - s * ddx), abs(step)
+        x, y, dx, dy, ddx, ddy = place_on(piece, u - step)
+        slope = c * dy - s * dx
+        if small:
+            u, ended = u - step, FINE  # quadratic: this one is exact
+            break
+        bend = max(bend, abs(c * ddy - s * ddx))
+        if piece[0] == SPLINE:
+            bend = max(bend, _bend_at_knots(piece, (c, s), u, u - step))
+        if not 2 * bend * last <= least:
+            break
+        u, least = u - step, abs(slope)
+    if ended == FINE and (c * (x - cx) + s * (y - cy)) * reach < 0.0:
+        ended = FAR
+    return u, (x, y, dx, dy, ddx, ddy), ended
+
+
+@compiled
+def _walk(
+    piece: FloatArray, centre: tuple[float, float], theta: float, near: float
+) -> tuple[float, Root, int]:
+    """As `_newton`, on the way from the angle at which the axis passes through `near`.
+
+    That angle is less than a right one away; parts of the way are as long as is sure.
+    """
+    place = place_on(piece, near)
+    x, y = place[0] - centre[0], place[1] - centre[1]
+    c, s = np.cos(theta), np.sin(theta)
+    along, across = c * x + s * y, c * y - s * x
+    way = np.arctan2(-across, abs(along)) if along > 0.0 else np.arctan2(across, abs(along))
+    u, done, part, ended = near, 0.0, 0.5, FAR
+    for _ in range(PARTS):
+        ahead = min(1.0, done + part)
+        found, place, ended = _newton(piece, centre, theta - (1.0 - ahead) * way, u)
+        if ended == FINE:
+            u, done, part = found, ahead, 2 * part
+            if done == 1.0:
+                return u, place, FINE
+        else:
+            part /= 2
+            if part < LEAST_PART:
+                break
+    return u, place, TOUCHES if ended == TOUCHES else MISSES
+
+
+@compiled
+def crossing(
+    piece: FloatArray, centre: tuple[float, float], theta: float, near: float
+) -> tuple[float, Root, int]:
+    """Where the guide's axis crosses the piece, followed from the place `near` as the guide turns.
+
+    Return u, the components of gamma, gamma', gamma'' by theta, and how the search ended. Of
+    several crossings it is the one that P comes to from `near` without a jump, if the guide has
+    turned by less than a right angle since P was there.
+    """
+    u, place, ended = _newton(piece, centre, theta, near)
+    if ended != FINE:
+        u, place, ended = _walk(piece, centre, theta, near)
     if ended != FINE:
         nan = np.nan
         return u, (nan, nan, nan, nan, nan, nan), ended
-    r = c * (x - cx) + s * (y - cy)
+    x, y, dx, dy, ddx, ddy = place
+    c, s = np.cos(theta), np.sin(theta)
+    r, slope = c * (x - centre[0]) + s * (y - centre[1]), c * dy - s * dx
     first = r / slope
     second = (2 * (c * dx + s * dy) * first - (c * ddy - s * ddx) * first * first) / slope
     square = first * first

@@ -105,7 +105,7 @@ class Recorder:
         if last > self._next:
             self._keep_all(self.grid[self._next : last], block)
             self._next = last
-        near, shift = float(block.places[0]), self.system.track.place_of(0.0)
+        near, shift = block.places[:-1], self.system.track.place_of(0.0)
         ends = motions_at(block.times[1:], block.states[1:], near, block.course, False)
         rows = self._rows(block.states[1:])
         self._checked.append((ends.q, ends.v, np.column_stack([ends.root, ends.u + shift]), rows))
@@ -119,7 +119,7 @@ class Recorder:
         states = states_within(
             instants, block.times, block.states, block.changes, block.method.powers
         )
-        found = motions_at(instants, states, float(block.places[0]), block.course, True)
+        found = motions_at(instants, states, block.before(instants), block.course, True)
         kept, shift = self.samples, self.system.track.place_of(0.0)
         if kept.time and kept.time[-1] >= instants[0]:
             kept.drop_last()

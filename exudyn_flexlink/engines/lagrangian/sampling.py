@@ -41,6 +41,11 @@ class Block:
     course: Course
     method: Collocation
 
+    def before(self, instants: FloatArray) -> FloatArray:
+        """Places of P (m,) at the starts of the steps that instants (m,) are in."""
+        steps = np.searchsorted(self.times, instants, side="left") - 1
+        return self.places[np.clip(steps, 0, len(self.changes) - 1)]
+
 
 class Motions(NamedTuple):
     """The fields of `system.Motion`, of m instants; `u` is P's place on its piece."""
@@ -75,9 +80,9 @@ def states_within(
 
 @compiled
 def motions_at(
-    times: FloatArray, states: FloatArray, near: float, course: Course, with_forces: bool
+    times: FloatArray, states: FloatArray, places: FloatArray, course: Course, with_forces: bool
 ) -> Motions:
-    """Motion at instants, one after the other; accelerations and forces only if asked for."""
+    """Motion at instants, of which P was at `places` (m,) shortly before; forces if asked for."""
     c = unpacked(course.data)
     equations = Equations(course, c)
     count, contacts, size = len(c.inertias), len(course.acting), len(times)
@@ -93,8 +98,7 @@ def motions_at(
     )
     for i in range(size):
         t, y = times[i], states[i]
-        q, v, root, u = coordinates_at(Instant(t, y, near), equations)
-        near = u
+        q, v, root, u = coordinates_at(Instant(t, y, places[i]), equations)
         found.q[i], found.v[i], found.u[i] = q, v, u
         for k in range(6):
             found.root[i, k] = root[k]

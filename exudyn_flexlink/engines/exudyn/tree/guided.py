@@ -12,7 +12,7 @@ zero). Differentiated by the angle, with ``sigma = e x gamma_u``:
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from math import cos, hypot, inf, sin
 
 from exudyn_flexlink.curves import Evaluator, evaluator, lap_number, pieces_of_laps
 from exudyn_flexlink.mechanism.tree import GuidedSlot
@@ -20,9 +20,11 @@ from exudyn_flexlink.result import Event
 
 NEWTON_STEPS = 40
 NEAR = 1e-8  # of the parameter
-LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
+
+Axis = tuple[float, float]  # cosine and sine of the guide's angle
 
 AT_DEAD_CENTRE = "the guide's axis touches the track"
+LEAST_PART = 1e-6  # of the way that the guide turned since the last step
 GRAZING = 1e-3  # of that sine: where no step is short enough, this is why
 
 
@@ -33,12 +35,14 @@ class DeadCentreError(ValueError):
 class SlotGuide:
     """Follows one slot's point from piece to piece; `u` is where it was last."""
 
-    def __init__(self, guided: GuidedSlot, place: float, events: list[Event]) -> None:
+    def __init__(self, guided: GuidedSlot, place: float, angle: float, events: list[Event]) -> None:
         self.guided = guided
         self.curve = guided.slot.curve
         self.events = events
         self.piece, self.u = self.curve.locate(place)
         self._home = self.u  # after the last whole step: every search starts there
+        self._turned, self._axis = angle, (cos(angle), sin(angle))  # of the guide, there
+        self._from = guided.pivot, guided.ahead, guided.aside
         self._laps = pieces_of_laps(self.curve)
         self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         self._winding = self._lap
@@ -51,23 +55,12 @@ class SlotGuide:
             DeadCentreError: the axis misses the track or touches it.
 
         """
-        c, s = cos(angle), sin(angle)
-        (cx, cy), ahead, aside = self.guided.pivot, self.guided.ahead, self.guided.aside
-        at, u = self._at[self.piece], self._home
-        near = False
-        for _ in range(NEWTON_STEPS):
-            x, y, dx, dy, ddx, ddy = at(u)
-            slope = c * dy - s * dx
-            if abs(slope) < LEAST_SLOPE * hypot(dx, dy):
-                raise DeadCentreError(AT_DEAD_CENTRE)
-            step = (c * (y - cy) - s * (x - cx) - aside) / slope
-            if near:  # quadratic: after a step this small the place is exact to rounding
-                break
-            u -= step
-            near = abs(step) <= NEAR * (1 + abs(u))
-        else:
-            raise DeadCentreError("the guide's axis misses the track")
-        self.u = u
+        axis = c, s = cos(angle), sin(angle)
+        u = self._newton(axis, self._home, self._axis)
+        self.u = self._walk(angle) if u is None else u
+        (cx, cy), ahead, aside = self._from
+        x, y, dx, dy, ddx, ddy = self._at[self.piece](self.u)
+        slope = c * dy - s * dx
         reach, along = c * (x - cx) + s * (y - cy), c * dx + s * dy
         first = reach / slope
         rate = aside + along * first
@@ -76,14 +69,67 @@ class SlotGuide:
         bend = slope * first + (c * ddx + s * ddy) * first * first + along * second
         return reach - ahead, rate, bend
 
+    def _newton(self, axis: Axis, u: float, before: Axis) -> float | None:
+        """Where the axis crosses the piece, from u, where it did with the direction `before`.
+
+        None where it is not sure that the point comes there from u without a jump: the slope of
+        the axis against the track has to keep its sign, and Kantorovich's condition to hold,
+        2 |f'' step| <= |f'|, with f'' at both ends of a step, and f' at its start.
+        """
+        ((cx, cy), _, aside), at = self._from, self._at[self.piece]
+        c, s = axis
+        x, y, dx, dy, ddx, ddy = at(u)
+        slope, was, last = c * dy - s * dx, before[0] * dy - before[1] * dx, inf
+        if slope * was <= 0:
+            return None
+        least = min(abs(slope), abs(was))
+        for _ in range(NEWTON_STEPS):
+            step = (c * (y - cy) - s * (x - cx) - aside) / slope
+            if abs(step) <= NEAR * (1 + abs(u)):  # quadratic: exact to rounding after this one
+                return u - step
+            bend, gone, u = abs(c * ddy - s * ddx), 2 * abs(step), u - step
+            x, y, dx, dy, ddx, ddy = at(u)
+            slope, last_bend = c * dy - s * dx, abs(c * ddy - s * ddx)
+            if bend * gone > least or last_bend * gone > least or gone > last or slope * was <= 0:
+                return None
+            least, last = abs(slope), gone / 2
+        return None
+
+    def _walk(self, angle: float) -> float:
+        """As `_newton`, in parts of the way from where the point was, as long as is sure.
+
+        Raises:
+            DeadCentreError: the axis misses the track or touches it.
+
+        """
+        u, done, part = self._home, 0.0, 0.5
+        way = angle - self._turned
+        while part > LEAST_PART:
+            ahead = min(1.0, done + part)
+            at, before = self._turned + ahead * way, self._turned + done * way
+            found = self._newton((cos(at), sin(at)), u, (cos(before), sin(before)))
+            if found is None:
+                part /= 2
+            elif ahead == 1.0:
+                return found
+            else:
+                u, done, part = found, ahead, 2 * part
+        if self._grazes(self._turned + done * way, u):
+            raise DeadCentreError(AT_DEAD_CENTRE)
+        raise DeadCentreError("the guide's axis misses the track")
+
     def grazes(self, angle: float) -> bool:
         """Tell whether the guide's axis all but touches the track at the last place."""
-        _, _, dx, dy, _, _ = self._at[self.piece](self._home)
+        return self._grazes(angle, self._home)
+
+    def _grazes(self, angle: float, u: float) -> bool:
+        _, _, dx, dy, _, _ = self._at[self.piece](u)
         return abs(cos(angle) * dy - sin(angle) * dx) < GRAZING * hypot(dx, dy)
 
-    def settle(self, u: float) -> None:
-        """Search from this place on, where the last step ended."""
+    def settle(self, u: float, angle: float) -> None:
+        """Search from this place on, where the last step ended, and this angle of the guide."""
         self.u = self._home = u
+        self._turned, self._axis = angle, (cos(angle), sin(angle))
 
     def left(self, u: float) -> tuple[float, float]:
         """How far a place is from the end and from the start of the present piece."""

@@ -88,6 +88,7 @@ class TreeLoop:
     stop_advice: str = ""
     _told: float = 0.0
     _at_once: int = 0
+    _dead: DeadCentreError | None = None
 
     def interrupt(self) -> None:
         """End the run after the step that is under way."""
@@ -211,7 +212,7 @@ class TreeLoop:
             elif h > 0.5 * left:
                 h = left / 2
             if h < SHORTEST * self.end and h < left:
-                raise NoConvergenceError(f"{h:.3g} s")
+                raise self._dead or NoConvergenceError(f"{h:.3g} s")
             step = self._step(h)
             if step is None or self._slips(step):
                 h, first = h / 4, False
@@ -242,7 +243,12 @@ class TreeLoop:
         return False
 
     def _step(self, h: float) -> Step | None:
-        return self.radau.step(self.time, h, self._at, self._state, self.control.allowed)
+        self._dead = None
+        try:
+            return self.radau.step(self.time, h, self._at, self._state, self.control.allowed)
+        except DeadCentreError as error:  # of a trial too long, or no step is short enough
+            self._dead = error
+            return None
 
     def _longest(self) -> float:
         """Limit of a step, s: guides turn a little, a point that presses comes to rest."""
@@ -266,7 +272,7 @@ class TreeLoop:
         self.smallest_step = min(self.smallest_step, step.h)
         end = self.model.whole(step.end, step.finish.q, step.finish.v)
         for guide, place in zip(self.model.guides, end.places, strict=True):
-            guide.settle(place)
+            guide.settle(place, float(end.x[guide.guided.turning]))
         self.model.forget()
         self.model.look(end.x)
         self._finder.look(end.x, end.v, step.h)

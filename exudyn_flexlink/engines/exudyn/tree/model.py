@@ -77,7 +77,12 @@ class TreeModel:
         self._chosen: Any = self.free if self._span is None else self._span
         self._at_times: dict[float, Held] = {}
         self.guides = [
-            SlotGuide(guided, float(assembly.state.places[k]), events)
+            SlotGuide(
+                guided,
+                float(assembly.state.places[k]),
+                float(self.start[0][guided.turning]),
+                events,
+            )
             for k, guided in enumerate(layout.slots)
         ]
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
