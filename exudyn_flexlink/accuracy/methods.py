@@ -108,7 +108,7 @@ def _fixed_step(formulations: Sequence[str]) -> Method:
 def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
     """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
     knob = "tolerance" if scene.accuracy.step is None else "step"
-    asked = getattr(scene.accuracy, "formulation", None) or "auto"
+    asked = scene.accuracy.formulation
     fitting = [m for m in methods if m.engine == "exudyn" and m.knob == knob]
     named = [m for m in fitting if m.settings.get("formulation") == asked]
     return (named or fitting or list(methods))[0]

@@ -107,7 +107,7 @@ class _Reading:
             largest_kinetic_energy=recorder.largest_kinetic_energy,
             constraint_error=recorder.constraint_error,
             steps=loop.steps,
-            newton_iterations=loop.radau.iterations,
+            newton_iterations=loop.iterations,
             smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
             largest_step=loop.largest_step,
             steps_per_contact=inf,  # the error is controlled there as everywhere

@@ -11,10 +11,11 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.pace import shortened, too_long
 from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
-from exudyn_flexlink.engines.exudyn.tree.loop import IN_CONTACT, TreeLoop
+from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.outcome import TreeRun, report
 from exudyn_flexlink.engines.exudyn.tree.recording import Recorder
+from exudyn_flexlink.engines.exudyn.tree.stepper import IN_CONTACT
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.mechanism import (
     Assembly,
