@@ -143,3 +143,10 @@ def test_nothing_is_refused_where_little_energy_moves(run: Result) -> None:
     """In a crawl the springs' energy, not the kinetic one, measures an error."""
     slow = replace(run.checks, largest_kinetic_energy=1e-9, energy_residual=5e-10)
     assert refusal(replace(run, checks=slow)) is None
+
+
+def test_steps_that_newton_hardly_solves_are_told(run: Result) -> None:
+    hard = replace(run.checks, steps=100, newton_iterations=850)
+    assert not [text for text in limits(run) if "Newton" in text]
+    (told,) = (text for text in limits(replace(run, checks=hard)) if "Newton" in text)
+    assert "8.5 iterations a step" in told

@@ -17,6 +17,7 @@ LOCAL_ENERGY = 1e-6  # the same under local tolerances, which are far below
 GROSS = 0.1  # of all energy that moves: what misses more is no motion of the mechanism
 NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
 OPEN = 1e-8  # m or rad, of a joint
+MANY_ITERATIONS = 6  # of Newton's method, for a step: the hard cases take 4 at most
 THIN = 0.25  # of the overlap of a strike: where a point goes deeper, the face's stiffness decides
 FEW_TOUCHES = 2  # of walls: more multiply errors more than tolerances foresee
 FEW_BOUNCES = 20  # in a row
@@ -29,7 +30,7 @@ def doubts(result: Result) -> list[str]:
 
 def limits(result: Result) -> list[str]:
     """Say what is doubtful about a run that smaller steps do not change."""
-    return [*_overlaps(result), *_sensitive(result)]
+    return [*_iterations(result), *_overlaps(result), *_sensitive(result)]
 
 
 def refusal(result: Result) -> Outcome | None:
@@ -76,6 +77,18 @@ def _joints(result: Result) -> Iterator[str]:
 
 def _gains(result: Result) -> list[str]:
     return gaining_impacts(result.events, result.sleeves, _kinetic(result))
+
+
+def _iterations(result: Result) -> Iterator[str]:
+    """Steps that were not solved at first have been made shorter already: no error, but a sign."""
+    checks = result.checks
+    each = checks.newton_iterations / max(checks.steps, 1)
+    if each > MANY_ITERATIONS:
+        yield (
+            f"Newton's method took {each:.2g} iterations a step, where 2 to 4 are usual: most "
+            "steps were not solved at first, and made shorter; look for a contact, a bend of the "
+            "track or a dead centre that asks for it"
+        )
 
 
 def _overlaps(result: Result) -> Iterator[str]:
