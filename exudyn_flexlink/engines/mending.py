@@ -31,7 +31,8 @@ def guarded(result: Result, again: Callable[[Scene], Result]) -> tuple[Result, b
             break
         told.append(_made_again(result, finer, wrong[0]))
         dear = finer.checks.steps > DEAR * result.checks.steps
-        result = replace(finer, scene=scene)
+        spent = {name: s + result.timings.get(name, 0.0) for name, s in finer.timings.items()}
+        result = replace(finer, scene=scene, timings=spent)
         if dear:
             break
     warnings = (*told, *result.warnings, *doubts(result), *limits(result))
