@@ -30,6 +30,16 @@ def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.fixture(autouse=True)
+def _as_from_a_terminal():
+    """Under nohup the tests themselves inherit a SIGHUP that is ignored."""
+    numbers = [getattr(signal, name) for name, _ in REQUESTS if hasattr(signal, name)]
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in numbers}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
 def ask(name="SIGTERM") -> None:
     """Ask this process to end."""
     signal.raise_signal(getattr(signal, name))
