@@ -76,7 +76,7 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
     # S is farthest to the left in odd laps, the lever's face ends a random part of it before.
     reach = -(a + link)
     clear = rng.random() < WITH_CLEARANCE
-    rods = rng.integers(2, 9) if clear else rng.integers(1, 21)
+    rods = rng.integers(2, 5) if clear else rng.integers(1, 21)
     settings = {
         "curves.ellipse.semi_axes": f"[{a}, {b}]",
         "curves.egg": (
