@@ -81,6 +81,13 @@ def test_a_step_of_the_users_own_is_not_made_again(run: Result) -> None:
     assert "shorten the step and compare" in kept.warnings[-1]
 
 
+def test_a_long_run_is_not_made_again_but_told(run: Result) -> None:
+    wrong = off_by(run, 0.05)
+    long = replace(wrong, checks=replace(wrong.checks, steps=60_000))
+    kept, _ = mending.guarded(long, lambda scene: 1 / 0)
+    assert "tighten the tolerance and compare" in kept.warnings[-1]
+
+
 def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch) -> None:
     scene = load_scene(STRIKE, ["accuracy.tolerance=1e-4"])
     whole = simulate(scene)

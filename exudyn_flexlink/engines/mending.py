@@ -11,6 +11,7 @@ from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 
 TIGHTER = (0.1, 0.01)  # times the tolerance that the scene asks for
+LONG = 50_000  # steps: to make a longer run again takes minutes; it is told only
 DEAR = 3.0  # times the steps: a method for which a tenth costs more is not asked twice
 
 
@@ -18,7 +19,7 @@ def guarded(result: Result, again: Callable[[Scene], Result]) -> tuple[Result, b
     """Return a run, or a more accurate one in its place, with all that is to be said of it.
 
     Also tell whether the user interrupted one that was made `again`. Runs at local tolerances, or
-    with a step of the user's own, are not made again; nor are those that stopped early.
+    with a step of the user's own, are not made again; nor are long ones, and those that stopped.
     """
     scene, told, interrupted = result.scene, list[str](), False
     for factor in TIGHTER:
@@ -52,7 +53,8 @@ def tightened(scene: Scene, factor: float) -> Scene:
 
 
 def _mendable(result: Result) -> bool:
-    return result.outcome.completed and "tolerance" in result.settings
+    short = result.checks.steps <= LONG
+    return short and result.outcome.completed and "tolerance" in result.settings
 
 
 def _made_again(before: Result, after: Result, wrong: str) -> str:
