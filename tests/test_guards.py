@@ -158,3 +158,16 @@ def test_steps_that_newton_hardly_solves_are_told(run: Result) -> None:
     assert not [text for text in limits(run) if "Newton" in text]
     (told,) = (text for text in limits(replace(run, checks=hard)) if "Newton" in text)
     assert "12 iterations a step" in told
+
+
+def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told() -> None:
+    hard = "joints.sleeve.law.stiffness=1e8"
+    fine, coarse = (
+        simulate(load_scene(MODELS / "micron_clearance.yaml", [hard, f"accuracy.tolerance={t}"]))
+        for t in ("1e-7", "4e-5")
+    )
+    assert not any("no small part of the clearance" in text for text in fine.warnings)
+    (told,) = (text for text in coarse.warnings if "no small part of the clearance" in text)
+    assert "'sleeve', 1e-06 m" in told
+    assert coarse.settings["tolerance"] == pytest.approx(1e-7)  # half of it is a neighbouring run
+    np.testing.assert_array_equal(coarse.poses, fine.poses)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import sqrt
+from math import nan, sqrt
 
 from exudyn_flexlink.engines.guards import doubts, limits, refusal
 from exudyn_flexlink.result import INTERRUPTED, Result
@@ -22,11 +22,12 @@ def guarded(result: Result, again: Callable[[Scene], Result]) -> tuple[Result, b
     with a step of the user's own, are not made again; nor are long ones, and those that stopped.
     """
     scene, told, interrupted = result.scene, list[str](), False
+    made_at = float(result.settings.get("tolerance", nan))
     for factor in TIGHTER:
         wrong = doubts(result)
         if not wrong or not _mendable(result):
             break
-        finer = again(tightened(scene, factor))
+        finer = again(tightened(scene, factor, made_at))
         if not finer.outcome.completed:
             interrupted = finer.outcome.reason == INTERRUPTED
             break
@@ -41,12 +42,16 @@ def guarded(result: Result, again: Callable[[Scene], Result]) -> tuple[Result, b
     return replace(result, warnings=warnings, outcome=end or result.outcome), interrupted
 
 
-def tightened(scene: Scene, factor: float) -> Scene:
-    """Return a scene with a tolerance, and steps per contact, that are more accurate."""
+def tightened(scene: Scene, factor: float, tolerance: float | None = None) -> Scene:
+    """Return a scene with a tolerance, and steps per contact, that are more accurate.
+
+    Without a `tolerance` (m) the scene's own is made smaller.
+    """
     accuracy = scene.accuracy
-    assert accuracy.tolerance is not None
+    tolerance = tolerance or accuracy.tolerance
+    assert tolerance is not None
     changes = {
-        "tolerance": factor * accuracy.tolerance,
+        "tolerance": factor * tolerance,
         "steps_per_contact": round(accuracy.steps_per_contact / sqrt(factor)),
     }
     return scene.changed(accuracy=accuracy.model_copy(update=changes))

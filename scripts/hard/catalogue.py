@@ -233,6 +233,7 @@ CASES = (
         ),
         (JOINTS,),
     ),
+    Case("foil", "other engine", PLAIN, (JOINTS,), properties=("again",)),
     Case("curvature_jump", "other engine", PLAIN, ALL, properties=("mirror", "scale")),
     Case(
         "order",

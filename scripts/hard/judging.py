@@ -13,7 +13,7 @@ import numpy as np
 from exudyn_flexlink.compare import Comparison, compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import path, watched_point
+from exudyn_flexlink.observables import State, path, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
@@ -133,9 +133,10 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
         return np.nan, allowed, [f"the judge stopped: {reference.outcome.reason}"]
     seen = compare(result, reference)
     if case.says.startswith("statistics"):
-        return np.nan, np.inf, [*_levers(result, reference), *_spread(seen)]
+        return np.nan, np.inf, [*_levers(result, reference), *_touching(seen), *_spread(seen)]
     tip = _lever_length(result.scene) * seen.deviation.largest_angle
-    return max(found, seen.deviation.largest, tip), allowed, list(_levers(result, reference))
+    wrong = [*_levers(result, reference), *_touching(seen)]
+    return max(found, seen.deviation.largest, tip), allowed, wrong
 
 
 def _judged(case: Case) -> bool:
@@ -155,6 +156,16 @@ def _spread(seen: Comparison) -> Iterator[str]:
         apart = np.abs(of(one, axis=0) - of(other, axis=0)) / np.ptp(other, axis=0)
         if (apart > STATISTICS).any():
             yield f"{says} of S off by {apart.max():.2g} of its range"
+
+
+def _touching(seen: Comparison) -> Iterator[str]:
+    """Sleeves that are touched for another part of the time, by more than chance may explain."""
+    for joint in seen.sleeves:
+        one, other = (run.contact[joint] for run in (seen.first, seen.second))
+        found, true = (1 - totals.fractions[State.FREE] for totals in (one, other))
+        chance = 1 / np.sqrt(max(other.touches, 1))
+        if abs(found - true) > max(STATISTICS, chance) * true:
+            yield f"{joint} is touched for {found:.4g} of the time, should be {true:.4g}"
 
 
 def _lever_length(scene: Scene) -> float:

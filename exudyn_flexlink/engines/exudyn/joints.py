@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.exudyn.stepping import (
 )
 from exudyn_flexlink.engines.exudyn.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.walls import resolving
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     WALL_SHARE,
@@ -116,7 +117,8 @@ def _contact_items(
 def _chooser(scene: Scene, system: System, end: float) -> StepChooser:
     if scene.accuracy.step is not None:
         return FixedStep(scene.accuracy.step)
-    return ErrorControl(scene.accuracy.tolerance or 0.0, end, system.coordinates.weights)
+    tolerance = resolving(scene.accuracy.tolerance or 0.0, system.mechanism.channels)
+    return ErrorControl(tolerance, end, system.coordinates.weights)
 
 
 def solve(prepared: Prepared) -> tuple[str, int]:

@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     turns_missing,
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories, wall_penetrations
-from exudyn_flexlink.engines.walls import soft_walls
+from exudyn_flexlink.engines.walls import made_finer, soft_walls
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -77,8 +77,8 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["elements"] = prepared.system.beams[0].shape.elements
     if accuracy.step is not None:
         settings["step"] = accuracy.step
-    if accuracy.tolerance is not None:
-        settings["tolerance"] = accuracy.tolerance
+    if (tolerance := prepared.loop.chooser.tolerance) is not None:
+        settings["tolerance"] = tolerance
     contact_step = min((pace.step for pace in prepared.paces), default=inf)
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
@@ -171,7 +171,11 @@ def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
     if touched and given is not None and shorter:
         shortest = min(shorter, key=lambda pace: pace.step)
         warnings.append(shortened(given, shortest.half_period, shortest.step))
-    walls = zip(prepared.assembly.mechanism.channels, wall_penetrations(prepared), strict=True)
+    channels = prepared.assembly.mechanism.channels
+    asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
+    if asked is not None and finer is not None and finer < asked:
+        warnings.append(made_finer(asked, finer, channels))
+    walls = zip(channels, wall_penetrations(prepared), strict=True)
     warnings += soft_walls(walls)
     return tuple(warnings)
 

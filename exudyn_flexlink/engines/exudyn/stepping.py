@@ -40,6 +40,10 @@ class StepChooser(Protocol):
     first: float
     largest: float
 
+    @property
+    def tolerance(self) -> float | None:
+        """Error that all steps together may make, m; None if nothing controls it."""
+
     def propose(self, now: Instant) -> float:
         """Return the next step (s)."""
 
@@ -49,6 +53,8 @@ class StepChooser(Protocol):
 
 class FixedStep:
     """The user's step, everywhere but at events."""
+
+    tolerance = None
 
     def __init__(self, step: float) -> None:
         self.first = self.largest = step
