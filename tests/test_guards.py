@@ -9,7 +9,15 @@ from hard.catalogue import MODELS
 from exudyn_flexlink.engines import LateInterruptError, mending, simulate
 from exudyn_flexlink.engines.guards import doubts, limits, refusal
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.result import INTERRUPTED, EnergyHistory, Event, Outcome, Result
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    EnergyHistory,
+    Event,
+    Outcome,
+    Result,
+    SleeveHistory,
+    Touches,
+)
 
 STRIKE = MODELS / "strike_stiffness.yaml"
 
@@ -171,3 +179,14 @@ def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told(
     assert "'sleeve', 1e-06 m" in told
     assert coarse.settings["tolerance"] == pytest.approx(1e-7)  # half of it is a neighbouring run
     np.testing.assert_array_equal(coarse.poses, fine.poses)
+
+
+@pytest.mark.parametrize(("touches", "told"), [(100, 0), (101, 1)])
+def test_a_hundred_touches_of_walls_are_too_many_for_local_tolerances(
+    run: Result, touches: int, told: int
+) -> None:
+    columns = np.zeros((6, touches))
+    touched = Touches(np.zeros(touches, dtype=np.int64), *columns)
+    history = SleeveHistory(("wall",), (1.0,), np.zeros((len(run.time), 1)), touched, 0.0)
+    local = replace(run, settings={"relative_tolerance": 1e-10}, sleeves={"sleeve": history})
+    assert sum("multiplies errors" in text for text in limits(local)) == told
