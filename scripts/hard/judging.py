@@ -133,7 +133,7 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
         return np.nan, allowed, [f"the judge stopped: {reference.outcome.reason}"]
     seen = compare(result, reference)
     if case.says.startswith("statistics"):
-        return np.nan, np.inf, [*_levers(result, reference), *_touching(seen), *_spread(seen)]
+        return np.nan, np.inf, [*_levers(result, reference), *_touched(seen), *_spread(seen)]
     tip = _lever_length(result.scene) * seen.deviation.largest_angle
     wrong = [*_levers(result, reference), *_touching(seen)]
     return max(found, seen.deviation.largest, tip), allowed, wrong
@@ -166,6 +166,18 @@ def _touching(seen: Comparison) -> Iterator[str]:
         chance = 1 / np.sqrt(max(other.touches, 1))
         if abs(found - true) > max(STATISTICS, chance) * true:
             yield f"{joint} is touched for {found:.4g} of the time, should be {true:.4g}"
+
+
+def _touched(seen: Comparison) -> Iterator[str]:
+    """As `_touching`, of runs that have parted: touches come by chance, each as long as they do."""
+    for joint in seen.sleeves:
+        time, scatter = np.zeros(2), np.zeros(2)
+        for k, run in enumerate((seen.first, seen.second)):
+            touches = run.result.sleeves[joint].touches
+            lasted = touches.end - touches.begin
+            time[k], scatter[k] = lasted.sum(), (lasted**2).sum()
+        if abs(time[0] - time[1]) > max(STATISTICS * time[1], 2 * np.sqrt(scatter.sum())):
+            yield f"{joint} is touched for {time[0]:.4g} s in all, should be {time[1]:.4g} s"
 
 
 def _lever_length(scene: Scene) -> float:
