@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from exudyn_flexlink.mechanism import Channel
 
 SOFT = 0.1  # of the clearance: where walls give way more, their stiffness takes over
-# Of the clearance: what positions may err for the link to touch where it does. Measured on 1e-6 m:
-# with errors of 4e-5 m half of the touches are missing, with 1e-7 m one of 64.
+# Of the clearance: what positions may err for the link to touch where it does. Of the 64 touches of
+# models/hard/micron_clearance.yaml, walls of 1e8 N/m, 63 are found; 40 clearances found 31.
 RESOLVED = 0.1
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 
 
 def resolving(tolerance: float, channels: Sequence[Channel]) -> float:
-    """Return the tolerance (m), or a smaller one that no clearance is too small for."""
+    """Return the tolerance, or a tenth of the smallest clearance where that is less, m."""
     return min([tolerance, *(RESOLVED * c.clearance for c in channels if c.clearance > 0)])
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from exudyn_flexlink.compare import Comparison, compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import State, path, watched_point
+from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
@@ -133,9 +133,9 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
         return np.nan, allowed, [f"the judge stopped: {reference.outcome.reason}"]
     seen = compare(result, reference)
     if case.says.startswith("statistics"):
-        return np.nan, np.inf, [*_levers(result, reference), *_touched(seen), *_spread(seen)]
+        return np.nan, np.inf, [*_levers(result, reference), *_touching(seen, parted=True), *_spread(seen)]
     tip = _lever_length(result.scene) * seen.deviation.largest_angle
-    wrong = [*_levers(result, reference), *_touching(seen)]
+    wrong = [*_levers(result, reference), *_touching(seen, parted=False)]
     return max(found, seen.deviation.largest, tip), allowed, wrong
 
 
@@ -158,26 +158,21 @@ def _spread(seen: Comparison) -> Iterator[str]:
             yield f"{says} of S off by {apart.max():.2g} of its range"
 
 
-def _touching(seen: Comparison) -> Iterator[str]:
-    """Sleeves that are touched for another part of the time, by more than chance may explain."""
-    for joint in seen.sleeves:
-        one, other = (run.contact[joint] for run in (seen.first, seen.second))
-        found, true = (1 - totals.fractions[State.FREE] for totals in (one, other))
-        chance = 1 / np.sqrt(max(other.touches, 1))
-        if abs(found - true) > max(STATISTICS, chance) * true:
-            yield f"{joint} is touched for {found:.4g} of the time, should be {true:.4g}"
+def _touching(seen: Comparison, parted: bool) -> Iterator[str]:
+    """Sleeves that are touched for another time, by more than chance may explain.
 
-
-def _touched(seen: Comparison) -> Iterator[str]:
-    """As `_touching`, of runs that have parted: touches come by chance, each as long as they do."""
+    In runs that have parted touches come by chance, each as long as they do; else short ones do.
+    """
     for joint in seen.sleeves:
-        time, scatter = np.zeros(2), np.zeros(2)
-        for k, run in enumerate((seen.first, seen.second)):
-            touches = run.result.sleeves[joint].touches
-            lasted = touches.end - touches.begin
-            time[k], scatter[k] = lasted.sum(), (lasted**2).sum()
-        if abs(time[0] - time[1]) > max(STATISTICS * time[1], 2 * np.sqrt(scatter.sum())):
-            yield f"{joint} is touched for {time[0]:.4g} s in all, should be {time[1]:.4g} s"
+        runs = (run.result.sleeves[joint].touches for run in (seen.first, seen.second))
+        lasted = [touches.end - touches.begin for touches in runs]
+        one, other = (float(times.sum()) for times in lasted)
+        if parted:
+            chance = 2 * float(np.sqrt(sum((times**2).sum() for times in lasted)))
+        else:
+            chance = other / np.sqrt(max(len(lasted[1]), 1))
+        if abs(one - other) > max(STATISTICS * other, chance):
+            yield f"{joint} is touched for {one:.4g} s in all, should be {other:.4g} s"
 
 
 def _lever_length(scene: Scene) -> float:

@@ -21,8 +21,8 @@ from exudyn_flexlink.mechanism import FaceContact
 
 CLOSE = 1e-15  # m: a gap this small counts as open
 # Of a contact's step: generalised-alpha carries the accelerations of its last step, and what a far
-# shorter one leaves in them disturbs the next. A foil that rattles in its guide at 1 rad/s lost its
-# energy balance to them (18 % of the kinetic energy); with this it misses 5e-7.
+# shorter one leaves in them disturbs the next. Without this models/hard/foil.yaml is thrown off the
+# wall on which it has to lie.
 SHORTEST = 0.1
 CALM = 0.25  # part of the time in which a lasting force changes that a step may be
 
