@@ -110,7 +110,7 @@ def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch)
 
 def test_a_coarse_lagrangian_is_mended_for_good() -> None:
     pytest.importorskip("numba")
-    scene = load_scene(STRIKE, ["accuracy.tolerance=1e-2"])
+    scene = load_scene(MODELS / "undamped.yaml", ["accuracy.tolerance=1e-2"])
     result = simulate(scene, "lagrangian")
     assert result.scene is scene
     assert float(result.settings["tolerance"]) < 1e-2

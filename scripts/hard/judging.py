@@ -133,7 +133,8 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
         return np.nan, allowed, [f"the judge stopped: {reference.outcome.reason}"]
     seen = compare(result, reference)
     if case.says.startswith("statistics"):
-        return np.nan, np.inf, [*_levers(result, reference), *_touching(seen, parted=True), *_spread(seen)]
+        wrong = [*_levers(result, reference), *_touching(seen, parted=True), *_spread(seen)]
+        return np.nan, np.inf, wrong
     tip = _lever_length(result.scene) * seen.deviation.largest_angle
     wrong = [*_levers(result, reference), *_touching(seen, parted=False)]
     return max(found, seen.deviation.largest, tip), allowed, wrong

@@ -256,7 +256,8 @@ def iterate(  # noqa: PLR0911 - every way in which an iteration ends
             if ahead > SMALL * tolerance:
                 return DIVERGED, k
             if size * rate / (1.0 - rate) <= SMALL * tolerance:
-                return SOLVED, k + 1
+                stale = size > SMALL * tolerance  # the rates, of which energies are made
+                return (_stages(at, h, equations, method, work) if stale else SOLVED), k + 1
         elif size <= 1e-3 * SMALL * tolerance:
             return SOLVED, 1
         before = size
