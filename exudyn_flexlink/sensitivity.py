@@ -66,8 +66,9 @@ class Sensitivity:
     """Two neighbouring runs: `horizon` (s) is where S differs by more than `limit` (m) first.
 
     Where one stopped before, its end; None if they never part. `growth` (1/s) is the rate of the
-    exponential parting before it, None if there is nothing to fit; `largest` (m) the largest
-    difference, `end` (s) the end of both.
+    exponential parting before it, None if there is nothing to fit; `largest` (m) is the largest
+    difference of S, `angles` (rad) are those of struck bodies; `tolerance` (m) is that of the first
+    run, `end` (s) the end of both.
     """
 
     point: str
@@ -76,6 +77,8 @@ class Sensitivity:
     horizon: float | None
     growth: float | None
     largest: float
+    tolerance: float | None
+    angles: dict[str, float]
     first: RunStatistics
     second: RunStatistics
 
@@ -106,9 +109,22 @@ def sensitivity(
         found,
         growth_rate(time, apart, limit),
         float(apart.max()),
+        first.scene.accuracy.tolerance,
+        _angles_apart(first, second, time),
         one,
         other,
     )
+
+
+def _angles_apart(first: Result, second: Result, time: FloatArray) -> dict[str, float]:
+    """Largest differences (rad) of the angles of struck bodies."""
+    apart, both = {}, struck_bodies(second.scene)
+    for body, contact in struck_bodies(first.scene).items():
+        if both.get(body) != contact:
+            continue
+        one, other = (lever_response(run, contact).angle_at(time) for run in (first, second))
+        apart[body] = float(np.abs(one - other).max())
+    return apart
 
 
 def growth_rate(time: FloatArray, apart: FloatArray, limit: float) -> float | None:

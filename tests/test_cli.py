@@ -118,6 +118,11 @@ def test_schema_is_printed_or_written(tmp_path: Path, capsys: Capture) -> None:
     assert (tmp_path / "schema.json").read_text(encoding="utf-8") == printed
 
 
+def test_a_schema_is_no_folder(tmp_path: Path, capsys: Capture) -> None:
+    assert main(["schema", "--out", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.strip() == f"can't write {tmp_path}: it is a folder"
+
+
 def test_a_schema_that_cant_be_written_is_bad_input(tmp_path: Path, capsys: Capture) -> None:
     assert main(["schema", "--out", str(tmp_path / "nowhere" / "schema.json")]) == 2
     assert "can't write" in capsys.readouterr().err

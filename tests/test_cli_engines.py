@@ -65,8 +65,10 @@ def test_rtol_and_atol_are_settings(run_of: Callable[[Fake], None], capsys: Capt
     assert scene.accuracy.relative_tolerance == 1e-7
     assert scene.accuracy.absolute_tolerance == 1e-8
     assert scene.run.turns == 2
-    assert main(["simulate", NO_CLEARANCE, "--rtol", "1e-7"]) == 2
-    assert "are for '--engine lagrangian'" in capsys.readouterr().err
+    whole = "accuracy={tolerance: 1e-6, relative_tolerance: 1e-7}"
+    for option, value in (("--rtol", "1e-7"), ("--set", whole)):
+        assert main(["simulate", NO_CLEARANCE, option, value]) == 2
+        assert "are for '--engine lagrangian'" in capsys.readouterr().err
     assert main(["simulate", NO_CLEARANCE, "--engine", "lagrangian", "--rtol", "-1"]) == 2
     assert "--set accuracy.relative_tolerance=-1: " in capsys.readouterr().err
 

@@ -149,7 +149,7 @@ def test_impacts_that_gain_energy_are_told_with_time_and_name() -> None:
         Event(0.3, "contact ends", "hit", {"energy_lost": -1e-6}),
     ]
     (told,) = gaining_impacts(events, {}, 1.0)
-    assert told.startswith("1 impacts give more energy than they take, that of 'hit' at 0.2 s")
+    assert told.startswith("an impact gives more energy than it takes, that of 'hit' at 0.2 s")
     assert gaining_impacts(events, {}, 10.0) == []
 
 

@@ -19,11 +19,12 @@ from results import (
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.report import estimated_steps, run_duration, run_text
+from exudyn_flexlink.report import estimated_steps, idle_settings, run_duration, run_text
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 RIGID = str(MODELS / "rigid.yaml")
+WAYS = ("tree", "joints")
 SPLINE = str(MODELS / "spline_track.yaml")
 
 Capture = pytest.CaptureFixture[str]
@@ -49,6 +50,17 @@ def test_check_tells_parts_effects_and_freedom(capsys: Capture) -> None:
     assert "Degrees of freedom: 10" in shown.out  # 9 hinges and the lever
     assert "2.513 s (4 turns of crank)" in shown.out
     assert shown.err == ""
+
+
+def test_settings_without_a_use_are_named() -> None:
+    run = rigid_link()
+    given = {"step": 1e-4, "spectral_radius": 0.5, "relative_tolerance": 1e-7}
+    scene = run.scene.changed(accuracy=type(run.scene.accuracy).model_validate(given))
+    tree, joints = (replace(run, scene=scene, settings={"formulation": f}) for f in WAYS)
+    local = replace(run, scene=scene, engine="lagrangian", settings={})
+    names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
+    both = ["accuracy.spectral_radius", "accuracy.relative_tolerance"]
+    assert names == [both, both[1:], both[:1]]
 
 
 def test_check_says_what_a_rigid_model_leaves_out(capsys: Capture) -> None:

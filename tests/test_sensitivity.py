@@ -165,6 +165,17 @@ def test_what_is_said_of_runs_that_agree():
     assert "\n" not in said
 
 
+def test_runs_that_agree_to_less_than_the_tolerance_are_told():
+    run = still()
+    moved = run.poses.copy()
+    moved[..., 0] += 3e-5
+    scene = run.scene.changed(accuracy=run.scene.accuracy.model_copy(update={"tolerance": 1e-6}))
+    found = sensitivity(replace(run, scene=scene), replace(run, poses=moved), 1e-4)
+    said = sensitivity_text(found)
+    assert said.startswith("block.nose can be trusted to 3e-05 m")
+    assert "That is 30 times the tolerance of 1e-06 m" in said
+
+
 def test_a_scene_without_the_lever_can_stand_beside_one_with_it():
     smooth, run = shaken()
     ended = Outcome(True, float(run.time[-1]))

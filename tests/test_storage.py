@@ -381,7 +381,7 @@ def test_a_folder_filled_meanwhile_is_not_replaced(tmp_path):
 
 def test_the_folder_one_is_in_is_not_replaced(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(StorageError, match="you are in"), staged_folder(Path()):
+    with pytest.raises(StorageError, match="is the folder you are in"), staged_folder(Path()):
         raise AssertionError("too late")
 
 

@@ -51,6 +51,8 @@ def schema_command(options: argparse.Namespace) -> int:
     if options.out is None:
         print(text, end="")
         return DONE
+    if options.out.is_dir():
+        return complain(f"can't write {options.out}: it is a folder", BAD_INPUT)
     if not options.out.parent.is_dir():
         return complain(f"can't write {options.out}: there is no such folder", BAD_INPUT)
     try:

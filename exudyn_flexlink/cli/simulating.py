@@ -142,8 +142,8 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
 
 def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     """Tell whether a setting of the command line means nothing to Exudyn."""
-    keys = ("accuracy.relative_tolerance", "accuracy.absolute_tolerance")
-    return any(setting.startswith(keys) for setting in options.settings)
+    keys = ("relative_tolerance", "absolute_tolerance")
+    return any(key in setting for setting in options.settings for key in keys)
 
 
 def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
@@ -248,7 +248,7 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> in
 
     `code` is the exit code of a run that is whole.
     """
-    from exudyn_flexlink.report import failure_text, run_text
+    from exudyn_flexlink.report import failure_text, idle_settings, run_text
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
     if not quiet:
@@ -257,6 +257,8 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> in
     if told:
         print(told if quiet else f"\n{told}")
     sys.stdout.flush()  # so that what follows on stderr stands below it
+    for hint in () if quiet else idle_settings(result):
+        complain(f"hint: {hint}")
     for warning in result.warnings:
         complain(f"warning: {warning}")
     if result.outcome.completed and code != INTERRUPTED:

@@ -25,9 +25,15 @@ def gaining_impacts(
         return []
     gain, at, name = max(gaining)
     return [
-        f"{len(gaining)} impacts give more energy than they take, that of '{name}' at {at:.6g} s "
+        f"{_told(len(gaining))}, that of '{name}' at {at:.6g} s "
         f"{gain:.3g} J, {gain / kinetic:.2g} of the largest kinetic energy: {GAIN_ADVICE}"
     ]
+
+
+def _told(count: int) -> str:
+    if count == 1:
+        return "an impact gives more energy than it takes"
+    return f"{count} impacts give more energy than they take"
 
 
 def _of_contacts(events: Sequence[Event]) -> Iterator[tuple[float, float, str]]:

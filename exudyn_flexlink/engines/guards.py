@@ -10,7 +10,8 @@ import numpy as np
 
 from exudyn_flexlink.engines.gains import gaining_impacts
 from exudyn_flexlink.mechanism import FaceContact, build_mechanism, face_length
-from exudyn_flexlink.result import Event, Outcome, Result
+from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
+from exudyn_flexlink.scene import SleeveJoint
 
 ENERGY = 1e-2  # of the largest kinetic energy
 LOCAL_ENERGY = 1e-6  # the same under local tolerances, which are far below
@@ -24,6 +25,10 @@ FEW_TOUCHES = 2  # of walls: more multiply errors more than tolerances foresee
 # multiplies errors by 1.2 in the mean, and from 1e-10 it takes a hundred to 1e-5 m.
 LOCAL_TOUCHES = 100
 FEW_BOUNCES = 20  # in a row
+# rad of the guide while a link swings free of its walls: it may be as chaotic as a double pendulum.
+# Measured with a clearance of 1 m: 52 tolerances off after one turn, 1200 after two.
+FREE_TURN, LOCAL_FREE_TURN = np.pi, 4 * np.pi
+CRAWL = 1e-10  # s: steps this short in a contact lead nowhere soon
 
 
 def doubts(result: Result) -> list[str]:
@@ -33,7 +38,7 @@ def doubts(result: Result) -> list[str]:
 
 def limits(result: Result) -> list[str]:
     """Say what is doubtful about a run that smaller steps do not change."""
-    return [*_iterations(result), *_overlaps(result), *_sensitive(result)]
+    return [*_iterations(result), *_crawling(result), *_overlaps(result), *_sensitive(result)]
 
 
 def refusal(result: Result) -> Outcome | None:
@@ -94,6 +99,19 @@ def _iterations(result: Result) -> Iterator[str]:
         )
 
 
+def _crawling(result: Result) -> Iterator[str]:
+    """Say why a run that the user ended hardly went on."""
+    if result.outcome.reason != INTERRUPTED or result.checks.smallest_step > CRAWL:
+        return
+    for name, history in result.contacts.items():
+        if len(history.force) and history.force[-1] != 0:
+            yield (
+                f"contact '{name}' acted as the run was ended, which had made steps as short as "
+                f"{result.checks.smallest_step:.2g} s: less stiffness or friction, or a larger "
+                "'transition_speed', make them longer"
+            )
+
+
 def _overlaps(result: Result) -> Iterator[str]:
     """Strikes in which a point went deep, measured by the face between it and the face's end."""
     if not any(event.kind == "contact begins" for event in result.events):
@@ -144,17 +162,37 @@ def _laps(result: Result) -> Iterator[Sequence[Event]]:
 def _sensitive(result: Result) -> Iterator[str]:
     """Where impacts follow one another, errors grow beyond what a tolerance foresees."""
     more = "S may be off by more than the tolerance; 'simulate --horizon' tells from when on"
+    local = "relative_tolerance" in result.settings
     for name, sleeve in result.sleeves.items():
-        count = len(sleeve.touches.end)
-        few = LOCAL_TOUCHES if "relative_tolerance" in result.settings else FEW_TOUCHES
-        if count > few:
+        count, turned = len(sleeve.touches.end), _free_turn(result, name)
+        if count > (LOCAL_TOUCHES if local else FEW_TOUCHES):
             yield (
                 f"the walls of '{name}' were touched {count} times, and every touch multiplies "
                 f"errors: {more}"
             )
+        elif turned > (LOCAL_FREE_TURN if local else FREE_TURN):
+            yield (
+                f"for {turned / (2 * np.pi):.2g} turns of its guide the link swung free of the "
+                f"walls of '{name}', which multiplies errors: {more}"
+            )
     for name, count in _in_a_row(result).items():
         if count > FEW_BOUNCES:
             yield f"contact '{name}' was made {count} times in a row, and errors add up: {more}"
+
+
+def _free_turn(result: Result, name: str) -> float:
+    """Largest angle (rad) by which a guide turned while nothing touched; 0 without play."""
+    sleeve, joint = result.sleeves[name], result.scene.joints[name]
+    if not any(sleeve.sides) or not isinstance(joint, SleeveJoint):
+        return 0.0
+    angle = result.poses[:, result.part_names.index(joint.guide), 2]
+    order = np.argsort(sleeve.touches.begin)
+    until = np.maximum.accumulate(sleeve.touches.end[order])
+    begins = np.concatenate([result.time[:1], until])
+    ends = np.concatenate([sleeve.touches.begin[order], result.time[-1:]])
+    free = ends > begins
+    turned = np.interp(ends, result.time, angle) - np.interp(begins, result.time, angle)
+    return float(np.abs(turned[free]).max(initial=0.0))
 
 
 def _in_a_row(result: Result) -> dict[str, int]:

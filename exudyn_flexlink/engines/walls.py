@@ -11,6 +11,7 @@ SOFT = 0.1  # of the clearance: where walls give way more, their stiffness takes
 # models/hard/micron_clearance.yaml, walls of 1e8 N/m, 63 are found; 40 clearances found 31.
 RESOLVED = 0.1
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
+COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
 
 def resolving(tolerance: float, channels: Sequence[Channel]) -> float:

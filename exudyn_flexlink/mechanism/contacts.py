@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity
-from exudyn_flexlink.mechanism.model import FaceContact
+from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +32,30 @@ class Approach:
 def face_length(contact: FaceContact) -> float:
     """Length of the face, m."""
     return float(np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y))
+
+
+def swing_time(mechanism: Mechanism) -> float:
+    """How long (s) a struck lever turns an error of its speed into one of its angle.
+
+    That is 1/omega of the slowest lever on its springs: infinite without a spring, 0 without lever.
+    """
+    times = [0.0]
+    for contact in mechanism.contacts:
+        lever = contact.start.part
+        pivots = [
+            mine
+            for pin in mechanism.pins
+            for mine, other in ((pin.first, pin.second), (pin.second, pin.first))
+            if mine.part == lever and other.part == GROUND
+        ]
+        for pivot in pivots if lever != GROUND else ():
+            part = mechanism.parts[lever]
+            arm = np.hypot(part.centre[0] - pivot.x, part.centre[1] - pivot.y)
+            held = {lever, GROUND}
+            stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
+            inertia = part.inertia + part.mass * float(arm) ** 2
+            times.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else np.inf)
+    return max(times)
 
 
 def approach(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:

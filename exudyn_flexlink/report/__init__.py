@@ -3,6 +3,7 @@
 from exudyn_flexlink.report.accuracy import accuracy_text, recommendation
 from exudyn_flexlink.report.check import check_text, estimated_steps, run_duration
 from exudyn_flexlink.report.comparison import comparison_text, excess_text, horizon_text
+from exudyn_flexlink.report.idle_settings import idle_settings
 from exudyn_flexlink.report.run import failure_text, run_text
 from exudyn_flexlink.report.sensitivity import sensitivity_text
 
@@ -14,6 +15,7 @@ __all__ = [
     "excess_text",
     "failure_text",
     "horizon_text",
+    "idle_settings",
     "recommendation",
     "run_duration",
     "run_text",

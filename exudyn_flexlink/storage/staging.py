@@ -121,7 +121,8 @@ def _check_replaceable(target: Path) -> None:
         raise StorageError(f"{target} is a file; give the name of a folder")
     here = Path.cwd()
     if target in (here, *here.parents):
-        raise StorageError(f"{target} is the folder you are in; give the name of a folder in it")
+        where = "is the folder you are in" if target == here else "holds the folder you are in"
+        raise StorageError(f"{target} {where}; give the name of a folder in it")
     try:
         empty = not any(target.iterdir())
     except OSError as error:

@@ -168,6 +168,14 @@ CASES = (
         ALL,
     ),
     Case(
+        "coasting_lever",
+        "other engine",
+        (
+            *_range("springs.lever_return.frequency", ("0.001", "0.1", "1", "10"), ("0.001",)),
+            Variant("no spring", ("springs={}",)),
+        ),
+    ),
+    Case(
         "strip",
         "other engine",
         _range(

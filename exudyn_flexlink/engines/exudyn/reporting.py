@@ -27,8 +27,8 @@ FloatArray = NDArray[np.float64]
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 NO_SOLUTION_ADVICE = (
-    "tighten the tolerance (or shorten the step), soften the contact, "
-    "or look at the mechanism there: it may be about to lock"
+    "tighten the tolerance (or shorten the step), soften the contact (less stiffness or friction, "
+    "or a larger transition_speed), or look at the mechanism there: it may be about to lock"
 )
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
 

@@ -23,7 +23,7 @@ from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.engines.exudyn.landing import first_root, land
 from exudyn_flexlink.engines.exudyn.recording import Recorder
 from exudyn_flexlink.engines.exudyn.slots import SlotItems
-from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, COARSE_WALL_ADVICE, broken_wall
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
@@ -263,7 +263,8 @@ class Loop:
             self._looked_at += near
             if any(contact.depth > channel.deepest_allowed for contact in near):
                 self.stop_reason = broken_wall(channel.channel)
-                self.stop_advice = BROKEN_WALL_ADVICE
+                coarse = self.chooser.tolerance is None
+                self.stop_advice = COARSE_WALL_ADVICE if coarse else BROKEN_WALL_ADVICE
         for contact in self._looked_at:
             step = contact.after_step(now, step)
         for contact in self._looked_at:

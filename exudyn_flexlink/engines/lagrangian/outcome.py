@@ -35,6 +35,7 @@ from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
+TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
 ADVICE = (
     "look at the mechanism there: the guide's axis may touch the track (a dead centre), or a "
     "contact be too stiff"
@@ -163,7 +164,9 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     if system.stop_reason:
         return Outcome(False, time, system.stop_reason, system.stop_advice)
     if complaint:
-        return Outcome(False, time, complaint, ADVICE)
+        recorder = prepared.recorder
+        gross = recorder.energy_residual > recorder.largest_kinetic_energy
+        return Outcome(False, time, complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE)
     missing = cut_short(prepared.scene, prepared.rig.mechanism)
     if missing if system.goal is None else not system.reached:
         return Outcome(

@@ -14,6 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
+from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
@@ -35,7 +36,7 @@ STAGES = 5  # order 9
 # Measured over the shipped scenes without clearance, tolerances from 1e-3 to 1e-8 m: over two turns
 # the error of S and of the tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
 SHARE = 0.2  # of the tolerance: error that one step may make
-TAU = 4e-3  # s: turns errors of speeds into errors of positions; 1 / omega of the lever's 40 Hz
+TAU = 4e-3  # s: turns errors of speeds into errors of positions, unless a lever swings longer
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
 RELATIVE = 1e-10
 ABSOLUTE = 1e-12  # rad, rad/s, J, N s
@@ -74,7 +75,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
         )
     else:
         assert accuracy.tolerance is not None
-        loop = March(system, recorder, radau(STAGES), control(rig, accuracy.tolerance))
+        loop = March(system, recorder, radau(STAGES), control(rig, accuracy.tolerance, end))
     return Prepared(scene, rig, system, recorder, loop, end)
 
 
@@ -119,13 +120,14 @@ def not_smooth(mechanism: Mechanism) -> bool:
     return rigid or bool(mechanism.channels)
 
 
-def control(rig: Rig, tolerance: float) -> Control:
-    """Error of one step so that the whole run keeps the tolerance (m)."""
+def control(rig: Rig, tolerance: float, end: float) -> Control:
+    """Error of one step so that the whole run, to `end` (s), keeps the tolerance (m)."""
     reaches = np.zeros(rig.layout.count)
     for pivot in (rig.layout.guide, *rig.layout.levers):
         part = rig.mechanism.parts[pivot.part]
         reaches[rig.layout.coordinate(pivot.part)] = part.reach
-    return Control(tolerance * SHARE, TAU, np.inf, LONGEST_TURN, reaches)
+    tau = coasting(rig.mechanism, end, TAU)
+    return Control(tolerance * SHARE, tau, np.inf, LONGEST_TURN, reaches)
 
 
 def solve(prepared: Prepared) -> str:

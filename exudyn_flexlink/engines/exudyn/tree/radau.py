@@ -128,8 +128,10 @@ class NoConvergenceError(RuntimeError):
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, tau: float = TAU_IN_CONTACT) -> None:
+        """Problem, and how long (s) errors of speed last of what was in contact."""
         self.problem = problem
+        self._taus = tau / TAU_IN_CONTACT * TAU, tau
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -159,7 +161,9 @@ class Radau:
             return None
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
-        error = self.problem.size(_error(start, state, w, moved, matrices))
+        errors = _error(start, state, w, moved, matrices)
+        errors[1] *= self._taus[0 if matrices.contacts is None else 1]
+        error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
         self._last = (h, known)
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
@@ -237,7 +241,7 @@ class _Matrices(NamedTuple):
 def _error(
     start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
 ) -> FloatArray:
-    """Estimated errors of the coordinates, and of what speeds will make of them (2, n)."""
+    """Estimated errors of coordinates and speeds (2, n)."""
     h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
     of_place = state.v + ERROR @ moved / h
     push = start.force + start.mass @ (ERROR @ w) / h
@@ -247,5 +251,4 @@ def _error(
     of_speed = real @ (push - (h / REAL) * pull)
     if contacts is not None:
         of_speed = contacts.filtered(h, of_speed)
-    tau = TAU if contacts is None else TAU_IN_CONTACT
-    return np.array([(h / REAL) * (of_place + of_speed), tau * of_speed])
+    return np.array([(h / REAL) * (of_place + of_speed), of_speed])

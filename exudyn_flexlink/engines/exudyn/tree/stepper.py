@@ -7,13 +7,20 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
-from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
+from exudyn_flexlink.engines.exudyn.tree.radau import (
+    TAU_IN_CONTACT,
+    NoConvergenceError,
+    Radau,
+    State,
+    Step,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +48,8 @@ class Stepper:
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
-        self.radau = Radau(model)
+        tau = coasting(model.assembly.mechanism, end, TAU_IN_CONTACT)
+        self.radau = Radau(model, tau)
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         x, v = model.start

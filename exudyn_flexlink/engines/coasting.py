@@ -1,0 +1,35 @@
+"""What errors of speeds become: a lever that swings slowly, or coasts, makes angles of them."""
+
+from __future__ import annotations
+
+from exudyn_flexlink.mechanism import Mechanism, swing_time
+
+# Of 1/omega of the lever. Levers of 0.001 to 0.1 Hz, two to four turns at 1e-6 m: the tip is 3e-9
+# to 3e-7 m off; as if they swung at 40 Hz, 2e-6 to 2.4e-5 m.
+PART = 0.1
+SWING = 4e-3  # s: of a lever at 40 Hz
+# m, of the tip of such a lever: what formulation `joints` leaves with 60 steps for a strike,
+# whatever the tolerance. Measured: models/rigid.yaml, a turn, 1e-4 to 1e-6 m: 8e-6 to 1.4e-5; with
+# 120 steps 3e-7 to 7e-6.
+LEFT, STEPS = 2e-5, 60
+
+
+def coasting(mechanism: Mechanism, end: float, least: float) -> float:
+    """Time (s) that turns errors of speeds into errors of places: at `least` that, up to `end`."""
+    return max(least, PART * min(swing_time(mechanism), end))
+
+
+def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: int) -> list[str]:
+    """Warn if strikes that last for so many `steps` leave more than the tolerance (m).
+
+    Fixed numbers of steps do not see what a tolerance asks for.
+    """
+    swing = coasting(mechanism, end, SWING)
+    left = LEFT * (STEPS / steps) ** 2 * swing / SWING
+    if swing_time(mechanism) == 0.0 or left <= tolerance:
+        return []
+    return [
+        f"{steps} steps for a strike may leave the lever's tip {left:.1g} m off, more than the "
+        f"tolerance of {tolerance:.3g} m: raise 'steps_per_contact', or take the "
+        "formulation 'tree' where it fits"
+    ]
