@@ -172,8 +172,8 @@ def _sensitive(result: Result) -> Iterator[str]:
             )
         elif turned > (LOCAL_FREE_TURN if local else FREE_TURN):
             yield (
-                f"for {turned / (2 * np.pi):.2g} turns of its guide the link swung free of the "
-                f"walls of '{name}', which multiplies errors: {more}"
+                f"the link swung free of the walls of '{name}' while its guide turned by "
+                f"{np.degrees(turned):.3g} deg, which multiplies errors: {more}"
             )
     for name, count in _in_a_row(result).items():
         if count > FEW_BOUNCES:
