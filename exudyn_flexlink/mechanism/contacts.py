@@ -12,6 +12,8 @@ from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
 
 FloatArray = NDArray[np.float64]
 
+HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
+
 
 @dataclass(frozen=True)
 class Approach:
@@ -38,8 +40,9 @@ def swing_time(mechanism: Mechanism) -> float:
     """How long (s) a struck lever turns an error of its speed into one of its angle.
 
     That is 1/omega of the slowest lever on its springs: infinite without a spring, 0 without lever.
+    One that is so heavy that a strike hardly moves it does not count.
     """
-    times = [0.0]
+    times, all_mass = [0.0], sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
         lever = contact.start.part
         pivots = [
@@ -54,6 +57,8 @@ def swing_time(mechanism: Mechanism) -> float:
             held = {lever, GROUND}
             stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
             inertia = part.inertia + part.mass * float(arm) ** 2
+            if inertia > HEAVY * (all_mass - part.mass) * part.reach**2:
+                continue
             times.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else np.inf)
     return max(times)
 
