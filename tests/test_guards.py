@@ -126,7 +126,8 @@ def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most
     right = simulate(load_scene(STRIKE, [stiff[0], "accuracy.tolerance=1e-8"]))
     result = simulate(given)
     assert np.abs(result.poses[-1] - right.poses[-1])[:, :2].max() < most
-    (told,) = result.warnings
+    told, *bounces = result.warnings
+    assert all("times in a row, and bounces off a lever" in text for text in bounces)
     assert told.startswith("steps of 2e-05 s would leave 0.63 for a contact")
 
 
@@ -153,6 +154,18 @@ def _first_contact(run: Result) -> tuple[Event, Event]:
 def test_a_row_of_bounces_is_told() -> None:
     result = simulate(load_scene(MODELS / "bouncing.yaml", ["run.duration=2.2"]))
     assert any("was made 24 times in a row" in text for text in result.warnings)
+
+
+def test_bounces_off_a_lever_that_swings_are_told(run: Result) -> None:
+    """Errors multiply there: a few are too many. On a face that stands still they add up."""
+    begin, _ = _first_contact(run)
+    told = {}
+    for count in (4, 5):
+        bounces = tuple(replace(begin, time=begin.time + 1e-3 * k) for k in range(count))
+        said = limits(replace(run, events=bounces))
+        told[count] = [text for text in said if "off a lever that swings multiply" in text]
+    assert not told[4]
+    assert told[5][0].startswith("contact 'strike' was made 5 times in a row")
 
 
 def test_nothing_is_refused_where_little_energy_moves(run: Result) -> None:

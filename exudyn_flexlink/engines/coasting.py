@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from exudyn_flexlink.mechanism import Mechanism, swing_time
+from exudyn_flexlink.mechanism import Mechanism, swing_times
 
 # Of 1/omega of the lever. Levers of 0.001 to 0.1 Hz, two to four turns at 1e-6 m: the tip is 3e-9
 # to 3e-7 m off; as if they swung at 40 Hz, 2e-6 to 2.4e-5 m.
@@ -16,7 +16,8 @@ LEFT, STEPS = 2e-5, 60
 
 def coasting(mechanism: Mechanism, end: float, least: float) -> float:
     """Time (s) that turns errors of speeds into errors of places: at `least` that, up to `end`."""
-    return max(least, PART * min(swing_time(mechanism), end))
+    longest = max(swing_times(mechanism).values(), default=0.0)
+    return max(least, PART * min(longest, end))
 
 
 def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: int) -> list[str]:
@@ -26,7 +27,7 @@ def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: in
     """
     swing = coasting(mechanism, end, SWING)
     left = LEFT * (STEPS / steps) ** 2 * swing / SWING
-    if swing_time(mechanism) == 0.0 or left <= tolerance:
+    if not swing_times(mechanism) or left <= tolerance:
         return []
     return [
         f"{steps} steps for a strike may leave the lever's tip {left:.1g} m off, more than the "

@@ -10,7 +10,7 @@ from exudyn_flexlink.mechanism.assembly import (
 )
 from exudyn_flexlink.mechanism.build import beam_of, build_mechanism, chain_of
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
-from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length, swing_time
+from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length, swing_times
 from exudyn_flexlink.mechanism.dynamics import (
     accelerations,
     applied_forces,
@@ -113,7 +113,7 @@ __all__ = [
     "rate_of_jacobian_times_velocity",
     "sample_times",
     "solve_saddle",
-    "swing_time",
+    "swing_times",
     "turn_goal",
     "turning",
     "wall_half_period",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity
-from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, FaceContact, Mechanism
 
 FloatArray = NDArray[np.float64]
 
@@ -36,31 +36,36 @@ def face_length(contact: FaceContact) -> float:
     return float(np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y))
 
 
-def swing_time(mechanism: Mechanism) -> float:
-    """How long (s) a struck lever turns an error of its speed into one of its angle.
+def swing_times(mechanism: Mechanism) -> dict[str, float]:
+    """How long (s), by contact, a struck lever turns an error of its speed into one of its angle.
 
-    That is 1/omega of the slowest lever on its springs: infinite without a spring, 0 without lever.
-    One that is so heavy that a strike hardly moves it does not count.
+    That is 1/omega of the lever on its springs, infinite without a spring. A contact with what has
+    no pivot of its own, or is so heavy that a strike hardly moves it, has none.
     """
-    times, all_mass = [0.0], sum(part.mass for part in mechanism.parts)
+    times, all_mass = {}, sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
         lever = contact.start.part
-        pivots = [
-            mine
-            for pin in mechanism.pins
-            for mine, other in ((pin.first, pin.second), (pin.second, pin.first))
-            if mine.part == lever and other.part == GROUND
-        ]
-        for pivot in pivots if lever != GROUND else ():
-            part = mechanism.parts[lever]
-            arm = np.hypot(part.centre[0] - pivot.x, part.centre[1] - pivot.y)
-            held = {lever, GROUND}
-            stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
-            inertia = part.inertia + part.mass * float(arm) ** 2
-            if inertia > HEAVY * (all_mass - part.mass) * part.reach**2:
-                continue
-            times.append(float(np.sqrt(inertia / stiffness)) if stiffness > 0 else np.inf)
-    return max(times)
+        pivot = _pivot(mechanism, lever)
+        if pivot is None:
+            continue
+        part = mechanism.parts[lever]
+        arm = float(np.hypot(part.centre[0] - pivot.x, part.centre[1] - pivot.y))
+        inertia = part.inertia + part.mass * arm**2
+        if inertia > HEAVY * (all_mass - part.mass) * part.reach**2:
+            continue
+        held = {lever, GROUND}
+        stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
+        times[contact.name] = float(np.sqrt(inertia / stiffness)) if stiffness > 0 else np.inf
+    return times
+
+
+def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
+    """Point of a part that is pinned to the ground."""
+    for pin in mechanism.pins:
+        for mine, other in ((pin.first, pin.second), (pin.second, pin.first)):
+            if part == mine.part != GROUND == other.part:
+                return mine
+    return None
 
 
 def approach(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
