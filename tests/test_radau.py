@@ -7,6 +7,7 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
+from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS, A, C
 from exudyn_flexlink.engines.exudyn.tree.contact_share import Pressing
 from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Radau, State
@@ -55,7 +56,7 @@ class Pressed(Oscillator):
 
 def advance(problem, q, v, h, count):
     """State after `count` steps, and the steps."""
-    radau = Radau(problem)
+    radau = Radau(problem, SWING)
     at = problem.evaluate(0.0, q, v)
     state = State(q, v, np.linalg.solve(at.mass, at.force))
     steps = []

@@ -142,8 +142,13 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
 
 def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     """Tell whether a setting of the command line means nothing to Exudyn."""
-    keys = ("relative_tolerance", "absolute_tolerance")
-    return any(key in setting for setting in options.settings for key in keys)
+    keys = ("accuracy.relative_tolerance", "accuracy.absolute_tolerance")
+    whole = "relative_tolerance:", "absolute_tolerance:"
+    return any(
+        setting.startswith(keys)
+        or (setting.startswith("accuracy=") and any(key in setting for key in whole))
+        for setting in options.settings
+    )
 
 
 def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from exudyn_flexlink.mechanism import Mechanism, swing_times
 
-# Of 1/omega of the lever. Levers of 0.001 to 0.1 Hz, two to four turns at 1e-6 m: the tip is 3e-9
-# to 3e-7 m off; as if they swung at 40 Hz, 2e-6 to 2.4e-5 m.
-PART = 0.1
-SWING = 4e-3  # s: of a lever at 40 Hz
-# m, of the tip of such a lever: what formulation `joints` leaves with 60 steps for a strike,
+SWING = 4e-3  # s: 1/omega of a lever at 40 Hz, the least that is counted
+PART = 0.1  # of 1/omega of a slower one: enough for models/hard/coasting_lever.yaml
+# m, of the tip of a lever at 40 Hz: what formulation `joints` leaves with 60 steps for a strike,
 # whatever the tolerance. Measured: models/rigid.yaml, a turn, 1e-4 to 1e-6 m: 8e-6 to 1.4e-5; with
 # 120 steps 3e-7 to 7e-6.
 LEFT, STEPS = 2e-5, 60
 
 
-def coasting(mechanism: Mechanism, end: float, least: float) -> float:
-    """Time (s) that turns errors of speeds into errors of places: at `least` that, up to `end`."""
+def coasting(mechanism: Mechanism, end: float) -> float:
+    """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s)."""
     longest = max(swing_times(mechanism).values(), default=0.0)
-    return max(least, PART * min(longest, end))
+    return max(SWING, PART * min(longest, end))
 
 
 def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: int) -> list[str]:
@@ -25,8 +23,7 @@ def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: in
 
     Fixed numbers of steps do not see what a tolerance asks for.
     """
-    swing = coasting(mechanism, end, SWING)
-    left = LEFT * (STEPS / steps) ** 2 * swing / SWING
+    left = LEFT * (STEPS / steps) ** 2 * coasting(mechanism, end) / SWING
     if not swing_times(mechanism) or left <= tolerance:
         return []
     return [

@@ -36,7 +36,6 @@ STAGES = 5  # order 9
 # Measured over the shipped scenes without clearance, tolerances from 1e-3 to 1e-8 m: over two turns
 # the error of S and of the tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
 SHARE = 0.2  # of the tolerance: error that one step may make
-TAU = 4e-3  # s: turns errors of speeds into errors of positions, unless a lever swings longer
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
 RELATIVE = 1e-10
 ABSOLUTE = 1e-12  # rad, rad/s, J, N s
@@ -126,7 +125,7 @@ def control(rig: Rig, tolerance: float, end: float) -> Control:
     for pivot in (rig.layout.guide, *rig.layout.levers):
         part = rig.mechanism.parts[pivot.part]
         reaches[rig.layout.coordinate(pivot.part)] = part.reach
-    tau = coasting(rig.mechanism, end, TAU)
+    tau = coasting(rig.mechanism, end)
     return Control(tolerance * SHARE, tau, np.inf, LONGEST_TURN, reaches)
 
 

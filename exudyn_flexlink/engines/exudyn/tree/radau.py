@@ -46,8 +46,7 @@ MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
-TAU = 1e-3  # s: turns errors of speeds into errors of places, of what swings at 160 Hz and slower
-TAU_IN_CONTACT = 4e-3  # s: what a contact leaves is speed, also of what swings at 40 Hz
+FREE = 0.25  # of the time that errors of speeds last: as long as nothing is in contact
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 
@@ -128,10 +127,10 @@ class NoConvergenceError(RuntimeError):
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, tau: float = TAU_IN_CONTACT) -> None:
-        """Problem, and how long (s) errors of speed last of what was in contact."""
+    def __init__(self, problem: Problem, tau: float) -> None:
+        """Problem, and how long (s) errors of speeds last that a contact leaves."""
         self.problem = problem
-        self._taus = tau / TAU_IN_CONTACT * TAU, tau
+        self.tau = tau
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -162,7 +161,7 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = _error(start, state, w, moved, matrices)
-        errors[1] *= self._taus[0 if matrices.contacts is None else 1]
+        errors[1] *= self.tau if matrices.contacts is not None else FREE * self.tau
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
         self._last = (h, known)

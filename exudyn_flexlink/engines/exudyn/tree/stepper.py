@@ -14,13 +14,7 @@ from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
-from exudyn_flexlink.engines.exudyn.tree.radau import (
-    TAU_IN_CONTACT,
-    NoConvergenceError,
-    Radau,
-    State,
-    Step,
-)
+from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
 
 FloatArray = NDArray[np.float64]
 
@@ -48,8 +42,7 @@ class Stepper:
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
-        tau = coasting(model.assembly.mechanism, end, TAU_IN_CONTACT)
-        self.radau = Radau(model, tau)
+        self.radau = Radau(model, coasting(model.assembly.mechanism, end))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         x, v = model.start
