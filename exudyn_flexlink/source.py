@@ -134,7 +134,10 @@ def load_document(path: str | Path) -> Document:
     path = Path(path)
     empty = Document(str(path), path.parent)
     try:
-        with path.open("rb") as stream:  # which may have no end, as a device's
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            message = "not a file but a pipe or a device, which may never end"
+            raise SceneError(empty, [Mistake((), message, "save the model in a file")])
+        with path.open("rb") as stream:
             content = stream.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             message = f"the file is larger than {LARGEST_FILE // 10**6} MB"

@@ -120,7 +120,10 @@ def test_schema_is_printed_or_written(tmp_path: Path, capsys: Capture) -> None:
 
 def test_a_schema_is_no_folder(tmp_path: Path, capsys: Capture) -> None:
     assert main(["schema", "--out", str(tmp_path)]) == 2
-    assert capsys.readouterr().err.strip() == f"can't write {tmp_path}: it is a folder"
+    assert (
+        capsys.readouterr().err.strip()
+        == f"can't write {tmp_path}: it is a folder; give a new name"
+    )
 
 
 def test_a_schema_that_cant_be_written_is_bad_input(tmp_path: Path, capsys: Capture) -> None:

@@ -239,6 +239,11 @@ def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help=f"where to write; default: {default}"
     )
+    _add_force(
+        parser,
+        "replace also what no run wrote or was changed since, where names are the same, and a "
+        "complete result by an incomplete one",
+    )
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
     parser.add_argument(
         "--quiet", action="store_true", help="no progress and no summary; warnings stay"
@@ -273,6 +278,7 @@ def _add_plot(commands: Any) -> None:
     )
     parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to; default: that folder")
+    _add_force(parser, "replace also figures that no run drew, or that were changed since")
 
 
 def _add_schema(commands: Any) -> None:
@@ -286,6 +292,11 @@ def _add_schema(commands: Any) -> None:
         exudyn-flexlink schema --out models/flexlink.schema.json""",
     )
     parser.add_argument("--out", type=Path, metavar="FILE", help="write it to this file")
+    _add_force(parser, "replace the file also if it is no such schema")
+
+
+def _add_force(parser: argparse.ArgumentParser, about: str) -> None:
+    parser.add_argument("--force", action="store_true", help=about)
 
 
 def _command(

@@ -34,7 +34,7 @@ def plot_command(options: argparse.Namespace) -> int:
     folder: Path = options.out or options.run
     try:
         result = load(options.run)
-        with staged_files(folder) as staged:
+        with staged_files(folder, force=options.force) as staged:
             save_figures(result, staged)
     except StorageError as error:
         return complain(str(error), BAD_INPUT)
@@ -44,20 +44,15 @@ def plot_command(options: argparse.Namespace) -> int:
 
 def schema_command(options: argparse.Namespace) -> int:
     """Print, or write, the JSON schema of model files; returns the exit code."""
-    from exudyn_flexlink.scene import json_schema
-    from exudyn_flexlink.storage import StorageError, staged_files
+    from exudyn_flexlink.scene import is_schema, json_schema
+    from exudyn_flexlink.storage import StorageError, replace_file
 
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if options.out is None:
         print(text, end="")
         return DONE
-    if options.out.is_dir():
-        return complain(f"can't write {options.out}: it is a folder", BAD_INPUT)
-    if not options.out.parent.is_dir():
-        return complain(f"can't write {options.out}: there is no such folder", BAD_INPUT)
     try:
-        with staged_files(options.out.parent) as staged:
-            (staged / options.out.name).write_text(text, encoding="utf-8", newline="\n")
+        replace_file(options.out, text, is_schema, force=options.force)
     except StorageError as error:
         return complain(str(error), BAD_INPUT)
     return DONE

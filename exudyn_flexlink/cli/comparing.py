@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import (
     FINER,
     LAGRANGIAN_ALONE,
@@ -43,23 +44,24 @@ LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horiz
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
     from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError, staged_folder
+    from exudyn_flexlink.storage import StorageError
 
-    target: Path = options.out or Path("runs") / f"{options.model.stem}-compare"
+    place = place_of(options, "-compare")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
     if options.without and options.engine != "lagrangian" and asks_for_lagrangian(options):
         return complain(LAGRANGIAN_ALONE, BAD_INPUT)
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
-        with staged_folder(target) as folder:
+        with place.written(force=options.force) as folder:
             found = _without_effects(options) if options.without else _both_engines(options)
-            drew = _write(found.comparison, folder, options, figures=found.whole)
+            drew = _write(found, folder, options)
     except (SceneError, StorageError, CannotCompareError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingToCompareError as error:
         return complain(str(error), INTERRUPTED)
-    return _tell(found.comparison, target, options, drew if found.whole else INTERRUPTED)
+    drew = place.code(drew) if found.whole else INTERRUPTED
+    return place.tell(_tell(found.comparison, place.target, options, drew))
 
 
 class NothingToCompareError(Exception):
@@ -203,20 +205,22 @@ class Runs:
         return result
 
 
-def _write(found: Comparison, folder: Path, options: argparse.Namespace, *, figures: bool) -> int:
+def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, which Ctrl-C does not hinder, then figures; returns the code, see `drawn`."""
     from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save_comparison
 
-    places = [(s.result, folder / s.name.replace(" ", "_")) for s in (found.first, found.second)]
+    compared = found.comparison
+    both = (compared.first, compared.second)
+    places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
     with patience() as patient:
         patient.hold()
         for result, place in places:
             write(result, place, figures=False)
-        save_comparison(found, folder, options.tolerance)
-    if patient.pressed or not figures or options.no_plots:
+        save_comparison(compared, folder, options.tolerance, whole=found.whole)
+    if patient.pressed or not found.whole or options.no_plots:
         return INTERRUPTED if patient.pressed else DONE
-    return drawn(folder, lambda: _draw(found, folder, places))
+    return drawn(folder, lambda: _draw(compared, folder, places))
 
 
 def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]]) -> None:

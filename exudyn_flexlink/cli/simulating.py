@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
@@ -42,9 +43,9 @@ _ACCURACY = {
 def simulate_command(options: argparse.Namespace) -> int:
     """Simulate a model, write its folder, print its summary; returns the exit code."""
     from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError, staged_folder
+    from exudyn_flexlink.storage import StorageError
 
-    target: Path = options.out or Path("runs") / options.model.stem
+    place = place_of(options)
     if options.engine == "exudyn" and asks_for_lagrangian(options):
         return complain(LAGRANGIAN_ALONE, BAD_INPUT)
     try:
@@ -52,19 +53,19 @@ def simulate_command(options: argparse.Namespace) -> int:
         if options.impact is not None and not scene.contacts:
             complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
         # The folder is staged first: one that can't be written is no news for the end of a run.
-        with staged_folder(target) as folder:
+        with place.written(force=options.force) as folder:
             result, late = _kept(scene, options)
             _announce(result, options)
             figures = not (options.no_plots or late or options.ending.asked)
             code = INTERRUPTED if late else DONE
             code = write(result, folder, figures=figures) or code
-        told = ""
+        code, told = place.code(code), ""
         if options.horizon and code != INTERRUPTED:
             told, waited = _horizon_or_not(scene, result, options)
             code = code if waited else INTERRUPTED
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
-    return _tell(result, target, told, options.quiet, code)
+    return place.tell(_tell(result, place.target, told, options.quiet, code))
 
 
 def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:

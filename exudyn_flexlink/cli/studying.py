@@ -12,6 +12,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -43,13 +44,13 @@ def accuracy_command(options: argparse.Namespace) -> int:
     from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError, save_accuracy, staged_folder
+    from exudyn_flexlink.storage import StorageError, save_accuracy
 
-    target: Path = options.out or Path("runs") / f"{options.model.stem}-accuracy"
+    place = place_of(options, "-accuracy")
     try:
         scene = read_scene(options, options.impact)
         # The folder is staged first: one that can't be written is no news for the end of a study.
-        with staged_folder(target) as folder:
+        with place.written(force=options.force) as folder:
             runs = _runs(scene, options)
             with patience() as patient:
                 patient.hold()
@@ -65,7 +66,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
         return complain(f"{error}\n{_advice(options)}", FAILED)
-    return _tell(found, target, options, code)
+    return place.tell(_tell(found, place.target, options, place.code(code)))
 
 
 def _advice(options: argparse.Namespace) -> str:

@@ -36,8 +36,10 @@ def complain(text: str, code: int = DONE) -> int:
 
 
 def names_in(folder: Path) -> list[str]:
-    """Names of all files in a folder and the folders in it."""
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    """Names of the files of a result, in its folder and the folders in that."""
+    from exudyn_flexlink.storage import own_files
+
+    return sorted(own_files(folder))
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:

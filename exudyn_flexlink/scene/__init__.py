@@ -48,7 +48,7 @@ from exudyn_flexlink.scene.parse import (
     parse_scene,
 )
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run
-from exudyn_flexlink.scene.schema import json_schema
+from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
     "EXCLUSIVE_KEYS",
@@ -94,6 +94,7 @@ __all__ = [
     "WeldJoint",
     "apply_settings",
     "check_document",
+    "is_schema",
     "json_schema",
     "parse_scene",
     "split_point",

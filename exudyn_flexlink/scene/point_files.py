@@ -52,6 +52,9 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
         path = (folder / file).resolve()
         if not allow_outside and (document.folder is None or not path.is_relative_to(folder)):
             raise _BadFileError("the file must be in the model's folder, or below it")
+        if path.exists() and not path.is_file():
+            kind = "a folder" if path.is_dir() else "a pipe or a device"
+            raise _BadFileError(f"'{file}' is {kind}; points must be in a file")
         if not path.is_file():
             raise _BadFileError(f"no file '{file}' in the model's folder")
         if path.stat().st_size > LARGEST_FILE:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
 from exudyn_flexlink.scene.model import Scene
 
+TITLE = "A model of exudyn-flexlink"
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 _OPTIONAL_TYPE = ("ContactLaw", "RectangleSection")  # the type meant where none is given
 
@@ -22,10 +24,19 @@ def json_schema() -> dict[str, Any]:
     scene = definitions.pop("Scene")
     return {
         "$schema": DRAFT,
-        "title": "A model of exudyn-flexlink",
+        "title": TITLE,
         **scene,
         "$defs": dict(sorted(definitions.items())),
     }
+
+
+def is_schema(text: str) -> bool:
+    """Tell whether a text is such a schema, perhaps of another version."""
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(data, dict) and (data.get("$schema"), data.get("title")) == (DRAFT, TITLE)
 
 
 def _tidy(value: Any, *, names: bool = False) -> Any:

@@ -1,5 +1,6 @@
 """A run on disk: a folder with everything in it, written whole or not at all.
 
+``manifest.json`` names the files that a run wrote: a later one replaces these, and no others.
 ``result.npz`` holds the arrays, ``summary.json`` everything else, readable; CSV files hold what a
 reader plots first. `load` gives the Result back exactly.
 """
@@ -7,20 +8,29 @@ reader plots first. `load` gives the Result back exactly.
 from exudyn_flexlink.storage.accuracy import save_accuracy
 from exudyn_flexlink.storage.comparison import save_comparison
 from exudyn_flexlink.storage.errors import PROGRAM, StorageError
+from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load, read_summary
 from exudyn_flexlink.storage.series import Series, read_series
-from exudyn_flexlink.storage.staging import staged_files, staged_folder
+from exudyn_flexlink.storage.staging import (
+    KeptBesideError,
+    replace_file,
+    staged_files,
+    staged_folder,
+)
 from exudyn_flexlink.storage.tables import lever_columns, trajectory_columns, write_csv
 from exudyn_flexlink.storage.writing import save
 
 __all__ = [
     "PROGRAM",
+    "KeptBesideError",
     "Series",
     "StorageError",
     "lever_columns",
     "load",
+    "own_files",
     "read_series",
     "read_summary",
+    "replace_file",
     "save",
     "save_accuracy",
     "save_comparison",

@@ -10,6 +10,7 @@ from typing import Any
 
 from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
 from exudyn_flexlink.storage.errors import ACCURACY, FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.writing import plain
 
 COLUMNS = (
@@ -29,6 +30,7 @@ def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
     """
     data = plain(accuracy_data(study) | {"recommendation": sentence})
     text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
+    check_regular(folder, (ACCURACY, "accuracy.csv"))
     try:
         (Path(folder) / ACCURACY).write_text(text + "\n", encoding="utf-8")
         with (Path(folder) / "accuracy.csv").open("w", encoding="utf-8", newline="") as file:

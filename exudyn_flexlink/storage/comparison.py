@@ -12,23 +12,30 @@ from numpy.typing import NDArray
 from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
 from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.tables import write_csv
 from exudyn_flexlink.storage.writing import contact_data, plain, strike_data
 
 FloatArray = NDArray[np.float64]
 
 
-def save_comparison(comparison: Comparison, folder: Path, tolerance: float | None = None) -> None:
+def save_comparison(
+    comparison: Comparison, folder: Path, tolerance: float | None = None, *, whole: bool = True
+) -> None:
     """Write ``comparison.json`` and ``comparison.csv`` into an existing folder.
 
-    `tolerance` (m) is what the deviation up to the horizon was held against, if anything.
+    `tolerance` (m) is what the deviation up to the horizon was held against, if anything; `whole`
+    tells whether all runs were made, also that for the horizon.
 
     Raises:
         StorageError: the folder can't be written.
 
     """
-    data = plain(comparison_data(comparison) | _verdict(comparison, tolerance))
+    runs = (comparison.first.result, comparison.second.result)
+    completed = {"completed": whole and all(run.outcome.completed for run in runs)}
+    data = plain(comparison_data(comparison) | completed | _verdict(comparison, tolerance))
     text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
+    check_regular(folder, (COMPARISON, "comparison.csv"))
     try:
         (Path(folder) / COMPARISON).write_text(text + "\n", encoding="utf-8")
         write_csv(Path(folder) / "comparison.csv", comparison_columns(comparison))

@@ -9,6 +9,7 @@ PROGRAM = "exudyn-flexlink"
 FORMAT = 2
 SUMMARY, ARRAYS = "summary.json", "result.npz"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
+MANIFEST = "manifest.json"
 HISTORIES = ("drive_torques", "joint_forces", "slot_forces")
 
 

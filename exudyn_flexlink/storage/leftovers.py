@@ -18,6 +18,8 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+from exudyn_flexlink.storage.manifest import PREFIX
+
 if sys.platform != "win32":
     import fcntl
 
@@ -62,15 +64,6 @@ def remove_leftovers(parent: Path) -> None:
                 _remove_if_free(folder)
 
 
-def discard(folder: Path) -> None:
-    """Remove a folder, under a name that lets others end it if this process can't."""
-    free = folder.with_name(_name())
-    with suppress(OSError):
-        folder.rename(free)
-        folder = free
-    shutil.rmtree(folder, ignore_errors=True)
-
-
 def _remove_if_free(folder: Path) -> None:
     with suppress(OSError):  # someone owns it, or it is gone
         lock = _locked(folder)
@@ -107,4 +100,4 @@ def _name() -> str:
 
 def _prefix() -> str:
     host = re.sub(r"[^A-Za-z0-9]", "_", platform.node())[:40]
-    return f".flexlink-{host}-"
+    return f"{PREFIX}{host}-"

@@ -27,6 +27,7 @@ from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.checking import check_count, check_result
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
+from exudyn_flexlink.storage.replacing import finish, kind_of
 
 FloatArray = NDArray[np.float64]
 
@@ -41,6 +42,7 @@ def load(folder: Path) -> Result:
 
     """
     folder = Path(folder)
+    finish(folder)
     summary = read_summary(folder)
     file = folder / SUMMARY
     _check_format(summary, file)
@@ -61,16 +63,12 @@ def read_summary(folder: Path) -> dict[str, Any]:
         StorageError: the folder holds no run of this program, or its summary is damaged.
 
     """
-    return read_json(folder, SUMMARY)
-
-
-def read_json(folder: Path, name: str) -> dict[str, Any]:
-    """Read a JSON file that this program wrote into a folder; see `read_summary`."""
-    file = Path(folder) / name
+    file = Path(folder) / SUMMARY
     try:
+        _check_regular(file)
         summary = json.loads(file.read_bytes().decode("utf-8"))
     except (FileNotFoundError, NotADirectoryError):
-        found = "is no folder" if not Path(folder).is_dir() else f"has no {name}"
+        found = "is no folder" if not Path(folder).is_dir() else f"has no {SUMMARY}"
         raise StorageError(f"{folder} {found}; give the folder of a finished run") from None
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
@@ -79,6 +77,12 @@ def read_json(folder: Path, name: str) -> dict[str, Any]:
     if not isinstance(summary, dict) or summary.get("program") != PROGRAM:
         raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a run")
     return summary
+
+
+def _check_regular(file: Path) -> None:
+    """Refuse a pipe or a device, for which reading might wait without an end."""
+    if file.exists() and not file.is_file():
+        raise StorageError(f"can't read {file}: it is {kind_of(file.resolve())}")
 
 
 def _check_format(summary: dict[str, Any], file: Path) -> None:
@@ -136,6 +140,7 @@ def _stands(time: FloatArray) -> bool:
 
 def _read_arrays(file: Path) -> dict[str, FloatArray]:
     try:
+        _check_regular(file)
         # Opened here, since np.load leaves a file it can't read open.
         with file.open("rb") as stream, np.load(stream, allow_pickle=False) as arrays:
             return dict(arrays)

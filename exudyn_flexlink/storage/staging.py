@@ -1,71 +1,115 @@
-"""The folder of a run appears whole or not at all: written beside its place, then renamed."""
+"""Results and figures appear whole or not at all: written elsewhere, then moved to their place."""
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
-from exudyn_flexlink.storage.errors import (
-    ACCURACY,
-    COMPARISON,
-    SUMMARY,
-    StorageError,
-    cannot_write,
+from exudyn_flexlink.storage.errors import MANIFEST, StorageError, cannot_write
+from exudyn_flexlink.storage.leftovers import Owned, remove_leftovers
+from exudyn_flexlink.storage.manifest import (
+    PREFIX,
+    is_regular,
+    own_files,
+    read_manifest,
+    seal,
 )
-from exudyn_flexlink.storage.leftovers import Owned, discard, remove_leftovers
-from exudyn_flexlink.storage.reading import read_json
+from exudyn_flexlink.storage.replacing import check_replaceable, finish, kind_of, put
 
-ATTEMPTS = 20  # to put a folder in place while other runs do the same
+
+class KeptBesideError(StorageError):
+    """A result was written whole, but not where it should be: it is in `folder`."""
+
+    def __init__(self, why: str, folder: Path) -> None:
+        super().__init__(f"{why}. What was computed is in {folder}")
+        self.folder = folder
 
 
 @contextmanager
-def staged_folder(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside `target`; once all is written there, rename it to `target`.
+def staged_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
+    """Yield a temporary folder; once all is written there, it, or its files, move to `target`.
 
-    An existing `target` is replaced if it is empty or holds an earlier run, comparison or study of
-    this program. After any exception or interrupt the temporary folder is removed and `target`
-    is as it was; temporary folders of processes that were killed are removed by the next one.
+    `target` may be new, empty, or hold a result of this program: then the new files replace those
+    that its manifest names, and whatever else is in it stays. A result that is not complete
+    replaces no complete one. After any exception or interrupt the temporary folder is removed and
+    `target` is as it was; temporary folders of processes that were killed are removed by the next
+    one. `force` replaces a complete result by an incomplete one, writes into a folder of other
+    files, and replaces files of the user that have the names of new ones.
 
     Raises:
-        StorageError: the target can't be replaced (found before anything is written), or the place
-            can't be written. If the target can't be replaced any more once all is written, the
-            folder is kept beside it, and the message says where.
+        KeptBesideError: all is written, but may not, or can't, be moved to `target`.
+        StorageError: that is known before anything is written, or the place can't be written.
 
     """
     target = _resolved(target)
-    _check_replaceable(target)
-    with _temporary(target.parent, target) as staged:
+    _check_target(target, force=force)
+    place = target if os.path.ismount(target) else target.parent  # files can't move between disks
+    with _temporary(place, target) as staged:
         yield staged
+        seal(staged)
         try:
-            _check_replaceable(target)  # hours may have passed
-            _put_in_place(staged, target)
+            _check_target(target, force=force)  # hours may have passed
+            put(staged, target, force=force)
         except (StorageError, OSError) as error:
-            beside = _kept_beside(staged, target)
-            told = cannot_write(target, error) if isinstance(error, OSError) else error
-            raise StorageError(f"{told}. What was computed is in {beside}") from None
+            told = cannot_write(target, error) if isinstance(error, OSError) else str(error)
+            raise KeptBesideError(told, _kept_beside(staged, place / target.name)) from None
 
 
 @contextmanager
-def staged_files(folder: Path) -> Iterator[Path]:
+def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
     """Yield a temporary folder; once all is written there, its files are moved into `folder`.
 
-    `folder` is made if it is missing; files of the same names in it are replaced, others stay.
+    `folder` is made if it is missing. Files of the same names in it are replaced if its manifest
+    names them, or with `force`; all others stay.
 
     Raises:
-        StorageError: the folder can't be written.
+        StorageError: the folder can't be written, or a file of the user is in the way.
 
     """
     folder = _resolved(folder)
+    finish(folder)
     with _temporary(folder, folder) as staged:
         yield staged
-        for file in staged.iterdir():
-            file.replace(folder / file.name)
+        seal(staged, read_manifest(folder))
+        put(staged, folder, force=force, add=True)
+
+
+def replace_file(file: Path, text: str, is_own: Callable[[str], bool], *, force: bool) -> None:
+    """Write a text to a file, whole or not at all.
+
+    A file that stands there is replaced if its text `is_own`, this program's, or with `force`;
+    links, devices and folders never are.
+
+    Raises:
+        StorageError: the file may not be replaced, or can't be written.
+
+    """
+    if not file.parent.is_dir():
+        raise StorageError(f"can't write {file}: there is no such folder")
+    if os.path.lexists(file):
+        if not is_regular(file):
+            raise StorageError(f"can't write {file}: it is {kind_of(file)}; give a new name")
+        if not force and not _holds(file, is_own):
+            raise StorageError(
+                f"can't write {file}: this program did not write what is in it; choose another "
+                "name, or give '--force' to replace it"
+            )
+    folder = _resolved(file.parent)
+    with _temporary(folder, folder) as staged:
+        (staged / file.name).write_text(text, encoding="utf-8", newline="\n")
+        os.replace(staged / file.name, folder / file.name)
         staged.rmdir()
+
+
+def _holds(file: Path, is_own: Callable[[str], bool]) -> bool:
+    try:
+        return is_own(file.read_bytes().decode("utf-8"))
+    except (OSError, ValueError):
+        return False
 
 
 def _resolved(target: Path) -> Path:
@@ -111,58 +155,31 @@ def _temporary(parent: Path, target: Path) -> Iterator[Path]:
             owned.release()
 
 
-def _check_replaceable(target: Path) -> None:
+def _check_target(target: Path, *, force: bool) -> None:
+    """Look whether a result may be put into a folder, as far as can be told without it.
+
+    Raises:
+        StorageError: it may not.
+
+    """
     try:
         if not target.exists():
             return
+        if not target.is_dir():
+            raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder")
+        finish(target)
+        others = any(not entry.name.startswith(PREFIX) for entry in target.iterdir())
+        if others and read_manifest(target) is None and not force:
+            raise StorageError(
+                f"{target} holds files that are no run of this program, or of an earlier version: "
+                f"no {MANIFEST} names them; choose another name, or give '--force': it replaces "
+                "files with the names of new ones, and no others"
+            )
+        check_replaceable(target, own_files(target), force=force)
+    except PermissionError as error:
+        raise StorageError(f"can't read {target}: {error.strerror or error}") from error
     except OSError as error:  # such as a name that is too long
         raise StorageError(cannot_write(target, error)) from error
-    if not target.is_dir():
-        raise StorageError(f"{target} is a file; give the name of a folder")
-    here = Path.cwd()
-    if target in (here, *here.parents):
-        where = "is the folder you are in" if target == here else "holds the folder you are in"
-        raise StorageError(f"{target} {where}; give the name of a folder in it")
-    try:
-        empty = not any(target.iterdir())
-    except OSError as error:
-        raise StorageError(f"can't read {target}: {error.strerror or error}") from error
-    if empty:
-        return
-    advice = "choose another name, or remove it yourself"
-    own = next(
-        (name for name in (SUMMARY, COMPARISON, ACCURACY) if (target / name).is_file()), None
-    )
-    if own is None:
-        raise StorageError(f"{target} holds files that are no run of this program; {advice}")
-    try:
-        read_json(target, own)
-    except StorageError as error:
-        raise StorageError(f"{target} is not replaced: {error}. Or {advice}") from error
-
-
-def _put_in_place(staged: Path, target: Path) -> None:
-    """Rename the staged folder; a folder in its place is moved aside first, and back if need be.
-
-    Another run may put its own folder there in between: the last one stays.
-    """
-    for attempt in range(ATTEMPTS):
-        old = staged.with_name(f"{staged.name}-old{attempt}")
-        moved = _moved_aside(target, old)
-        try:
-            staged.rename(target)
-        except BaseException as error:
-            taken = isinstance(error, OSError) and error.errno in (errno.EEXIST, errno.ENOTEMPTY)
-            if moved and taken:
-                discard(old)
-            elif moved:
-                old.rename(target)
-            if not taken or attempt == ATTEMPTS - 1:
-                raise
-        else:
-            if moved:
-                discard(old)
-            return
 
 
 def _kept_beside(staged: Path, target: Path) -> Path:
@@ -175,12 +192,3 @@ def _kept_beside(staged: Path, target: Path) -> Path:
     names = (target.with_name(f"{target.name}-{number}") for number in count(2))
     beside = next(place for place in names if not os.path.lexists(place))
     return staged.rename(beside)
-
-
-def _moved_aside(target: Path, old: Path) -> bool:
-    """Move an existing folder out of the way; False if there is none."""
-    try:
-        target.rename(old)
-    except FileNotFoundError:
-        return False
-    return True

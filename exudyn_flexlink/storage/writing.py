@@ -31,6 +31,7 @@ from exudyn_flexlink.storage.errors import (
     StorageError,
     cannot_write,
 )
+from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.tables import tables_of, write_csv
 
 _UNITS = {
@@ -51,20 +52,22 @@ def save(result: Result, folder: Path) -> None:
     ``result.npz`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
     ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<sleeve>.csv`` of every
     sleeve with clearance. The column crank_angle_rad is left out where the scene has no revolute
-    joint. See `staged_folder` to write it whole
-    or not at all.
+    joint. Files of the same names are written over; inside a `staged_folder`, all is written whole
+    or not at all, and no file of the user is replaced.
 
     Raises:
-        StorageError: the folder can't be written.
+        StorageError: the folder can't be written, or a link or a device is in the way.
 
     """
     folder = Path(folder)
+    tables = tables_of(result)
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        check_regular(folder, (ARRAYS, SUMMARY, *tables))
         np.savez(folder / ARRAYS, **_arrays(result))
         text = json.dumps(_summary(result), indent=2, ensure_ascii=False, allow_nan=False)
         (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
-        for name, columns in tables_of(result).items():
+        for name, columns in tables.items():
             write_csv(folder / name, columns)
     except OSError as error:
         raise StorageError(cannot_write(folder, error)) from error
