@@ -29,6 +29,7 @@ from exudyn_flexlink.result import (
 )
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
+from exudyn_flexlink.storage import save, staged_folder
 
 MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
 SPEED = 10.0  # rad/s, of the model's motor
@@ -79,6 +80,12 @@ drives:
 run: {{turns: 4, of: crank}}
 accuracy: {{tolerance: 4.0e-5}}
 """
+
+
+def put(result: Result, folder: str | Path) -> None:
+    """Write a result to its place, as the program does."""
+    with staged_folder(Path(folder)) as staged:
+        save(result, staged)
 
 
 def scene_from(text: str) -> Scene:

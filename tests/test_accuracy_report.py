@@ -137,8 +137,10 @@ def test_the_figure_shows_every_method_and_what_limits(study):
 
 
 def test_files_hold_what_was_found(study, tmp_path):
-    save_accuracy(study, "choose this", tmp_path)
-    data = json.loads((tmp_path / "accuracy.json").read_text())
+    out = tmp_path / "out"
+    with staged_folder(out) as folder:
+        save_accuracy(study, "choose this", folder)
+    data = json.loads((out / "accuracy.json").read_text())
     assert data["program"] == "exudyn-flexlink"
     assert data["recommendation"] == "choose this"
     assert data["dominating"] == "rods"
@@ -148,11 +150,12 @@ def test_files_hold_what_was_found(study, tmp_path):
     assert data["advice"]["limited_by"] == "rods"
     sources = {source["kind"]: source for source in data["sources"]}
     assert sources["rods"]["error_largest_m"] == pytest.approx(RODS / 4, rel=1e-6)
-    with (tmp_path / "accuracy.csv").open(newline="") as file:
+    with (out / "accuracy.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(data["points"]) == len(study.points)
     assert float(rows[0]["error_largest_m"]) == study.points[0].errors.point.largest
     assert set(rows[0]) < set(data["points"][0])
-    with staged_folder(tmp_path) as folder:  # a study may replace a study
-        (folder / "new").touch()
-    assert [file.name for file in tmp_path.iterdir()] == ["new"]
+    with staged_folder(out) as folder:  # a study may replace a study
+        save_accuracy(study, "choose that", folder)
+    assert json.loads((out / "accuracy.json").read_text())["recommendation"] == "choose that"
+    assert [file.name for file in tmp_path.iterdir()] == ["out"]

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 
@@ -324,17 +325,18 @@ def test_a_run_whose_place_can_not_be_replaced_any_more_is_kept_beside_it():
 
 
 def test_a_run_that_may_not_replace_another_users_is_kept_beside_it(monkeypatch, capsys):
-    """Where a folder is sticky, only the owner may rename it: known when it is tried."""
-    storage.save(results.pendulum(), Path("o"))
-    monkeypatch.setattr(engines, "simulate", lambda scene, *_: rigid_link(scene=scene, samples=99))
-    rename = Path.rename
+    """Where a folder is sticky, only the owner may rename its files: known when it is tried."""
+    results.put(results.pendulum(), "o")
+    whole = replace(rigid_link(samples=99), warnings=())
+    monkeypatch.setattr(engines, "simulate", lambda *_: whole)
+    rename = os.rename
 
-    def refuse(self, target):
-        if self.name == "o":
+    def refuse(source, target):
+        if Path(source) == Path("o/summary.json").resolve():
             raise PermissionError(1, "Operation not permitted")
-        return rename(self, target)
+        return rename(source, target)
 
-    monkeypatch.setattr(Path, "rename", refuse)
+    monkeypatch.setattr(os, "rename", refuse)
     assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o"]) == 2
     place = Path("o").resolve()
     assert capsys.readouterr().err == (

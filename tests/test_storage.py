@@ -18,7 +18,8 @@ def rigid():
 @pytest.fixture(scope="module")
 def saved(rigid, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "rigid"
-    save(rigid, folder)
+    with staged_folder(folder) as staged:
+        save(rigid, staged)
     return folder
 
 
@@ -322,16 +323,22 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
 
 
 def test_an_earlier_run_is_replaced(copy):
-    (copy / "old.png").write_text("old")
+    assert (copy / "lever_lever.csv").is_file()
     with staged_folder(copy) as folder:
         save(results.pendulum(), folder)
     assert load(copy).scene.title == "pendulum"
-    assert not (copy / "old.png").exists()
-    assert left_over(copy.parent) == []
+    assert not (copy / "lever_lever.csv").exists()  # a pendulum has none
+    assert left_over(copy.parent) == left_over(copy) == []
 
 
-def test_an_earlier_run_of_another_format_is_replaced(copy):
-    changed_summary(copy, format=0)
+def test_an_earlier_run_of_another_format_is_replaced(rigid, tmp_path, monkeypatch):
+    copy = tmp_path / "copy"
+    monkeypatch.setattr("exudyn_flexlink.storage.writing.FORMAT", 0)
+    with staged_folder(copy) as folder:
+        save(rigid, folder)
+    monkeypatch.undo()
+    with pytest.raises(StorageError, match="format 0"):
+        load(copy)
     with staged_folder(copy) as folder:
         save(results.pendulum(), folder)
     assert load(copy).scene.title == "pendulum"
@@ -379,10 +386,14 @@ def test_a_folder_filled_meanwhile_is_not_replaced(tmp_path):
     assert left_over(tmp_path) == []
 
 
-def test_the_folder_one_is_in_is_not_replaced(tmp_path, monkeypatch):
+def test_the_folder_one_is_in_stays_the_same_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(StorageError, match="is the folder you are in"), staged_folder(Path()):
-        raise AssertionError("too late")
+    same = tmp_path.stat().st_ino
+    for _ in range(2):
+        with staged_folder(Path()) as folder:
+            save(results.pendulum(), folder)
+    assert tmp_path.stat().st_ino == same
+    assert load(Path()).scene.title == "pendulum"
 
 
 def test_a_full_disk_is_said_plainly(tmp_path):

@@ -58,10 +58,14 @@ def test_a_disk_that_fills_up_with_figures_keeps_the_numbers():
     assert ran.stderr == (
         "no figures: they can't be written: File too large; the numbers are kept\n"
     )
-    assert "Written to o/: result.npz, summary.json, trajectory_link.end.csv" in ran.stdout
+    assert (
+        "Written to o/: manifest.json, result.npz, summary.json, trajectory_link.end.csv"
+        in ran.stdout
+    )
     assert load(Path("o")).outcome.completed
     assert names() == ["o"]
-    assert names("o") == ["result.npz", "summary.json", "trajectory_link.end.csv"]
+    written = ["manifest.json", "result.npz", "summary.json", "trajectory_link.end.csv"]
+    assert names("o") == written
 
 
 @pytest.mark.parametrize(
@@ -107,7 +111,7 @@ def test_the_horizon_is_told_without_figures(monkeypatch, capsys):
 def forbidden(monkeypatch):
     """Nobody may make a folder in 'locked', nor anything in that."""
     Path("locked").mkdir()
-    storage.save(results.pendulum(), Path("locked/run"))
+    results.put(results.pendulum(), "locked/run")
     make, place = Path.mkdir, Path("locked").resolve()
 
     def refuse(self, *args, **kwargs):

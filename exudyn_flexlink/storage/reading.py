@@ -27,7 +27,7 @@ from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.checking import check_count, check_result
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
-from exudyn_flexlink.storage.replacing import finish, kind_of
+from exudyn_flexlink.storage.replacing import kind_of, turn
 
 FloatArray = NDArray[np.float64]
 
@@ -42,7 +42,11 @@ def load(folder: Path) -> Result:
 
     """
     folder = Path(folder)
-    finish(folder)
+    with turn(folder):
+        return _load(folder)
+
+
+def _load(folder: Path) -> Result:
     summary = read_summary(folder)
     file = folder / SUMMARY
     _check_format(summary, file)

@@ -9,7 +9,7 @@ not at all, as far as a file system allows it, this is done in an order that can
 
 If a move fails, all are undone. If the process is killed before step 2 is done, the old result is
 as it was. If it is killed later, list and folders tell which moves are missing, and whoever opens
-the folder next makes them (`finish`), be it to read or to write.
+the folder next makes them (`turn`), be it to read or to write.
 
 Processes take turns by a lock on the folder. Where folders can't be locked (Windows, some network
 disks), two runs that end in one folder in the same instant may hinder each other: that is an error,
@@ -68,10 +68,9 @@ def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
                 raise
         else:
             return
-    with _turn(target):
-        _finish(target)
+    with turn(target):
         _check_complete(staged, target, force=force)
-        new = own_files(staged)
+        new = list(_files(staged))
         check_replaceable(target, new, force=force)
         going = [name for name in new if os.path.lexists(target / name)]
         if not add:
@@ -80,23 +79,40 @@ def put(staged: Path, target: Path, *, force: bool, add: bool = False) -> None:
         _exchange(staged, target, going)
 
 
-def finish(folder: Path) -> None:
-    """Finish what a killed process began to put into a folder, if there is such a thing.
+@contextmanager
+def turn(folder: Path) -> Iterator[None]:
+    """Wait until no other process moves files in a folder, and keep others waiting.
+
+    What a killed process began to move is finished first.
 
     Raises:
-        StorageError: the folder can't be written, or something is in the way.
+        StorageError: it can't be.
 
     """
-    if not is_folder(folder / WORK):
-        return
+    descriptor: int | None = None
+    if sys.platform != "win32":
+        with suppress(OSError):  # there is no folder, or its disk has no locks
+            descriptor = os.open(folder, os.O_RDONLY)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
     try:
-        with _turn(folder):
-            _finish(folder)
+        _finish(Path(folder) / WORK, Path(folder))
+        yield
+    finally:
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def _finish(work: Path, folder: Path) -> None:
+    try:
+        if is_folder(work / "new"):
+            _move(work, folder)
+        elif is_folder(work):
+            shutil.rmtree(work)
     except (OSError, ValueError) as error:
         raise StorageError(
             f"{folder} was being replaced when the program was killed, and that can't be finished: "
-            f"{error}; the new files are in {folder / WORK / 'new'}"
-        ) from error
+            f"{error}; see {work}"
+        ) from None
 
 
 def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> None:
@@ -174,15 +190,6 @@ def _exchange(staged: Path, target: Path, going: list[str]) -> None:
         raise
 
 
-def _finish(folder: Path) -> None:
-    """See `finish`; in turn."""
-    work = folder / WORK
-    if is_folder(work / "new"):
-        _move(work, folder)
-    elif is_folder(work):
-        shutil.rmtree(work)
-
-
 def _move(work: Path, target: Path) -> None:
     """Make the moves that are missing, then remove `work`.
 
@@ -227,23 +234,3 @@ def _files(folder: Path) -> Iterator[str]:
             yield from (f"{entry.name}/{name}" for name in _files(entry))
         else:
             yield entry.name
-
-
-@contextmanager
-def _turn(folder: Path) -> Iterator[None]:
-    """Wait until no other process moves files in a folder, and keep others waiting.
-
-    Raises:
-        OSError: the folder can't be opened.
-
-    """
-    if sys.platform == "win32":
-        yield
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        with suppress(OSError):  # not every disk has locks
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)

@@ -18,7 +18,7 @@ from exudyn_flexlink.storage.manifest import (
     read_manifest,
     seal,
 )
-from exudyn_flexlink.storage.replacing import check_replaceable, finish, kind_of, put
+from exudyn_flexlink.storage.replacing import check_replaceable, kind_of, put, turn
 
 
 class KeptBesideError(StorageError):
@@ -71,11 +71,13 @@ def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
 
     """
     folder = _resolved(folder)
-    finish(folder)
     with _temporary(folder, folder) as staged:
         yield staged
-        seal(staged, read_manifest(folder))
-        put(staged, folder, force=force, add=True)
+        if any(staged.iterdir()):
+            seal(staged, read_manifest(folder))
+            put(staged, folder, force=force, add=True)
+        else:
+            staged.rmdir()
 
 
 def replace_file(file: Path, text: str, is_own: Callable[[str], bool], *, force: bool) -> None:
@@ -167,15 +169,15 @@ def _check_target(target: Path, *, force: bool) -> None:
             return
         if not target.is_dir():
             raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder")
-        finish(target)
-        others = any(not entry.name.startswith(PREFIX) for entry in target.iterdir())
-        if others and read_manifest(target) is None and not force:
-            raise StorageError(
-                f"{target} holds files that are no run of this program, or of an earlier version: "
-                f"no {MANIFEST} names them; choose another name, or give '--force': it replaces "
-                "files with the names of new ones, and no others"
-            )
-        check_replaceable(target, own_files(target), force=force)
+        with turn(target):
+            others = any(not entry.name.startswith(PREFIX) for entry in target.iterdir())
+            if others and read_manifest(target) is None and not force:
+                raise StorageError(
+                    f"{target} holds files that are no run of this program, or of an earlier "
+                    f"version: no {MANIFEST} names them; choose another name, or give '--force': "
+                    "it replaces files with the names of new ones, and no others"
+                )
+            check_replaceable(target, own_files(target), force=force)
     except PermissionError as error:
         raise StorageError(f"can't read {target}: {error.strerror or error}") from error
     except OSError as error:  # such as a name that is too long
