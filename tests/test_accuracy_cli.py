@@ -28,7 +28,7 @@ def test_a_small_study(tmp_path, capsys):
     told = capsys.readouterr().out
     folder = tmp_path / "out"
     assert sorted(file.name for file in folder.iterdir()) == [
-        "accuracy.csv", "accuracy.json", "accuracy.png",
+        "accuracy.csv", "accuracy.json", "accuracy.png", "manifest.json",
     ]  # fmt: skip
     data = json.loads((folder / "accuracy.json").read_text())
     assert data["target_m"] == 1e-5

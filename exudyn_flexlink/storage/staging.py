@@ -177,7 +177,7 @@ def _check_target(target: Path, *, force: bool) -> None:
                     f"version: no {MANIFEST} names them; choose another name, or give '--force': "
                     "it replaces files with the names of new ones, and no others"
                 )
-            check_replaceable(target, own_files(target), force=force)
+            check_replaceable(target, [*own_files(target), MANIFEST], force=force)
     except PermissionError as error:
         raise StorageError(f"can't read {target}: {error.strerror or error}") from error
     except OSError as error:  # such as a name that is too long
