@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +27,7 @@ from exudyn_flexlink.cli.terminal import (
     complain,
     drawn,
     names_in,
+    tell,
 )
 
 if TYPE_CHECKING:
@@ -234,9 +234,8 @@ def _tell(found: Comparison, target: Path, options: argparse.Namespace, drew: in
     from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 
     if not options.quiet:
-        print(comparison_text(found))
-        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
-        sys.stdout.flush()  # so that what follows on stderr stands below it
+        tell(comparison_text(found))
+        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
     code = drew
     for seen in (found.first, found.second):
         for warning in seen.result.warnings:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +17,7 @@ from exudyn_flexlink.cli.terminal import (
     drawn,
     names_in,
     progress_bar,
+    tell,
 )
 
 if TYPE_CHECKING:
@@ -257,11 +257,10 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> in
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
     if not quiet:
-        print(run_text(result))
-        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        tell(run_text(result))
+        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
     if told:
-        print(told if quiet else f"\n{told}")
-    sys.stdout.flush()  # so that what follows on stderr stands below it
+        tell(told if quiet else f"\n{told}")
     for hint in () if quiet else idle_settings(result):
         complain(f"hint: {hint}")
     for warning in result.warnings:

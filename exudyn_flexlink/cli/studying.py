@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import signal
-import sys
 import time
 from collections.abc import Callable
 from math import inf
@@ -23,6 +22,7 @@ from exudyn_flexlink.cli.terminal import (
     drawn,
     names_in,
     progress_bar,
+    tell,
 )
 
 if TYPE_CHECKING:
@@ -166,9 +166,8 @@ def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) ->
     from exudyn_flexlink.report import accuracy_text
 
     if not options.quiet:
-        print(accuracy_text(found))
-        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
-        sys.stdout.flush()  # so that what follows on stderr stands below it
+        tell(accuracy_text(found))
+        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
     if found.runs.interrupted:
         count = len(found.points)
         what = "setting that was" if count == 1 else "settings that were"

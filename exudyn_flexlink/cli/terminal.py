@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SOON = 1.0  # s: a run shorter than this needs no progress bar
@@ -23,6 +23,35 @@ def prepare_streams() -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+
+
+def release_streams() -> None:
+    """Write what stdout and stderr still hold, and drop what can't be written.
+
+    Python would try again as it ends, and end with code 120.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            _drop(stream)
+
+
+def _drop(stream: TextIO) -> None:
+    """Send what a stream holds, and all that is still written to it, nowhere."""
+    with suppress(io.UnsupportedOperation):  # a stream of an embedding program, without a file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def tell(text: str) -> None:
+    """Print results at once: what is said on stderr afterwards stands below them.
+
+    A reader who has seen enough, such as `head`, costs neither warnings nor the exit code.
+    """
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        _drop(sys.stdout)
 
 
 def complain(text: str, code: int = DONE) -> int:
