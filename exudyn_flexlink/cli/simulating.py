@@ -195,7 +195,11 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
     return [name for name in wanted if name not in missing]
 
 
-COMPILING = "compiles the Lagrangian first, for a minute or two, once after installing"
+COMPILING = {
+    "once": "compiles the Lagrangian first, for a minute or two, once after installing",
+    "every run": "compiles the Lagrangian in memory first, for a minute or two, and will in every "
+    "run: no folder can be written to keep the code; NUMBA_CACHE_DIR may name one",
+}
 
 
 def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
@@ -211,8 +215,9 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
     if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
         complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
     try:
-        if not options.quiet and engines.compiles(scene, engine):
-            complain(f"hint: {COMPILING}")
+        compiles = engines.compiles(scene, engine)
+        if compiles != "none" and not options.quiet:
+            complain(f"hint: {COMPILING[compiles]}")
         with progress_bar(options.quiet, what) as progress:
             return engines.simulate(scene, engine, progress)
     except engines.NotRepresentableError as error:
