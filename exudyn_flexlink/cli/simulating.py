@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,13 +31,6 @@ LAGRANGIAN_ALONE = (
     "relative and absolute tolerance are for '--engine lagrangian'; "
     "for Exudyn set accuracy.tolerance"
 )
-_ACCURACY = {
-    "tolerance": 0.0,
-    "step": 0.0,
-    "relative_tolerance": 3e-14,
-    "absolute_tolerance": 1e-20,
-}
-"""What decides the accuracy of a run, and the least that a scene may ask for."""
 
 
 def simulate_command(options: argparse.Namespace) -> int:
@@ -127,10 +121,20 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
 
     Steps in contact, which decide more than the tolerance once walls are touched, go along.
     """
+    from exudyn_flexlink.loading import assemble_scene
+    from exudyn_flexlink.mechanism import least_tolerance
+    from exudyn_flexlink.scene import ABSOLUTE_TOLERANCES, RELATIVE_TOLERANCES
+
     settings = result.settings
+    limits = {
+        "tolerance": (least_tolerance(assemble_scene(scene)), inf),
+        "step": (0.0, inf),
+        "relative_tolerance": RELATIVE_TOLERANCES,
+        "absolute_tolerance": ABSOLUTE_TOLERANCES,
+    }
     other: dict[str, float] = {
-        key: max(least, factor * float(settings[key]))
-        for key, least in _ACCURACY.items()
+        key: min(most, max(least, factor * float(settings[key])))
+        for key, (least, most) in limits.items()
         if key in settings
     }
     if "steps_per_contact" in settings:

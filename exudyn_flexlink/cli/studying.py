@@ -41,6 +41,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     from exudyn_flexlink.accuracy import NothingRunError, judge
     from exudyn_flexlink.engines.interrupts import patience
+    from exudyn_flexlink.loading import ImpossibleLengthError, require_length
     from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError, save_accuracy, staged_folder
@@ -48,6 +49,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
     target: Path = options.out or Path("runs") / f"{options.model.stem}-accuracy"
     try:
         scene = read_scene(options, options.impact)
+        require_length("--target", options.target, scene)
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with staged_folder(target) as folder:
             runs = _runs(scene, options)
@@ -58,7 +60,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             code = INTERRUPTED if patient.pressed else DONE
             if code == DONE and not options.no_plots:
                 code = drawn(folder, lambda: _draw(found, folder))
-    except (SceneError, StorageError) as error:
+    except (SceneError, StorageError, ImpossibleLengthError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
         if runs.interrupted:
