@@ -207,7 +207,7 @@ COMPILING = {
 
 
 def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
-    """Run an engine, with a progress bar that says `what` is going on.
+    """Run an engine, and show its progress: `what` is going on.
 
     Raises:
         SceneError: the engine can't represent what the scene asks for; shown where it stands.
@@ -219,10 +219,11 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
     if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
         complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
     try:
-        compiles = engines.compiles(scene, engine)
-        if compiles != "none" and not options.quiet:
+        compiles = "none" if options.quiet else engines.compiles(scene, engine)
+        if compiles != "none":
             complain(f"hint: {COMPILING[compiles]}")
-        with progress_bar(options.quiet, what) as progress:
+        before = "" if compiles == "none" else "compiling"
+        with progress_bar(options.quiet, what, before) as progress:
             return engines.simulate(scene, engine, progress)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)

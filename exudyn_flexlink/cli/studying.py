@@ -18,6 +18,7 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     Bar,
+    Lines,
     complain,
     drawn,
     names_in,
@@ -91,7 +92,7 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
 class Solver:
     """Runs scenes and shows the part of the budget that is used; stops runs that take too long."""
 
-    def __init__(self, bar: Bar | None, budget: float) -> None:
+    def __init__(self, bar: Bar | Lines | None, budget: float) -> None:
         self._bar, self._budget = bar, budget
         self._ends = time.monotonic() + budget
 

@@ -13,6 +13,7 @@ from typing import Any, TextIO
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SOON = 1.0  # s: a run shorter than this needs no progress bar
+LONG, BETWEEN_LINES = 10.0, 5.0  # s: a run shorter than `LONG` stays quiet where nobody watches
 
 
 def prepare_streams() -> None:
@@ -97,16 +98,47 @@ def _why(error: Exception) -> str:
 
 
 @contextmanager
-def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Bar | None]:
-    """Give a bar if there is someone at a terminal to see it, else None."""
-    if quiet or not sys.stderr.isatty():
+def progress_bar(
+    quiet: bool, what: str = "simulating", before: str = ""
+) -> Iterator[Bar | Lines | None]:
+    """Give a bar where somebody sees it, at a terminal; else lines, of long runs; None if `quiet`.
+
+    `before` says what goes on before any progress is known; empty if nothing does.
+    """
+    if quiet:
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield Lines(what)
         return
     bar = Bar(what)
     try:
+        if before:
+            bar.wait(before)
         yield bar
     finally:
         bar.close()
+
+
+class Lines:
+    """Now and then a line on stderr, for a log file, that appears only in runs over `LONG`."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._began = time.monotonic()
+        self._next = self._began + LONG
+
+    def __call__(self, done: float) -> None:
+        """Tell the part that is done, 0 to 1, if it is time to."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + BETWEEN_LINES
+        complain(f"{self._what}: {100 * done:.0f} % after {now - self._began:.0f} s")
+
+    def say(self, what: str) -> None:
+        """Say from now on that `what` is going on."""
+        self._what = what
 
 
 class Bar:
@@ -117,6 +149,7 @@ class Bar:
         self._began = time.monotonic()
         self._done = 0.0
         self._bar: Any = None
+        self._waiting = False
 
     def __call__(self, done: float) -> None:
         """Show the part that is done, 0 to 1."""
@@ -124,9 +157,18 @@ class Bar:
         if self._bar is None:
             if time.monotonic() - self._began < SOON:
                 return
-            self._open()
+            self._open(self._what)
         with suppress(OSError):  # the terminal is gone
-            self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
+            (task,) = self._bar.task_ids
+            if self._waiting:  # the time left counts from here
+                self._bar.reset(task, total=1.0)
+                self._waiting = False
+            self._bar.update(task, completed=done, description=self._what)
+
+    def wait(self, what: str) -> None:
+        """Show at once that `what` goes on, nobody knows for how long, until progress is made."""
+        self._waiting = True
+        self._open(what)
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
@@ -139,7 +181,7 @@ class Bar:
             with suppress(OSError):
                 self._bar.stop()
 
-    def _open(self) -> None:
+    def _open(self, what: str) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
         from rich.progress import TimeRemainingColumn as TimeLeft
@@ -147,6 +189,6 @@ class Bar:
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
         self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
                              transient=True)  # fmt: skip
-        self._bar.add_task(self._what, total=1.0)
+        self._bar.add_task(what, total=None if self._waiting else 1.0)
         with suppress(OSError):
             self._bar.start()
