@@ -1,5 +1,6 @@
-"""The progress bar of a long run."""
+"""The progress of a long run, and rows that fit a terminal."""
 
+import io
 import os
 import re
 import subprocess
@@ -8,6 +9,8 @@ from pathlib import Path
 
 import pytest
 from cli_runs import NO_CLEARANCE, ROOT, python
+
+from exudyn_flexlink.cli.terminal import folded, tell
 
 # --- progress -------------------------------------------------------------------------------
 
@@ -101,3 +104,19 @@ def test_a_piped_run_shows_no_progress(tmp_path: Path) -> None:
     ran = python("-c", PROGRESS, "0.05", NO_CLEARANCE, str(tmp_path / "out"))
     assert ran.returncode == 0
     assert ran.stderr == "warning: made up\n"
+
+
+def test_rows_too_long_for_a_terminal_are_broken_between_words(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell of words\n"
+    told = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell\n      of words\n"
+    assert folded(text, 20) == told
+    assert folded(text, 80) == text
+    for terminal in (True, False):
+        stream = io.StringIO()
+        monkeypatch.setattr(stream, "isatty", lambda seen=terminal: seen)
+        monkeypatch.setattr("sys.stdout", stream)
+        monkeypatch.setenv("COLUMNS", "20")
+        tell(text)
+        assert stream.getvalue() == (told if terminal else text) + "\n"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -49,6 +51,8 @@ def tell(text: str) -> None:
 
     A reader who has seen enough, such as `head`, costs neither warnings nor the exit code.
     """
+    if sys.stdout.isatty():
+        text = folded(text, shutil.get_terminal_size().columns)
     try:
         print(text, flush=True)
     except BrokenPipeError:
@@ -63,6 +67,24 @@ def complain(text: str, code: int = DONE) -> int:
     with suppress(OSError):
         print(text, file=sys.stderr)
     return code
+
+
+def folded(text: str, width: int) -> str:
+    """Break rows of tables, which are indented, between words where they are longer than `width`.
+
+    Sentences are left to the terminal: a command or a path in them can then be copied.
+    """
+    lines = []
+    for line in text.split("\n"):
+        indent = len(line) - len(line.lstrip(" "))
+        if not indent or len(line) <= width:
+            lines.append(line)
+            continue
+        lines += textwrap.wrap(
+            line, width, subsequent_indent=" " * (indent + 4), replace_whitespace=False,
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
+    return "\n".join(lines)
 
 
 def names_in(folder: Path) -> list[str]:
