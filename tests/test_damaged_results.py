@@ -1,7 +1,9 @@
 """Saved runs and time series that still load as files, but whose values can't be a run's."""
 
+import io
 import json
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -240,3 +242,19 @@ def test_a_series_that_is_whole():
     np.testing.assert_array_equal(series.time, [0, 0.5])
     np.testing.assert_array_equal(series.position, [[1, 2], [4, 5]])
     np.testing.assert_array_equal(series.lever_angle, [3, 6])
+
+
+def test_an_array_whose_header_claims_more_than_there_is_memory(capsys):
+    """The file is to blame, not the length of the run."""
+    file = Path("rigid/result.npz")
+    with zipfile.ZipFile(file) as read:
+        members = {name: read.read(name) for name in read.namelist()}
+    header = io.BytesIO()
+    claimed = {"descr": "<f8", "fortran_order": False, "shape": (10**14,)}
+    np.lib.format.write_array_header_1_0(header, claimed)
+    with zipfile.ZipFile(file, "w") as written:
+        for name, content in members.items():
+            written.writestr(name, header.getvalue() if name == "time.npy" else content)
+    said = refused("rigid", capsys, "result.npz")
+    assert "too large for this machine: Unable to allocate" in said
+    assert "shorten" not in said

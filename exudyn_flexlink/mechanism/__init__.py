@@ -44,6 +44,7 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
 from exudyn_flexlink.mechanism.schedule import (
     WALL_SHARE,
     TurnGoal,
@@ -100,11 +101,13 @@ __all__ = [
     "cut_short",
     "deepest_allowed",
     "end_of_run",
+    "extent",
     "face_length",
     "formulation",
     "half_period",
     "is_tree",
     "joint_residuals",
+    "least_tolerance",
     "mass_matrix",
     "mobility",
     "node_anchor",

@@ -161,6 +161,9 @@ def _read_arrays(file: Path) -> dict[str, FloatArray]:
         raise StorageError(f"{file} is damaged; run the model again") from error
     except (zipfile.BadZipFile, zlib.error) as error:
         raise StorageError(f"{file} is damaged: {error}; run the model again") from error
+    except MemoryError as error:  # an array is as large as its header says
+        what = f"or too large for this machine: {error or 'not enough memory'}"
+        raise StorageError(f"{file} is damaged, {what}; run the model again") from error
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
 

@@ -13,9 +13,9 @@ from exudyn_flexlink.engines.exudyn.pace import ENOUGH_STEPS, few_steps, shorten
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_SOLUTION_ADVICE,
     Report,
     contact_events,
+    no_solution_advice,
     result_of,
     turns_missing,
 )
@@ -192,7 +192,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     if loop.stop_reason:
         return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
     if complaint:
-        return Outcome(False, loop.time, _plain(complaint), _advice(complaint))
+        return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
     if _turns_missing(prepared):
         return Outcome(False, loop.time, *turns_missing(prepared.scene.run.of))
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
@@ -215,5 +215,7 @@ def _plain(complaint: str) -> str:
     return complaint.strip().splitlines()[0]
 
 
-def _advice(complaint: str) -> str:
-    return LOCKED_ADVICE if "singular" in complaint else NO_SOLUTION_ADVICE
+def _advice(prepared: Prepared, complaint: str) -> str:
+    if "singular" in complaint:
+        return LOCKED_ADVICE
+    return no_solution_advice(prepared.assembly, prepared.scene.accuracy.tolerance)

@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
-from exudyn_flexlink.engines.lagrangian.compiled import kept
+from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation
 from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
 from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
@@ -83,14 +83,17 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
     return scene.accuracy.tolerance is None or asks_for_local(scene) or not_smooth(mechanism)
 
 
-def compiles(scene: Scene) -> bool:
+def compiles(scene: Scene) -> Compilation:
     """Tell whether a run will begin by compiling the implicit method, which takes a minute.
+
+    If so, whether the code is then kept for later runs.
 
     Raises:
         SceneError: the scene can't be put together.
 
     """
-    return not explicit(scene, assemble_scene(scene).mechanism) and not kept(advance)
+    implicit = not explicit(scene, assemble_scene(scene).mechanism)
+    return compilation(advance) if implicit else "none"
 
 
 def asks_for_local(scene: Scene) -> bool:

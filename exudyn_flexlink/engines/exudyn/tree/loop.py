@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_SOLUTION_ADVICE,
+    no_solution_advice,
 )
 from exudyn_flexlink.engines.exudyn.tree.contacts import Side
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
@@ -109,7 +109,10 @@ class TreeLoop:
         except NoConvergenceError as error:
             if self._stepper is not None and self._stepper.locked():
                 return AT_DEAD_CENTRE, LOCKED_ADVICE
-            return f"{NO_SOLUTION} ({error})", NO_SOLUTION_ADVICE
+            tolerance = self.control.tolerance if self.control.fixed is None else None
+            shortest = SHORTEST * self.end
+            advice = no_solution_advice(self.model.assembly, tolerance, shortest, self.end)
+            return f"{NO_SOLUTION} ({error})", advice
         finally:
             if self.time < self.end * (1 - 1e-9):
                 self.observer.mark()  # stopped early: the last state is kept
