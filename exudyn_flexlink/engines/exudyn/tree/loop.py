@@ -25,9 +25,10 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 )
 from exudyn_flexlink.engines.exudyn.tree.contacts import Side
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
+from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, NOTHING, Finder, Found, Goal
 from exudyn_flexlink.engines.exudyn.tree.guided import AT_DEAD_CENTRE, DeadCentreError
-from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
+from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import (
     Evaluation,
     NoConvergenceError,
@@ -172,11 +173,9 @@ class TreeLoop:
             return
         before = stepper.h
         if found.guide >= 0:
-            guide = self.model.guides[found.guide]
+            guide = self.model.coordinates.points[found.guide]
             if not guide.next_piece(found.way, self.time):
-                self.stop_reason = (
-                    f"the point of slot '{guide.guided.slot.name}' reached the curve's end"
-                )
+                self.stop_reason = f"the point of slot '{guide.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
                 return
         elif found.turn:

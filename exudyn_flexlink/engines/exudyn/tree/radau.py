@@ -68,8 +68,8 @@ class Evaluation(NamedTuple):
 class Problem(Protocol):
     """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation."""
 
-    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrix and force."""
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
+        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without contacts, near enough to converge."""
@@ -219,9 +219,8 @@ class Radau:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
         speeds = state.v + w
         places, pushes = state.q + h * (A @ speeds), (B @ w) / h
-        evaluate = self.problem.evaluate
         try:
-            stages = [evaluate(t + C[i] * h, places[i], speeds[i]) for i in range(STAGES)]
+            stages = self.problem.evaluate_all(t + C * h, places, speeds)
         except (ValueError, ArithmeticError):
             return None
         self._stages = stages
