@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from exudyn_flexlink.engines.exudyn.tree.closures import Closing, Closures
+from exudyn_flexlink.engines.exudyn.tree.collocation import STAGES, C
 from exudyn_flexlink.engines.exudyn.tree.coordinates import LARGEST_TURN, Held
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.tree.kinematics import LinkKinematics
@@ -30,10 +31,11 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 FloatArray = NDArray[np.float64]
 
 MOST_ITERATIONS = 12
-NEAR = 1e-7  # of the mechanism's size: Newton's method is quadratic, the next step is exact
+NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, also near a dead centre
 OPEN = (
     1e-9  # m, or of the size for angles: redundant joints that are open by more contradict others
 )
+ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 DEAD_CENTRE = (
@@ -76,10 +78,12 @@ class ClosedCoordinates:
         self._time = 0.0
         self._y = np.concatenate([start[0], [point.u for point in self.points]])
         self._v = np.concatenate([start[1], np.zeros(len(self.points))])
+        self._a = np.zeros(len(self._y))
         self._split = self._chosen()
         self._last: tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None = None
         free = self._split.free
-        self.settle(0.0, self.hold(np.zeros(1), self._y[None, free], self._v[None, free])[0])
+        start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free])[0]
+        self.settle(0.0, start_of, np.zeros(len(free)))
 
     # --- which are independent ----------------------------------------------------------------
 
@@ -162,7 +166,9 @@ class ClosedCoordinates:
         reach = np.zeros((len(t), y.shape[1], len(split.free)))
         reach[:, split.free, np.arange(len(split.free))] = 1.0
         reach[:, split.dependent] = -inverse @ jacobian[:, :, split.free]
-        self._last = (t, z, y, reach)
+        if len(t) == STAGES:
+            self._last = (t, z, y, reach)
+        self._blur = ROUNDING * self._size * float(np.abs(inverse).max(initial=0.0))
         speeds, pushes = np.zeros(y.shape), np.zeros(y.shape)
         for link, motor, sign in self._motors:
             speeds[:, link] = [sign * motor.ramp.at(a) for a in t.tolist()]
@@ -185,17 +191,33 @@ class ClosedCoordinates:
         ]
 
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
-        """Coordinates near those at the independent ones: from the last round, or the last step."""
+        """Coordinates near those at the independent ones.
+
+        From the last round of the same step, between the stages of the last step tried, or ahead
+        of where the last one ended.
+        """
         last = self._last
-        if last is not None and len(last[0]) == len(t) and np.array_equal(last[0], t):
+        if last is not None and np.array_equal(last[0], t):
             y = last[2] + (last[3] @ (z - last[1])[:, :, None])[:, :, 0]
+        elif last is not None and self._between(t, last[0]):
+            y = _lagrange(t, last[0]) @ last[2]
         else:
-            y = self._y + (t - self._time)[:, None] * self._v
+            ahead = (t - self._time)[:, None]
+            y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
             turned = [sign * motor.ramp.integral(a) for a in t.tolist()]
             y[:, link] = self._start[link] + np.array(turned)
         return np.asarray(y)
+
+    def _between(self, t: FloatArray, stages: FloatArray) -> bool:
+        """Tell whether instants lie in the last step tried; its first stage is soon after its start.
+
+        Another way of closing the loops may be near: no place is searched from far.
+        """
+        first, last = stages[0] - C[0] / (C[-1] - C[0]) * (stages[-1] - stages[0]), stages[-1]
+        slack = 1e-9 * (last - first)
+        return bool(t.min() >= first - slack and t.max() <= last + slack)
 
     def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Closing]:
         """Newton's method for the dependent coordinates, at all instants together.
@@ -228,9 +250,12 @@ class ClosedCoordinates:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def settle(self, time: float, end: Held) -> None:
-        """A step ended here."""
+    def settle(self, time: float, end: Held, a: FloatArray) -> None:
+        """A step ended here, with these accelerations of the independent coordinates."""
         self._time = time
+        self._a = np.zeros(len(self._y))
+        if end.reach is not None:
+            self._a[: self._links] = end.b + end.reach @ a
         self._y = np.concatenate([end.x, end.places])
         self._v = np.concatenate([end.v, end.place_rates])
         self._gain = self._gain_at_end()
@@ -251,7 +276,8 @@ class ClosedCoordinates:
         ends = [np.array([*at.x, *at.places]) for at in (start, stages[-1])]
         speeds = np.array([[*at.v, *at.place_rates] for at in stages])
         off = np.abs(ends[1] - ends[0] - h * (weights @ speeds)) * self._scale(self._y)
-        return float(off[self._split.dependent].max(initial=0.0))
+        # Near a dead centre dependent coordinates are known to so much only.
+        return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - self._blur)
 
     def locked(self, at: Held) -> bool:
         """Tell whether the mechanism is all but at a dead centre."""
@@ -275,3 +301,12 @@ class ClosedCoordinates:
         multipliers = (inverse @ forces[:, unknown, None])[:, :, 0]
         rest = forces - (turned @ multipliers[:, :, None])[:, :, 0]
         return np.asarray(multipliers), np.asarray(rest[:, : self._links])
+
+
+def _lagrange(t: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Weights (instants, nodes) of the polynomial through values at nodes."""
+    away = t[:, None, None] - nodes
+    apart = nodes[:, None] - nodes
+    same = np.eye(len(nodes), dtype=bool)
+    ratios = np.where(same, 1.0, away / np.where(same, 1.0, apart))
+    return np.asarray(ratios.prod(-1))

@@ -58,8 +58,8 @@ class Coordinates(Protocol):
 
         """
 
-    def settle(self, time: float, end: Held) -> None:
-        """A step ended here."""
+    def settle(self, time: float, end: Held, a: FloatArray) -> None:
+        """A step ended here, with these accelerations of the independent coordinates."""
 
     def resume(self) -> None:
         """Choose the independent coordinates anew, if that is better: the next step starts anew."""
@@ -144,8 +144,8 @@ class OpenCoordinates:
                 reach[sliding] += rate * reach[turning]
         return Held(x, speed, b, tuple(guide.u for guide in self._guides), reach)
 
-    def settle(self, time: float, end: Held) -> None:  # noqa: ARG002 - what holds here is timeless
-        """A step ended here."""
+    def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
+        """A step ended here; what holds here needs neither its time nor accelerations."""
         self._end = end.x, end.v
         for guide, place in zip(self._guides, end.places, strict=True):
             guide.settle(place, float(end.x[guide.guided.turning]))

@@ -270,7 +270,9 @@ class TreeModel:
         """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
         shape = (len(instants), len(self.layout.links))
         whole = np.array([instant.b for instant in instants]).reshape(shape)
-        if len(instants) and instants[0].reach is not None:
+        if not len(instants):
+            return whole
+        if instants[0].reach is not None:
             moved = [at.reach @ a for at, a in zip(instants, free, strict=True)]
             return np.asarray(whole + np.array(moved).reshape(shape))
         whole[:, self._picked] += free

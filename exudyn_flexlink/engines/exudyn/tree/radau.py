@@ -44,9 +44,11 @@ ComplexArray = NDArray[np.complex128]
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
+STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
-FREE = 0.25  # of the time that errors of speeds last: as long as nothing is in contact
+SWING = 4e-3  # s: how long errors of speeds last in contact, 1/omega of a lever at 40 Hz
+FREE = 0.25  # of that as long as nothing is in contact
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 
@@ -127,10 +129,10 @@ class NoConvergenceError(RuntimeError):
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, tau: float) -> None:
-        """Problem, and how long (s) errors of speeds last that a contact leaves."""
+    def __init__(self, problem: Problem, slow: FloatArray) -> None:
+        """Problem, and the matrix (n, n), s, by which slow motions make places of speeds."""
         self.problem = problem
-        self.tau = tau
+        self.slow = slow
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -161,7 +163,8 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = _error(start, state, w, moved, matrices)
-        errors[1] *= self.tau if matrices.contacts is not None else FREE * self.tau
+        share = SWING if matrices.contacts is not None else FREE * SWING
+        errors[1] = share * errors[1] + self.slow @ errors[1]
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
         self._last = (h, known)
@@ -203,11 +206,11 @@ class Radau:
                 touching = np.array([stage.touching for stage in self._stages])
                 change += matrices.contacts.share(h, change, touching)
             w += change
-            size = h * self.problem.size(change)
+            size = h * self.problem.size(change) + self.problem.size(self.slow @ change[-1])
             if before > 0:
                 rate = size / before
                 if not rate < 1:
-                    return None
+                    return w if size < STAGNATED * allowed else None
             # What is left is at most this, at the present rate, or after one round at the last.
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
                 self._rate = max(rate, LEAST_RATE)

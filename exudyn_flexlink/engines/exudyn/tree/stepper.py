@@ -7,13 +7,13 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
+from exudyn_flexlink.engines.exudyn.tree.slow_motions import slow_motions
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
 
@@ -42,7 +42,7 @@ class Stepper:
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
-        self.radau = Radau(model, coasting(model.assembly.mechanism, end))
+        self.radau = Radau(model, np.zeros((0, 0)))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         q, v = model.coordinates.state()
@@ -59,6 +59,8 @@ class Stepper:
         self.at = self.model.evaluate(self.time, q, v)
         self.model.look(self.at.kept.x, self.at.kept.reach)
         self._state = State(q, v, self.model.accelerations(self.at))
+        stiffness = self.model.jacobians(self.at)[0]
+        self.radau.slow = slow_motions(self.at.mass, stiffness, self.end)
 
     def turn(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
@@ -132,7 +134,7 @@ class Stepper:
         """Go to the end of a step; return the coordinates there."""
         self.time, self._state, self.at = step.end, step.finish, step.stages[-1]
         end = self.model.whole(step.end, step.finish.q, step.finish.v)
-        self.model.coordinates.settle(step.end, end)
+        self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.reach)
         self.finder.look(end.x, end.v, step.h)
         return end
