@@ -2,8 +2,8 @@
 
 Parts that are welded together move as one group. Pins and slides span the tree of groups, from the
 ground outwards, with one coordinate for each joint; a group that nothing holds hangs on two slides
-and a hinge without mass. A speed motor fixes the coordinate of its hinge. What is left of the joints
-closes loops: those constraints tie coordinates of the tree to one another.
+and a hinge without mass. A speed motor fixes the coordinate of its hinge. What is left of the
+joints closes loops: those constraints tie coordinates of the tree to one another.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class NoTreeError(ValueError):
 
 @dataclass(frozen=True)
 class Frame:
-    """Axes at a place (m) of a link's own axes, turned by `angle` (rad); link ROOT is the ground."""
+    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link ROOT is the ground."""
 
     link: int
     x: float = 0.0
@@ -275,15 +275,12 @@ def _ends(joint: Pin | Slide | Weld) -> tuple[Anchor, Anchor]:
 
 
 def _groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
-    """Parts that are welded together, with their frames in the axes of the first; the ground's
-    comes first.
-    """  # fmt: skip
+    """Parts that are welded together, with frames in the axes of the first; the ground's first."""
     left = [GROUND, *range(len(mechanism.parts))]
     groups = []
     while left:
         group = {left[0]: Frame(ROOT)}
-        for part in group_order(mechanism, left[0]):
-            weld, near = part
+        for weld, near in _welds_of(mechanism, left[0]):
             first, second = _ends(weld)
             here, there = (first, second) if near else (second, first)
             turn = weld.angle if near else -weld.angle
@@ -296,7 +293,7 @@ def _groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
     return groups
 
 
-def group_order(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
+def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
     """Welds that join parts to `root`, nearest first; True where the first part is the nearer."""
     known, found = {root}, []
     grown = True

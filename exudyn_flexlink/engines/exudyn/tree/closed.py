@@ -1,9 +1,9 @@
 """All coordinates of a tree whose loops are closed, from the independent ones.
 
 Generalised coordinate partitioning (R. A. Wehage and E. J. Haug, J. Mech. Des. 104 (1982) 247):
-with residuals c(y, t) of the closures, pivoting their Jacobian splits the coordinates y, those of the
-tree and the slots' places, into dependent ones w, for which c = 0 is solved by Newton's method, and
-independent ones z:
+with residuals c(y, t) of the closures, pivoting their Jacobian splits the coordinates y, those of
+the tree and the slots' places, into dependent ones w, for which c = 0 is solved by Newton's method,
+and independent ones z:
 
     w' = -(c_w)^-1 (c_z z' + c_t),      w'' = -(c_w)^-1 (c_z z'' + gamma)
 
@@ -38,10 +38,10 @@ OPEN = (
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
-DEAD_CENTRE = (
-    1e-3  # smallest singular value of the scaled Jacobian: the mechanism is all but locked
-)
+SINGULAR = 1e3  # of residuals in dependent coordinates: accelerations lose its square in digits
+DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
+AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
 NOT_CLOSED = "the joints of a loop can't all stay closed"
 
 
@@ -65,8 +65,8 @@ class ClosedCoordinates:
         lengths: FloatArray,
     ) -> None:
         """`lengths` (links,) are how far (m) a unit of each coordinate moves anything, at most."""
-        self.points = list(points)
-        self.closures = Closures(layout, kinematics, start[0], self.points)
+        self._points = list(points)
+        self.closures = Closures(layout, kinematics, start[0], self._points)
         self._links, self._lengths = len(layout.links), lengths
         self._size = float(lengths.max())
         self._hinges = np.flatnonzero(kinematics.hinge)
@@ -74,16 +74,21 @@ class ClosedCoordinates:
         self._known = np.array(sorted(layout.motors), dtype=int)
         self._start = start[0]
         self._row_scale = np.where(self.closures.angles(), self._size, 1.0)
-        self._pieces = [(point.changes, point.piece) for point in self.points]
+        self._pieces = [(point.changes, point.piece) for point in self._points]
         self._time = 0.0
-        self._y = np.concatenate([start[0], [point.u for point in self.points]])
-        self._v = np.concatenate([start[1], np.zeros(len(self.points))])
+        self._y = np.concatenate([start[0], [point.u for point in self._points]])
+        self._v = np.concatenate([start[1], np.zeros(len(self._points))])
         self._a = np.zeros(len(self._y))
         self._split = self._chosen()
         self._last: tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None = None
         free = self._split.free
         start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free])[0]
         self.settle(0.0, start_of, np.zeros(len(free)))
+
+    @property
+    def points(self) -> Sequence[TrackPoint]:
+        """The slots' points, as they are followed."""
+        return self._points
 
     # --- which are independent ----------------------------------------------------------------
 
@@ -94,9 +99,8 @@ class ClosedCoordinates:
 
     def _scale(self, y: FloatArray) -> FloatArray:
         """How far (m) a unit of every coordinate moves anything."""
-        speeds = [
-            abs(complex(*p.at(u)[2:4])) for p, u in zip(self.points, y[self._links :], strict=True)
-        ]
+        places = zip(self._points, y[self._links :].tolist(), strict=True)
+        speeds = [abs(complex(*point.at(u)[2:4])) for point, u in places]
         return np.concatenate([self._lengths, speeds])
 
     def _jacobian(self, y: FloatArray) -> FloatArray:
@@ -124,7 +128,7 @@ class ClosedCoordinates:
 
     def resume(self) -> None:
         """Choose the independent coordinates anew, and go on to the slots' present pieces."""
-        for k, point in enumerate(self.points):
+        for k, point in enumerate(self._points):
             changes, piece = self._pieces[k]
             if changes == point.changes:
                 continue
@@ -168,7 +172,8 @@ class ClosedCoordinates:
         reach[:, split.dependent] = -inverse @ jacobian[:, :, split.free]
         if len(t) == STAGES:
             self._last = (t, z, y, reach)
-        self._blur = ROUNDING * self._size * float(np.abs(inverse).max(initial=0.0))
+            lengths = self._scale(self._y)[split.dependent]
+            self._gains = np.abs(inverse * lengths[:, None]).max((1, 2), initial=0.0)
         speeds, pushes = np.zeros(y.shape), np.zeros(y.shape)
         for link, motor, sign in self._motors:
             speeds[:, link] = [sign * motor.ramp.at(a) for a in t.tolist()]
@@ -211,7 +216,7 @@ class ClosedCoordinates:
         return np.asarray(y)
 
     def _between(self, t: FloatArray, stages: FloatArray) -> bool:
-        """Tell whether instants lie in the last step tried; its first stage is soon after its start.
+        """Tell whether instants lie in the last step tried.
 
         Another way of closing the loops may be near: no place is searched from far.
         """
@@ -277,12 +282,18 @@ class ClosedCoordinates:
         speeds = np.array([[*at.v, *at.place_rates] for at in stages])
         off = np.abs(ends[1] - ends[0] - h * (weights @ speeds)) * self._scale(self._y)
         # Near a dead centre dependent coordinates are known to so much only.
-        return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - self._blur)
+        blur = ROUNDING * self._size * float(self._gains.max())
+        return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - blur)
 
-    def locked(self, at: Held) -> bool:
-        """Tell whether the mechanism is all but at a dead centre."""
+    def on_dead_centre(self) -> bool:
+        """Tell whether a stage of the last step tried all but fell on one that can be passed."""
+        return bool(self._gains.max() > SINGULAR)
+
+    def locked(self, at: Held) -> str:
+        """Say that the mechanism is all but at a dead centre; empty if it is not."""
         values = np.linalg.svd(self._jacobian(np.array([*at.x, *at.places])), compute_uv=False)
-        return bool(values[len(self._split.dependent) - 1] < DEAD_CENTRE)
+        locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
+        return AT_DEAD_CENTRE if locked else ""
 
     # --- reactions ----------------------------------------------------------------------------
 

@@ -1,8 +1,8 @@
 """Joints that close loops: by how much they are open, and the derivatives of that.
 
-Pins and slots give two rows each (x and y, m), slides two (across the guide, m, and the angle, rad),
-motors that turn no hinge of the tree one (rad). The coordinates y are those of the tree, then the
-slots' places on their curves: a slot's point is where its curve is, ``p = gamma(u)``.
+Pins and slots give two rows each (x and y, m), slides two (across the guide, m, and the angle,
+rad), motors that turn no hinge of the tree one (rad). The coordinates y are those of the tree, then
+the slots' places on their curves: a slot's point is where its curve is, ``p = gamma(u)``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """All coordinates of a tree from the independent ones, where no joint closes a loop.
 
 What motors hold is known, and a guided slot's slide follows its guide: ``x'' = T z'' + b`` for the
-independent coordinates z, with T the velocity transformation (E. J. Haug, *Computer Aided Kinematics
-and Dynamics*, 1989, ch. 7).
+independent coordinates z, with T the velocity transformation (E. J. Haug, *Computer Aided
+Kinematics and Dynamics*, 1989, ch. 7).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.tree.guided import SlotGuide
+from exudyn_flexlink.engines.exudyn.tree.guided import AT_DEAD_CENTRE, SlotGuide
 from exudyn_flexlink.engines.exudyn.tree.track_point import TrackPoint
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -41,7 +41,9 @@ class Held(NamedTuple):
 class Coordinates(Protocol):
     """How the coordinates of a tree follow from the independent ones."""
 
-    points: Sequence[TrackPoint]
+    @property
+    def points(self) -> Sequence[TrackPoint]:
+        """The slots' points, as they are followed."""
 
     @property
     def count(self) -> int:
@@ -73,8 +75,11 @@ class Coordinates(Protocol):
     def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
 
-    def locked(self, at: Held) -> bool:
-        """Tell whether the mechanism is all but at a dead centre."""
+    def on_dead_centre(self) -> bool:
+        """Tell whether a stage of the last step tried all but fell on one that can be passed."""
+
+    def locked(self, at: Held) -> str:
+        """Say at which dead centre the mechanism all but is; empty if at none."""
 
 
 class OpenCoordinates:
@@ -84,7 +89,7 @@ class OpenCoordinates:
         self, layout: TreeLayout, start: tuple[FloatArray, FloatArray], guides: Sequence[SlotGuide]
     ) -> None:
         self.free = np.array(layout.free, dtype=int)
-        self.points = self._guides = list(guides)
+        self._guides = list(guides)
         self._start = start
         self._count = len(layout.links)
         last = int(self.free[-1]) + 1 if len(self.free) else 0
@@ -100,6 +105,11 @@ class OpenCoordinates:
     def count(self) -> int:
         """Number of the independent coordinates."""
         return len(self.free)
+
+    @property
+    def points(self) -> Sequence[TrackPoint]:
+        """The slots' points, as they are followed."""
+        return self._guides
 
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
@@ -178,6 +188,12 @@ class OpenCoordinates:
             off = max(off, abs(float(gone - h * (weights @ speeds))))
         return off
 
-    def locked(self, at: Held) -> bool:
-        """Tell whether a guide's axis all but touches its track."""
-        return any(guide.grazes(float(at.x[guide.guided.turning])) for guide in self._guides)
+    def on_dead_centre(self) -> bool:
+        """Tell whether a stage fell on a dead centre that can be passed: there is none here."""
+        return False
+
+    def locked(self, at: Held) -> str:
+        """Say that a guide's axis all but touches its track; empty if none does."""
+        angles = [float(at.x[guide.guided.turning]) for guide in self._guides]
+        grazing = any(g.grazes(angle) for g, angle in zip(self._guides, angles, strict=True))
+        return AT_DEAD_CENTRE if grazing else ""

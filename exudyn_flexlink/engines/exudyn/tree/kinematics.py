@@ -1,8 +1,8 @@
 """Where the links of a tree are and how they move, for many instants at once, without a loop.
 
-Vectors in the plane are complex numbers. With theta the angle of a link (the sum of the hinges up to
-it), theta' that of its parent, o its joint's offset, s the coordinate of a slide and e its direction,
-the origin of link i is the sum over the links up to it of
+Vectors in the plane are complex numbers. With theta the angle of a link (the sum of the hinges up
+to it), theta' that of its parent, o its joint's offset, s the coordinate of a slide and e its
+direction, the origin of link i is the sum over the links up to it of
 
     d = exp(i theta') o + s e,
 
@@ -12,7 +12,7 @@ and its velocity and acceleration are the sums of the derivatives of d.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,9 +100,13 @@ class LinkKinematics:
         return np.asarray(np.where(self._moved_by[links], moved, 0.0))
 
 
-def _with_ground(values: NDArray[np.generic]) -> NDArray[np.generic]:  # type: ignore[type-arg]
+Array = TypeVar("Array", FloatArray, ComplexArray)
+
+
+def _with_ground(values: Array) -> Array:
     """Append the ground, where everything is zero."""
-    return np.concatenate([values, np.zeros((*values.shape[:-1], 1), values.dtype)], axis=-1)
+    zero = np.zeros((*values.shape[:-1], 1), values.dtype)
+    return np.concatenate([values, zero], axis=-1)
 
 
 class Points:

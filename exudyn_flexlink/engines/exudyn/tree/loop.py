@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.tree.contacts import Side
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, NOTHING, Finder, Found, Goal
-from exudyn_flexlink.engines.exudyn.tree.guided import AT_DEAD_CENTRE, DeadCentreError
+from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import (
     Evaluation,
@@ -108,8 +108,9 @@ class TreeLoop:
         except DeadCentreError as error:
             return str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
-            if self._stepper is not None and self._stepper.locked():
-                return AT_DEAD_CENTRE, LOCKED_ADVICE
+            locked = "" if self._stepper is None else self._stepper.locked()
+            if locked:
+                return locked, LOCKED_ADVICE
             return f"{NO_SOLUTION} ({error})", NO_SOLUTION_ADVICE
         finally:
             if self.time < self.end * (1 - 1e-9):

@@ -1,9 +1,9 @@
 """The tree as one Exudyn item: mass matrix and forces come from it, reduced to free coordinates.
 
 Exudyn evaluates the tree's mass matrix, its inertial forces, springs, dampers and weight; here
-those coordinates that motors, slots and loops tie to others are eliminated: with ``x'' = T z'' + b``
-the independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``, and what is left over in the other
-rows are the forces of motors, slots and loops.
+those coordinates that motors, slots and loops tie to others are eliminated: with
+``x'' = T z'' + b`` the independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``, and what is
+left over in the other rows are the forces of motors, slots and loops.
 """
 
 from __future__ import annotations

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.tree.collocation import (
     EIGENVALUES,
     ERROR,
@@ -47,8 +48,7 @@ NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
-SWING = 4e-3  # s: how long errors of speeds last in contact, 1/omega of a lever at 40 Hz
-FREE = 0.25  # of that as long as nothing is in contact
+FREE = 0.25  # of the time that errors of speeds last: as long as nothing is in contact
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
 
 

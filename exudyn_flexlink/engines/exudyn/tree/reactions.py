@@ -35,7 +35,8 @@ def reactions_of(
     joints are redundant their forces are the least of those that are possible.
     """
     if isinstance(model.coordinates, ClosedCoordinates):
-        return _of_closures(model, model.coordinates, time, x, places, left)
+        at = _closing(model.coordinates, time, x, places)
+        return _of_closures(model, model.coordinates, at, left)
     found = Reactions()
     for k, guided in enumerate(model.layout.slots):
         force = _guided(guided, x, places[:, k], left)
@@ -66,19 +67,8 @@ def _moment(model: TreeModel, guided: GuidedSlot, x: FloatArray, force: FloatArr
 
 
 def _of_closures(
-    model: TreeModel,
-    coordinates: ClosedCoordinates,
-    time: FloatArray,
-    x: FloatArray,
-    places: FloatArray,
-    left: FloatArray,
+    model: TreeModel, coordinates: ClosedCoordinates, at: Closing, left: FloatArray
 ) -> Reactions:
-    slots = [point.slot for point in coordinates.points]
-    curves = [slot.curve.derivatives(places[:, k]) for k, slot in enumerate(slots)]
-    vectors = [np.array([curve[i] for curve in curves]) for i in range(3)]  # (slots, n, 2) each
-    track = Track(*(np.asarray(v[..., 0].T + 1j * v[..., 1].T) if len(slots) else
-                    np.zeros((len(x), 0), dtype=complex) for v in vectors))  # fmt: skip
-    at = coordinates.closures.at(time, np.hstack([x, places]), track)
     multipliers, rest = coordinates.reactions(at, left)
     found = Reactions()
     for closure, rows in coordinates.closures.rows:
@@ -96,6 +86,18 @@ def _of_closures(
     for link, (motor, sign) in model.layout.motors.items():
         found.torques[motor.name] = sign * rest[:, link]
     return found
+
+
+def _closing(
+    coordinates: ClosedCoordinates, time: FloatArray, x: FloatArray, places: FloatArray
+) -> Closing:
+    """Where everything is at instants, with places on the whole curves."""
+    slots = [point.slot for point in coordinates.points]
+    curves = [slot.curve.derivatives(places[:, k]) for k, slot in enumerate(slots)]
+    vectors = [np.array([curve[i] for curve in curves]) for i in range(3)]  # (slots, n, 2) each
+    track = Track(*(np.asarray(v[..., 0].T + 1j * v[..., 1].T) if len(slots) else
+                    np.zeros((len(x), 0), dtype=complex) for v in vectors))  # fmt: skip
+    return coordinates.closures.at(time, np.hstack([x, places]), track)
 
 
 def _across(

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from exudyn_flexlink.engines.exudyn.tree.radau import SWING
+from exudyn_flexlink.engines.coasting import PART, SWING
 
 FloatArray = NDArray[np.float64]
 
-PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
 RIGID = 1e-12  # of the largest square of a frequency: a motion without springs
 
 

@@ -13,9 +13,9 @@ from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
-from exudyn_flexlink.engines.exudyn.tree.slow_motions import slow_motions
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
+from exudyn_flexlink.engines.exudyn.tree.slow_motions import slow_motions
 
 FloatArray = NDArray[np.float64]
 
@@ -23,6 +23,8 @@ SHORTEST = 1e-13  # of the run
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
 SHORTEST_LOOK = 1e-3  # of a contact's half period
+LENGTHS = (1.6, 0.8, 1.25)  # of a step whose stage is on a dead centre, last first
+ROUNDED = 100.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps to the end of a face
 
 
@@ -67,8 +69,8 @@ class Stepper:
         self.radau.restart()
         self.control.forget()
 
-    def locked(self) -> bool:
-        """Tell whether the mechanism is all but at a dead centre."""
+    def locked(self) -> str:
+        """Say at which dead centre the mechanism all but is; empty if at none."""
         return self.model.coordinates.locked(self.at.kept)
 
     def attempt(self, stop: float) -> Step:
@@ -83,7 +85,7 @@ class Stepper:
             self.restart()
         left = stop - self.time
         h = min(self.h, self._longest())
-        first = True
+        first, lengths = True, [*LENGTHS]
         while True:
             if h > 0.999999 * left:
                 h = left
@@ -92,17 +94,32 @@ class Stepper:
             if h < SHORTEST * self.end and h < left:
                 raise self._dead or NoConvergenceError(f"{h:.3g} s")
             step = self._step(h)
-            if step is None or self._slips(step):
+            good = step is not None and not self._slips(step)
+            if lengths and not (good and self._passes(step)) and self._on_dead_centre():
+                # Rounding decides there, whatever the length: let the stages fall elsewhere.
+                h *= lengths.pop()
+                continue
+            if step is None or not good:
                 h, first = h / 4, False
                 continue
             if self.control.fixed is not None:
                 return step
             factor = self.control.factor(h, step.error)
-            if self.control.passes(step.error):
+            if self._passes(step) or self._rounded(step):
                 self.control.note(h, step.error)
                 self.h = self.control.next(h, factor if first else min(factor, 1.0))
                 return step
             h, first = h * min(factor, 0.9), False
+
+    def _passes(self, step: Step | None) -> bool:
+        return step is not None and self.control.passes(step.error)
+
+    def _on_dead_centre(self) -> bool:
+        return self.control.fixed is None and self.model.coordinates.on_dead_centre()
+
+    def _rounded(self, step: Step) -> bool:
+        """Tell that an error too large may be one of rounding, at a dead centre that is passed."""
+        return step.error < ROUNDED * self.control.allowed and self._on_dead_centre()
 
     def landed(self, found: Found) -> Step | None:
         """Make a step to what was found; None, and a shorter one next, if it is not good enough."""
