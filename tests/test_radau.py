@@ -7,7 +7,6 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
-from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS, A, C
 from exudyn_flexlink.engines.exudyn.tree.contact_share import Pressing
 from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Radau, State
@@ -21,6 +20,9 @@ class Oscillator:
 
     def evaluate(self, t, q, v):
         return Evaluation(self.mass, -self.stiffness @ q - self.damping @ v)
+
+    def evaluate_all(self, t, q, v):
+        return [self.evaluate(*at) for at in zip(t, q, v, strict=True)]
 
     def jacobians(self, at):
         return self.stiffness, self.damping
@@ -56,7 +58,7 @@ class Pressed(Oscillator):
 
 def advance(problem, q, v, h, count):
     """State after `count` steps, and the steps."""
-    radau = Radau(problem, SWING)
+    radau = Radau(problem, np.zeros((len(q), len(q))))
     at = problem.evaluate(0.0, q, v)
     state = State(q, v, np.linalg.solve(at.mass, at.force))
     steps = []

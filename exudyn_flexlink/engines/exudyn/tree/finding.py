@@ -86,7 +86,7 @@ class Finder:
 
     def _ends_of_pieces(self, step: Step) -> list[Found]:
         found = []
-        for k, guide in enumerate(self.model.guides):
+        for k, guide in enumerate(self.model.coordinates.points):
             ahead, behind = guide.left(step.stages[-1].kept.places[k])
             if min(ahead, behind) < -SEAM:
                 way = 1 if ahead < behind else -1
@@ -97,7 +97,7 @@ class Finder:
     def _on_piece(self, step: Step, k: int, way: int, t: float) -> float:
         """How far a slot's point is from the end of its piece (way 1) or from its start (-1)."""
         q, v = step.at(np.array([t]))
-        left = self.model.guides[k].left(self.model.whole(t, q[0], v[0]).places[k])
+        left = self.model.coordinates.points[k].left(self.model.whole(t, q[0], v[0]).places[k])
         return left[0] if way == 1 else left[1]
 
     def _changes_of_contacts(self, step: Step) -> list[Found]:

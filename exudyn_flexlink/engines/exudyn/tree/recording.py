@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.tree.collocation import NODES, STAGES, WEIGHTS, C
+from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.kinematics import motions
-from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel, Whole
+from exudyn_flexlink.engines.exudyn.tree.model import TreeModel, Whole
 from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Step
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
@@ -74,7 +75,7 @@ class Recorder:
         """Take the state at time 0."""
         whole: Whole = at.kept
         self._on_curves = [self._places(whole.places)]
-        held = Held(whole.x, whole.v, whole.b, whole.places)
+        held = Held(*whole[1:7])
         self._check([held], self._reached[None, :], [self._acting()])
         self._on_curves = []
         self._keep(whole.t, held, 0, 0.0)
@@ -87,8 +88,9 @@ class Recorder:
         if last > self._next:
             wanted = self.grid[self._next : last]
             self._next = last
-            for t, q, v in zip(wanted.tolist(), *step.at(wanted), strict=True):
-                self._keep(t, self.model.whole(t, q, v), len(self._steps), (t - step.t) / step.h)
+            held = self.model.coordinates.hold(wanted, *step.at(wanted))
+            for t, at in zip(wanted.tolist(), held, strict=True):
+                self._keep(t, at, len(self._steps), (t - step.t) / step.h)
         self._steps.append(step)
         self._pressed.append(self._acting())
         self._ends.append(end)
@@ -112,7 +114,7 @@ class Recorder:
         self._between.append((step, part))
 
     def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
-        guides = self.model.guides
+        guides = self.model.coordinates.points
         return tuple(g.place(u) for g, u in zip(guides, on_pieces, strict=True))
 
     # --- blocks -------------------------------------------------------------------------------
@@ -149,10 +151,10 @@ class Recorder:
         count = len(self.model.contacts)
         v = np.array([whole.v for whole in kept])
         rates = np.zeros((len(kept), 2 + 2 * count))
-        rates[:, 0] = (v * v) @ self.model.damping
+        rates[:, 0] = self.model.damped(v)
         rates[:, 1] = np.sum(left * v, axis=1)
-        for motor, (link, sign) in self.model.torques:
-            rates[:, 1] += [sign * motor.ramp.at(whole.t) * whole.v[link] for whole in kept]
+        for motor, row in self.model.torques:
+            rates[:, 1] += [motor.ramp.at(whole.t) for whole in kept] * (v @ row)
         pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), count, 2)
         rates[:, 2 : 2 + count], rates[:, 2 + count :] = pushes[..., 0], pushes[..., 1]
         return rates
@@ -164,7 +166,7 @@ class Recorder:
         pressed: list[tuple[bool, ...]],
     ) -> None:
         x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
-        found = motions(self.model.layout, x, v, np.zeros_like(x))
+        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         acted = np.array(pressed, dtype=bool).reshape(len(kept), -1)
         energies, depths = self.energies(found.poses, found.rates, totals, acted)
         total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]

@@ -26,7 +26,7 @@ from exudyn_flexlink.mechanism import (
     sample_times,
     turn_goal,
 )
-from exudyn_flexlink.mechanism.tree import NoTreeError, TreeLayout, hinge_between, tree_layout
+from exudyn_flexlink.mechanism.tree import NoTreeError, TreeLayout, tree_layout
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
@@ -108,12 +108,11 @@ def _goal(
     goal = turn_goal(scene, assembly)
     if goal is None:
         return None
-    found = hinge_between(layout, goal.first, goal.second)
-    assert found is not None  # turns are those of a revolute joint, and no other joint is in a tree
-    link, sign = found
+    row = layout.turning_row(goal.first, goal.second)
+    start = goal.start - layout.turn(goal.second) + layout.turn(goal.first)
 
     def left(x: FloatArray) -> float:
-        turned = sign * float(x[link]) - goal.start
+        turned = float(row @ x) - start
         return abs(goal.turned) - (turned if goal.turned > 0 else -turned)
 
     return left
