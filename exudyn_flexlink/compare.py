@@ -279,7 +279,8 @@ def common_times(first: Result, second: Result) -> FloatArray:
     end = float(min(first.time[-1], second.time[-1]))
     if end <= 0:
         return np.zeros(1)
-    grid = sample_times(scene, end_of_run(scene, build_mechanism(scene)))
+    mechanism = build_mechanism(scene)
+    grid = sample_times(scene, mechanism, end_of_run(scene, mechanism))
     kept = grid[grid < end * (1 - 1e-9)]
     return np.append(kept, end)
 
@@ -340,15 +341,22 @@ def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
     return one is not None and other is not None and abs(one - other) > SAME_STRIKE
 
 
-def _statistics(seen: Seen, part: NDArray[np.bool_]) -> Statistics:
+def _statistics(seen: Seen, point: str, time: FloatArray, part: NDArray[np.bool_]) -> Statistics:
+    """Statistics over a `part` of the instants compared; extremes are those of the run itself."""
     position = seen.position[part]
     mean = position.mean(axis=0)
     about = position - mean
-    levers = {body: angle[part] for body, angle in seen.angles.items()}
+    begin, end = float(time[part][0]), float(time[part][-1])
+    ends = [_ends(seen.result.extremes[f"{point}.{axis}_m"], begin, end) for axis in "xy"]
+    least, greatest = np.array(ends).T - mean
     return Statistics(
         mean=mean,
         rms=np.sqrt(np.mean(about**2, axis=0)),
-        least=about.min(axis=0),
-        greatest=about.max(axis=0),
-        levers={body: (float(a.min()), float(a.max())) for body, a in levers.items()},
+        least=np.minimum(least, about.min(axis=0)),
+        greatest=np.maximum(greatest, about.max(axis=0)),
+        levers={
+            body: (own.least[0], own.greatest[0])
+            for body, lever in seen.levers.items()
+            for own in [lever.between(begin, np.nextafter(end, np.inf))]
+        },
     )

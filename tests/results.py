@@ -177,7 +177,7 @@ def result_of(
         contacts=contacts,
         sleeves={c.name: _sleeve(c, q, v, time) for c in mechanism.channels},
         energy=energy,
-        extremes=_extremes(scene, time, q, v, contacts),
+        extremes=_extremes(scene, time, (q, v), contacts),
         events=events,
         checks=Checks(residual, largest, 1e-12, 100, 250, 1e-5, 1e-4, float("inf"), 1e-5),
         warnings=("made up",),
@@ -185,13 +185,19 @@ def result_of(
     )
 
 
-def _extremes(scene: Scene, time, q, v, contacts) -> dict[str, Extremes]:
+def with_its_extremes(result: Result) -> Result:
+    """The same run with the extremes of its samples, which a test has changed."""
+    motion = result.poses, result.rates
+    return replace(result, extremes=_extremes(result.scene, result.time, motion, result.contacts))
+
+
+def _extremes(scene: Scene, time, motion, contacts) -> dict[str, Extremes]:
     """Those of the cubics between samples, as if each sample were a step."""
     mechanism = build_mechanism(scene)
     seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, HERMITE)
-    motion = tuple(np.stack([x[:-1], x[1:]], axis=1) for x in (q, v))
+    steps = tuple(np.stack([x[:-1], x[1:]], axis=1) for x in motion)
     pressed = np.zeros((len(time) - 1, len(mechanism.contacts)), dtype=bool)
-    seeker.take(time[:-1], np.diff(time), motion, pressed)
+    seeker.take(time[:-1], np.diff(time), steps, pressed)
     found = seeker.extremes()
     for name, contact in contacts.items():
         inside = contact.force > 0

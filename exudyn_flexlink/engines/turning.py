@@ -111,11 +111,11 @@ class TurnSeeker:
         `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c).
         """
         time, length = steps
+        still = ROUNDING * np.abs(values).max(axis=(0, 1))
+        slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
         if self._last is None:
             self._keep(self._all, np.full(len(self._all), time[0]), values[0, 0])
             self._last = values[0, 0], slopes[0, 0]
-        still = ROUNDING * np.abs(values).max(axis=(0, 1))
-        slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
         self._keep(*polynomial.turns(time, length, values, slopes))
         self._rests(time[:, None] + polynomial.nodes * length[:, None], values, slopes)
         self._between(time, self._last, (values, slopes), still)

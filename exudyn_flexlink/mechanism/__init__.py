@@ -44,6 +44,7 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.sampling import kept_interval, sample_times, wanted_interval
 from exudyn_flexlink.mechanism.schedule import (
     WALL_SHARE,
     TurnGoal,
@@ -52,7 +53,6 @@ from exudyn_flexlink.mechanism.schedule import (
     end_of_run,
     formulation,
     half_period,
-    sample_times,
     turn_goal,
     wall_half_period,
 )
@@ -105,6 +105,7 @@ __all__ = [
     "half_period",
     "is_tree",
     "joint_residuals",
+    "kept_interval",
     "mass_matrix",
     "mobility",
     "node_anchor",
@@ -117,4 +118,5 @@ __all__ = [
     "turn_goal",
     "turning",
     "wall_half_period",
+    "wanted_interval",
 ]

@@ -77,7 +77,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
     recorder = Recorder(
         system.coordinates,
-        sample_times(scene, end),
+        sample_times(scene, assembly.mechanism, end),
         Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
         scene.accuracy.spectral_radius,
         ExtremeSeeker(scene, assembly.mechanism, all_contacts, HERMITE),

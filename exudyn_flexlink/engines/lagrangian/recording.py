@@ -163,9 +163,10 @@ class Recorder:
 
     def _nodes_of(self, block: Block) -> Motions:
         """Motion at the nodes of a block's steps, which is noted, too."""
-        nodes, begins, starts = self.seeker.nodes, block.times[:-1], block.states[:-1, None]
-        stages, lengths = np.searchsorted(block.method.nodes, nodes[1:]), np.diff(block.times)
-        states = np.concatenate([starts, starts + block.changes[:, stages]], axis=1)
+        # The block's times are the method's own, which it writes over.
+        nodes, begins, starts = self.seeker.nodes, block.times[:-1].copy(), block.states[:-1, None]
+        lengths = np.diff(block.times)
+        states = np.concatenate([starts, starts + block.changes], axis=1)
         instants = (begins[:, None] + lengths[:, None] * nodes).ravel()
         near = np.repeat(block.places[:-1], len(nodes))
         found = motions_at(instants, states.reshape(len(instants), -1), near, block.course, False)

@@ -66,9 +66,9 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     system = System(rig, turn_goal(scene, assembly))
     accuracy, mechanism = scene.accuracy, assembly.mechanism
     by_explicit, method = explicit(scene, mechanism), radau(STAGES)
-    nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *method.nodes[[1, 3, 4]]])
+    nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *method.nodes])
     seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, nodes)
-    recorder = Recorder(system, sample_times(scene, end), seeker, progress)
+    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker, progress)
     recorder.explicit = by_explicit
     loop: Loop | March
     if by_explicit:

@@ -55,7 +55,7 @@ def prepare(
     events: list[Event] = []
     model = TreeModel(assembly, layout, events)
     seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, np.array([0.0, *C]))
-    recorder = Recorder(model, sample_times(scene, end), seeker)
+    recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
