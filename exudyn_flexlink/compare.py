@@ -180,7 +180,10 @@ class Comparison:
         if self.horizon is None:
             return None
         after = self.time >= self.horizon
-        return _statistics(self.first, after), _statistics(self.second, after)
+        one, other = (
+            _statistics(seen, self.point, self.time, after) for seen in (self.first, self.second)
+        )
+        return one, other
 
     def exceeds(self, tolerance: float) -> bool:
         """Whether the deviation up to the horizon exceeds `tolerance` (m), or can't be told."""
@@ -342,21 +345,18 @@ def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
 
 
 def _statistics(seen: Seen, point: str, time: FloatArray, part: NDArray[np.bool_]) -> Statistics:
-    """Statistics over a `part` of the instants compared; extremes are those of the run itself."""
-    position = seen.position[part]
+    """Statistics over a part of the instants; least and greatest are those of the run itself."""
+    position, (begin, end) = seen.position[part], time[part][[0, -1]].tolist()
     mean = position.mean(axis=0)
-    about = position - mean
-    begin, end = float(time[part][0]), float(time[part][-1])
-    ends = [_ends(seen.result.extremes[f"{point}.{axis}_m"], begin, end) for axis in "xy"]
-    least, greatest = np.array(ends).T - mean
+    turns = [seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy"]
+    reached = [np.append(own.value, x) for own, x in zip(turns, position.T, strict=True)]
+    levers = {
+        body: lever.between(begin, np.nextafter(end, np.inf)) for body, lever in seen.levers.items()
+    }
     return Statistics(
         mean=mean,
-        rms=np.sqrt(np.mean(about**2, axis=0)),
-        least=np.minimum(least, about.min(axis=0)),
-        greatest=np.maximum(greatest, about.max(axis=0)),
-        levers={
-            body: (own.least[0], own.greatest[0])
-            for body, lever in seen.levers.items()
-            for own in [lever.between(begin, np.nextafter(end, np.inf))]
-        },
+        rms=np.sqrt(np.mean((position - mean) ** 2, axis=0)),
+        least=np.array([x.min() for x in reached]) - mean,
+        greatest=np.array([x.max() for x in reached]) - mean,
+        levers={body: (own.least[0], own.greatest[0]) for body, own in levers.items()},
     )

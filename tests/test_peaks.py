@@ -50,7 +50,9 @@ def test_equal_strikes_of_a_long_run_have_equal_peaks(by):
 @pytest.mark.parametrize("by", ENGINES)
 @pytest.mark.parametrize("sample", ["1 ms", "20 ms", "1 s"])
 def test_peaks_do_not_depend_on_samples(by, sample):
-    coarse, fine = (run(by, *STIFF, "run.turns=2.6", f"run.sample={s}") for s in (sample, "0.01 ms"))
+    coarse, fine = (
+        run(by, *STIFF, "run.turns=2.6", f"run.sample={s}") for s in (sample, "0.01 ms")
+    )
     assert len(fine.time) > 90 * len(coarse.time) or sample == "1 ms"
     np.testing.assert_allclose(peaks(coarse), peaks(fine), atol=1e-9)
     for name, own in fine.extremes.items():
