@@ -116,6 +116,20 @@ def test_samples_at_one_instant_are_no_damage(capsys):
 @pytest.mark.parametrize(
     ("key", "change"),
     [
+        ("extremes_0_value", put(1, NAN)),
+        ("extremes_0_value", lambda value: value[:-1]),
+        ("extremes_0_time", lambda time: time[::-1]),
+    ],
+)
+def test_damaged_extremes(key, change):
+    change_array("rigid", key, change)
+    with pytest.raises(StorageError, match="is damaged"):
+        load(Path("rigid"))
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
         ("sleeves_0_force", put(50, NAN)),
         ("sleeves_0_begin", put(1, NAN)),
         ("sleeves_0_begin", lambda begin: begin + 100),

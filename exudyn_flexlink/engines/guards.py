@@ -13,9 +13,13 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     build_mechanism,
+    end_of_run,
     face_length,
+    kept_interval,
     swing_times,
+    wanted_interval,
 )
+from exudyn_flexlink.observables import crank_angle, crank_joint
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import SleeveJoint
 
@@ -37,6 +41,7 @@ FEW_REBOUNDS, LOCAL_REBOUNDS = 4, 8
 # rad of the guide while a link swings free of its walls: it may be as chaotic as a double pendulum.
 FREE_TURN, LOCAL_FREE_TURN = np.pi, 4 * np.pi
 MORE = "S and levers may be off by more than the tolerance; 'simulate --horizon' tells from when on"
+FEW_SAMPLES = 100  # a turn: a chord between two is 1/2000 of the radius off
 CRAWL = 1e-10  # s: steps this short in a contact lead nowhere soon
 
 
@@ -47,7 +52,7 @@ def doubts(result: Result) -> list[str]:
 
 def limits(result: Result) -> list[str]:
     """Say what is doubtful about a run that smaller steps do not change."""
-    told = [*_iterations(result), *_crawling(result), *_rattling(result)]
+    told = [*_iterations(result), *_crawling(result), *_rattling(result), *_thin(result)]
     if any(event.kind == "contact begins" for event in result.events):
         mechanism = build_mechanism(result.scene)
         told += [*_overlaps(result, mechanism), *_bouncing(result, mechanism)]
@@ -213,6 +218,23 @@ def _free_turn(result: Result, name: str) -> float:
     free = ends > begins
     turned = np.interp(ends, result.time, angle) - np.interp(begins, result.time, angle)
     return float(np.abs(turned[free]).max(initial=0.0))
+
+
+def _thin(result: Result) -> Iterator[str]:
+    """Say where samples are fewer than the motion asks for, or than turns that nobody foresaw."""
+    scene, mechanism = result.scene, build_mechanism(result.scene)
+    if scene.run.sample is not None:
+        return
+    end = end_of_run(scene, mechanism)
+    kept, wanted = (of(scene, mechanism, end) for of in (kept_interval, wanted_interval))
+    angle = crank_angle(result) if crank_joint(scene) else np.zeros(1)
+    made = abs(float(angle[-1] - angle[0])) / (2 * np.pi)
+    apart = f"samples are {kept:.3g} s apart"
+    less = "figures and tables show less of it, peaks are what they are; 'run.sample' sets them"
+    if kept > wanted * (1 + 1e-9):
+        yield f"{apart}, since the run is long, where its motion asks for {wanted:.3g} s: {less}"
+    elif made > 1 and result.outcome.time / kept < FEW_SAMPLES * made:
+        yield f"{apart}, which is {result.outcome.time / kept / made:.3g} a turn: {less}"
 
 
 def _in_a_row(result: Result) -> dict[str, int]:

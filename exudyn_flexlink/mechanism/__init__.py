@@ -45,6 +45,7 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
+from exudyn_flexlink.mechanism.sampling import kept_interval, sample_times, wanted_interval
 from exudyn_flexlink.mechanism.schedule import (
     WALL_SHARE,
     TurnGoal,
@@ -53,7 +54,6 @@ from exudyn_flexlink.mechanism.schedule import (
     end_of_run,
     formulation,
     half_period,
-    sample_times,
     turn_goal,
     wall_half_period,
 )
@@ -107,6 +107,7 @@ __all__ = [
     "half_period",
     "is_tree",
     "joint_residuals",
+    "kept_interval",
     "least_tolerance",
     "mass_matrix",
     "mobility",
@@ -120,4 +121,5 @@ __all__ = [
     "turn_goal",
     "turning",
     "wall_half_period",
+    "wanted_interval",
 ]

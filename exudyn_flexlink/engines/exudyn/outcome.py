@@ -60,6 +60,7 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
         sleeves=sleeve_histories(prepared, kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
+        extremes=prepared.recorder.seeker.extremes(),
         events=_events(prepared),
         checks=_checks(prepared, iterations),
     )
@@ -139,7 +140,7 @@ def _events(prepared: Prepared) -> tuple[Event, ...]:
     events = [event for event in loop.events if event.time < loop.end]
     names = [contact.name for contact in contacts[: len(loop.contacts)]]
     events += contact_events(loop.log.entries, prepared.recorder.totals, names)
-    return tuple(sorted(events, key=lambda event: event.time))
+    return prepared.recorder.seeker.with_peaks(events)
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
@@ -157,7 +158,7 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
         smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
         largest_step=loop.largest_step,
         steps_per_contact=per_contact,
-        largest_penetration=float(recorder.penetrations.max(initial=0.0)),
+        largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
     )
 
 

@@ -17,6 +17,7 @@ from exudyn_flexlink.result import (
     ContactHistory,
     EnergyHistory,
     Event,
+    Extremes,
     Outcome,
     Result,
     SleeveHistory,
@@ -45,6 +46,7 @@ class Report:
     contacts: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]
     energy: EnergyHistory
+    extremes: Mapping[str, Extremes]
     events: tuple[Event, ...]
     checks: Checks
 

@@ -15,6 +15,7 @@ from time import perf_counter
 import numpy as np
 
 from exudyn_flexlink.engines.coasting import coasting
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
@@ -37,6 +38,7 @@ STAGES = 5  # order 9
 # the error of S and of the tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
 SHARE = 0.2  # of the tolerance: error that one step may make
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
+EXPLICIT_NODES = np.array([0.0, 0.5, 1.0])  # at which an explicit step is looked at for extremes
 RELATIVE = 1e-10
 ABSOLUTE = 1e-12  # rad, rad/s, J, N s
 
@@ -62,10 +64,14 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     rig = build_rig(scene, assembly)
     end = end_of_run(scene, assembly.mechanism)
     system = System(rig, turn_goal(scene, assembly))
-    recorder = Recorder(system, sample_times(scene, end), progress)
-    accuracy = scene.accuracy
+    accuracy, mechanism = scene.accuracy, assembly.mechanism
+    by_explicit, method = explicit(scene, mechanism), radau(STAGES)
+    nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *method.nodes])
+    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, nodes)
+    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker, progress)
+    recorder.explicit = by_explicit
     loop: Loop | March
-    if explicit(scene, assembly.mechanism):
+    if by_explicit:
         loop = Loop(
             system,
             recorder,
@@ -74,7 +80,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
         )
     else:
         assert accuracy.tolerance is not None
-        loop = March(system, recorder, radau(STAGES), control(rig, accuracy.tolerance, end))
+        loop = March(system, recorder, method, control(rig, accuracy.tolerance, end))
     return Prepared(scene, rig, system, recorder, loop, end)
 
 

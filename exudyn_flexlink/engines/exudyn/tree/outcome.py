@@ -70,7 +70,7 @@ class _Reading:
 
     def report(self) -> Report:
         poses, rates = self.moved.poses, self.moved.rates
-        energies, _ = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
+        energies = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
         contacts = {}
         for k, contact in enumerate(self.mechanism.contacts):
             at = self.approaches[k]
@@ -86,6 +86,7 @@ class _Reading:
             contacts=contacts,
             sleeves={},
             energy=EnergyHistory(*energies.T),
+            extremes=self.run.recorder.seeker.extremes(),
             events=self._events(),
             checks=self._checks(),
         )
@@ -113,7 +114,7 @@ class _Reading:
             smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
             largest_step=loop.largest_step,
             steps_per_contact=inf,  # the error is controlled there as everywhere
-            largest_penetration=float(recorder.penetrations.max(initial=0.0)),
+            largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
         )
 
     def _events(self) -> tuple[Event, ...]:
@@ -125,7 +126,7 @@ class _Reading:
         noted = zip(entries, self.run.recorder.at_notes, strict=True)
         totals = [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
         events += contact_events(entries, totals, names)
-        return tuple(sorted(events, key=lambda event: event.time))
+        return self.run.recorder.seeker.with_peaks(events)
 
     # --- reactions ----------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.tree.collocation import NODES, STAGES, WEIGHTS, C
 from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.kinematics import motions
@@ -46,8 +47,9 @@ class Recorder:
     `at_notes` are the totals at the instants that were noted.
     """
 
-    def __init__(self, model: TreeModel, grid: FloatArray) -> None:
+    def __init__(self, model: TreeModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
         self.model = model
+        self.seeker = seeker
         self.grid = grid
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
@@ -59,7 +61,6 @@ class Recorder:
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
-        self.penetrations = np.zeros(len(model.contacts))
         self._next = 1
         self._steps: list[Step] = []
         self._ends: list[Held] = []
@@ -142,9 +143,20 @@ class Recorder:
         self.totals.append(reached[rows] + lengths[rows, None] * gained)
         self.at_notes += [reached[row] for row in self._notes]
         self._check(self._ends, reached[1:], self._pressed)
+        self._seek([node.kept for node in nodes], lengths)
         self._reached = reached[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
         self._between, self._kept, self._notes = [], [], []
+
+    def _seek(self, kept: Sequence[Whole], lengths: FloatArray) -> None:
+        """Look for extremes within the block's steps, whose nodes are `kept`."""
+        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
+        shape = (len(lengths), STAGES + 1, *found.poses.shape[1:])
+        begins = np.array([step.t for step in self._steps])
+        motion = found.poses.reshape(shape), found.rates.reshape(shape)
+        pressed = np.array(self._pressed, dtype=bool).reshape(len(lengths), -1)
+        self.seeker.take(begins, lengths, motion, pressed)
 
     def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
         """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""
@@ -168,7 +180,7 @@ class Recorder:
         x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         acted = np.array(pressed, dtype=bool).reshape(len(kept), -1)
-        energies, depths = self.energies(found.poses, found.rates, totals, acted)
+        energies = self.energies(found.poses, found.rates, totals, acted)
         total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
         if self._start_energy is None:
             self._start_energy = float(total[0])
@@ -178,23 +190,20 @@ class Recorder:
         self.energy_residual = max(self.energy_residual, residual)
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-        np.maximum(self.penetrations, depths.max(axis=0, initial=0.0), out=self.penetrations)
 
     def energies(
         self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: NDArray[np.bool_]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Kinetic, stored, dissipated and supplied energy (instants, 4), and penetrations."""
+    ) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
         count = len(self.model.contacts)
         lost = totals[:, 0] + totals[:, 2 + count :].sum(axis=1)
-        depths = np.zeros((len(poses), count))
         for k, contact in enumerate(self.mechanism.contacts):
             assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
             gap = approach(contact, poses, rates).gap
-            depths[:, k] = np.where(pressed[:, k], np.maximum(-gap, 0.0), 0.0)
-            elastic = contact.law.stored_energy(depths[:, k])
+            elastic = np.where(pressed[:, k], contact.law.stored_energy(-gap), 0.0)
             stored, lost = stored + elastic, lost - elastic
-        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1), depths
+        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1)
 
 
 def _shares(parts: FloatArray) -> FloatArray:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.pace import shortened, too_long
 from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
+from exudyn_flexlink.engines.exudyn.tree.collocation import C
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
@@ -52,7 +54,8 @@ def prepare(
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
     model = TreeModel(assembly, layout, events)
-    recorder = Recorder(model, sample_times(scene, end))
+    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, np.array([0.0, *C]))
+    recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
