@@ -84,6 +84,14 @@ class GuidedSlot:
     aside: float
 
 
+@dataclass(frozen=True)
+class Ride:
+    """A slot whose point carries a group that nothing else holds: its slides along x and y."""
+
+    slot: Slot
+    along: tuple[int, int]
+
+
 Closure = Pin | Slide | Slot | Motor
 
 
@@ -93,20 +101,23 @@ class TreeLayout:
 
     `frames` are those of the parts' origins, by part. `pins` has the link of each pin of the tree,
     and whether its second part is on that link's side. `slots` are those that a guide's angle
-    alone decides; there are some only where no other joint closes a loop.
+    alone decides, `rides` those whose place on their curve takes the place of two slides; there are
+    some of either only where no other joint closes a loop.
     """
 
     links: list[Link] = field(default_factory=list)
     frames: dict[int, Frame] = field(default_factory=dict)
     motors: dict[int, tuple[Motor, float]] = field(default_factory=dict)  # by link, with its sign
     slots: list[GuidedSlot] = field(default_factory=list)
+    rides: list[Ride] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     pins: dict[str, tuple[int, bool]] = field(default_factory=dict)
 
     @property
     def free(self) -> list[int]:
-        """Coordinates of the tree that neither a motor nor a guided slot fixes."""
+        """Coordinates of the tree that neither a motor nor a slot fixes."""
         fixed = {*self.motors, *(slot.sliding for slot in self.slots)}
+        fixed |= {link for ride in self.rides for link in ride.along}
         return [i for i in range(len(self.links)) if i not in fixed]
 
     def path(self, link: int) -> list[int]:
@@ -152,7 +163,11 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
 
     """
     for channel in mechanism.channels:
-        raise NoTreeError(("joints", channel.name), "a tree has no walls; formulation 'joints' has")
+        if channel.clearance == 0:
+            raise NoTreeError(
+                ("joints", channel.name),
+                "a tree holds no rods on an axis; formulation 'joints' does",
+            )
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
         found = hinge_between(layout, motor.first, motor.second)
@@ -312,14 +327,31 @@ def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
 
 
 def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
-    """Slots that a guide's angle alone decides are followed by it, unless loops need them all."""
-    guided = [_guided(layout, slot) for slot in mechanism.slots]
-    sliding = [slot.sliding for slot in guided if slot is not None]
-    plain = len(sliding) == len(guided) and len(set(sliding)) == len(sliding)
-    if plain and not layout.closures:
-        layout.slots += [slot for slot in guided if slot is not None]
-    else:
+    """Follow slots that close no loop without solving for them, unless there are loops."""
+    if layout.closures:
         layout.closures += mechanism.slots
+        return
+    taken: set[int] = set()
+    for slot in mechanism.slots:
+        guided, ride = _guided(layout, slot), _ride(layout, slot)
+        links = {guided.sliding} if guided else set(ride.along) if ride else set()
+        if not links or links & taken:
+            layout.slots, layout.rides, layout.closures = [], [], list(mechanism.slots)
+            return
+        taken |= links
+        layout.slots += [guided] if guided else []
+        layout.rides += [ride] if ride and not guided else []
+
+
+def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
+    """Recognise the point as the one by which a loose group hangs in the tree."""
+    link, x, y = layout.place(slot.anchor)
+    if link == ROOT or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
+        return None
+    across = layout.links[link].parent
+    if across == ROOT or layout.links[across].kind != ALONG_Y:
+        return None
+    return Ride(slot, (layout.links[across].parent, across))
 
 
 def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:

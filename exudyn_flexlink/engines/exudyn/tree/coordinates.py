@@ -83,45 +83,64 @@ class Coordinates(Protocol):
 
 
 class OpenCoordinates:
-    """Coordinates of a tree without loops."""
+    """Coordinates of a tree without loops.
+
+    The independent ones are those of the tree that nothing fixes, then the places of rides on their
+    curves.
+    """
 
     def __init__(
-        self, layout: TreeLayout, start: tuple[FloatArray, FloatArray], guides: Sequence[SlotGuide]
+        self,
+        layout: TreeLayout,
+        start: tuple[FloatArray, FloatArray],
+        guides: Sequence[SlotGuide],
+        riders: Sequence[TrackPoint],
     ) -> None:
+        """`riders` are the points of the layout's rides, `guides` those of its guided slots."""
         self.free = np.array(layout.free, dtype=int)
-        self._guides = list(guides)
+        self._guides, self._riders = list(guides), list(riders)
+        self._rides = [ride.along for ride in layout.rides]
         self._start = start
-        self._count = len(layout.links)
+        self._links = len(layout.links)
         last = int(self.free[-1]) + 1 if len(self.free) else 0
         together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
-        self.span = slice(last - len(self.free), last) if together else None
-        self.chosen: slice | NDArray[np.intp] = self.free if self.span is None else self.span
+        span = slice(last - len(self.free), last) if together else None
+        self.chosen: slice | NDArray[np.intp] = self.free if span is None else span
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self.turning = any(slot.turning not in layout.motors for slot in layout.slots)
+        turning = any(slot.turning not in layout.motors for slot in layout.slots)
+        self._follows = turning or bool(self._riders)
         self._at_times: dict[float, Held] = {}
         self._end = start
+        self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
+
+    def _speed_along(self, k: int) -> float:
+        """Speed of a rider's place on its curve, from that of its slides."""
+        _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
+        along, across = self._end[1][list(self._rides[k])].tolist()
+        return float((along * dx + across * dy) / (dx * dx + dy * dy))
 
     @property
     def count(self) -> int:
         """Number of the independent coordinates."""
-        return len(self.free)
+        return len(self.free) + len(self._riders)
 
     @property
     def points(self) -> Sequence[TrackPoint]:
         """The slots' points, as they are followed."""
-        return self._guides
+        return [*self._guides, *self._riders]
 
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
         x, v = self._end
-        return x[self.free], v[self.free]
+        places = [rider.u for rider in self._riders]
+        return np.append(x[self.free], places), np.append(v[self.free], self._speeds)
 
     def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
         """All coordinates at instants, from the independent ones and their speeds."""
         return [self._one(float(a), b, c) for a, b, c in zip(t, z, v, strict=True)]
 
     def _one(self, t: float, z: FloatArray, v: FloatArray) -> Held:
-        if self.turning:
+        if self._follows:
             return self._hold(t, z, v)
         # What motors hold depends on time alone, and stages come back to the same instants.
         held = self._at_times.get(t)
@@ -134,16 +153,17 @@ class OpenCoordinates:
         return Held(x, speed, held.b, held.places)
 
     def _hold(self, t: float, z: FloatArray, v: FloatArray) -> Held:
-        x, speed, b = np.zeros((3, self._count))
-        x[self.chosen], speed[self.chosen] = z, v
+        x, speed, b = np.zeros((3, self._links))
+        free = len(self.free)
+        x[self.chosen], speed[self.chosen] = z[:free], v[:free]
         for link, motor, sign in self._motors:
             ramp = motor.ramp
             x[link] = self._start[0][link] + sign * ramp.integral(t)
             speed[link], b[link] = sign * ramp.at(t), sign * ramp.rate(t)
         reach = None
-        if self.turning:
-            reach = np.zeros((self._count, len(self.free)))
-            reach[self.free, np.arange(len(self.free))] = 1.0
+        if self._follows:
+            reach = np.zeros((self._links, len(z)))
+            reach[self.free, np.arange(free)] = 1.0
         for guide in self._guides:
             turning, sliding = guide.guided.turning, guide.guided.sliding
             place, rate, bend = guide.slide(float(x[turning]))
@@ -152,17 +172,29 @@ class OpenCoordinates:
             b[sliding] = bend * omega * omega + rate * b[turning]
             if reach is not None:
                 reach[sliding] += rate * reach[turning]
-        return Held(x, speed, b, tuple(guide.u for guide in self._guides), reach)
+        rides = zip(self._riders, self._rides, z[free:].tolist(), v[free:].tolist(), strict=True)
+        for k, (rider, (along, across), u, pace) in enumerate(rides, start=free):
+            x[along], x[across], dx, dy, ddx, ddy = rider.at(u)
+            speed[along], speed[across] = dx * pace, dy * pace
+            b[along], b[across] = ddx * pace * pace, ddy * pace * pace
+            assert reach is not None
+            reach[along, k], reach[across, k] = dx, dy
+        places = (*(guide.u for guide in self._guides), *z[free:].tolist())
+        return Held(x, speed, b, places, reach, (*(0.0,) * len(self._guides), *v[free:].tolist()))
 
     def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
         self._end = end.x, end.v
-        for guide, place in zip(self._guides, end.places, strict=True):
+        for guide, place in zip(self._guides, end.places, strict=False):
             guide.settle(place, float(end.x[guide.guided.turning]))
+        for k, rider in enumerate(self._riders, start=len(self._guides)):
+            rider.u = end.places[k]
+        self._speeds = list(end.place_rates[len(self._guides) :])
         self._at_times.clear()
 
     def resume(self) -> None:
         """The slots' points have gone on to other pieces."""
+        self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
         self._at_times.clear()
 
     def worn(self) -> bool:

@@ -84,14 +84,15 @@ class TreeModel:
     # --- building -----------------------------------------------------------------------------
 
     def _coordinates(self, events: list[Event]) -> Coordinates:
-        layout, places = self.layout, self.assembly.state.places
+        layout, slots = self.layout, self.assembly.mechanism.slots
+        places = {s.name: float(p) for s, p in zip(slots, self.assembly.state.places, strict=True)}
         if not layout.closures:
             guides = [
-                SlotGuide(guided, float(place), float(self.start[0][guided.turning]), events)
-                for guided, place in zip(layout.slots, places, strict=True)
+                SlotGuide(g, places[g.slot.name], float(self.start[0][g.turning]), events)
+                for g in layout.slots
             ]
-            return OpenCoordinates(layout, self.start, guides)
-        slots = self.assembly.mechanism.slots
+            riders = [TrackPoint(r.slot, places[r.slot.name], events) for r in layout.rides]
+            return OpenCoordinates(layout, self.start, guides, riders)
         points = [
             TrackPoint(slot, float(place), events)
             for slot, place in zip(slots, places, strict=True)

@@ -38,10 +38,15 @@ def reactions_of(
         at = _closing(model.coordinates, time, x, places)
         return _of_closures(model, model.coordinates, at, left)
     found = Reactions()
-    for k, guided in enumerate(model.layout.slots):
-        force = _guided(guided, x, places[:, k], left)
+    number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
+    for guided in model.layout.slots:
+        force = _guided(guided, x, places[:, number[guided.slot.name]], left)
         found.forces[guided.slot.name] = force
         found.on_parts.append((guided.slot.anchor.part, force))
+    for ride in model.layout.rides:
+        force = left[:, ride.along]
+        found.forces[ride.slot.name] = force
+        found.on_parts.append((ride.slot.anchor.part, force))
     for link, (motor, sign) in model.layout.motors.items():
         torque = left[:, link].copy()
         for guided in model.layout.slots:

@@ -115,8 +115,10 @@ class Recorder:
         self._between.append((step, part))
 
     def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
-        guides = self.model.coordinates.points
-        return tuple(g.place(u) for g, u in zip(guides, on_pieces, strict=True))
+        """Places on the whole curves, in the order of the mechanism's slots."""
+        points = zip(self.model.coordinates.points, on_pieces, strict=True)
+        found = {point.slot.name: point.place(u) for point, u in points}
+        return tuple(found[slot.name] for slot in self.mechanism.slots)
 
     # --- blocks -------------------------------------------------------------------------------
 
