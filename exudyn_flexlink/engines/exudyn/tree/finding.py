@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 
-EVENT_TIME = 1e-13  # s: to which events are found
+EVENT_TIME = 1e-13  # s: to which events are found, where the clock tells that apart
 LOOKS = 8  # within a step in which a contact may have begun or ended
 NOTHING = 1e-14  # m: a gap this small is closed
 SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it
@@ -129,12 +129,13 @@ class Finder:
         t = step.t
         for end in np.linspace(step.t, step.end, LOOKS + 1)[1:].tolist():
             if self._guard(contact, step, end) < -NOTHING:
-                if self._guard(contact, step, t) <= NOTHING:
+                if self._guard(contact, step, t) > NOTHING:
+                    return float(
+                        brentq(lambda at: self._guard(contact, step, at), t, end, xtol=EVENT_TIME)
+                    )
+                if not self._still_closes(contact, step, end):
                     return self._after_touching(contact, step, t, end)
-                return float(
-                    brentq(lambda at: self._guard(contact, step, at), t, end, xtol=EVENT_TIME)
-                )
-            if contact.side is not Side.PRESSED:
+            elif contact.side is not Side.PRESSED:
                 grazed = self._grazed(contact, step, t, end)
                 if grazed is not None:
                     return grazed
@@ -169,6 +170,11 @@ class Finder:
         unchanged = _apart if apart else partial(_pressed, contact)
         between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
         return all(unchanged(before, after, h) for before, after, h in between)
+
+    def _still_closes(self, contact: TreeContact, step: Step, t: float) -> bool:
+        """Tell that a contact which has begun a hair before it touches goes on to touch."""
+        touch = contact.touch(*self._coordinates(step, t))
+        return contact.acts and not contact.beside(touch) and touch.gap_rate < 0
 
     def _after_touching(self, contact: TreeContact, step: Step, t: float, end: float) -> float:
         """A guard that starts at zero rises first, or the contact changes at once."""
