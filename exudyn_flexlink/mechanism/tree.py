@@ -163,11 +163,7 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
 
     """
     for channel in mechanism.channels:
-        if channel.clearance == 0:
-            raise NoTreeError(
-                ("joints", channel.name),
-                "a tree holds no rods on an axis; formulation 'joints' does",
-            )
+        raise NoTreeError(("joints", channel.name), "a tree has no walls; formulation 'joints' has")
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
         found = hinge_between(layout, motor.first, motor.second)
