@@ -93,10 +93,7 @@ class TreeModel:
             ]
             riders = [TrackPoint(r.slot, places[r.slot.name], events) for r in layout.rides]
             return OpenCoordinates(layout, self.start, guides, riders)
-        points = [
-            TrackPoint(slot, float(place), events)
-            for slot, place in zip(slots, places, strict=True)
-        ]
+        points = [TrackPoint(slot, places[slot.name], events) for slot in slots]
         moves = self._reaches.moves(self.start[0])
         ends = moves.reshape(len(moves), 2, -1)
         lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
