@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
-from exudyn_flexlink.curves import Evaluator, evaluator, lap_number, pieces_of_laps
+from exudyn_flexlink.curves import Evaluator, Knots, evaluator, lap_number, pieces_of_laps
 from exudyn_flexlink.mechanism.tree import GuidedSlot
 from exudyn_flexlink.result import Event
 
@@ -47,6 +47,7 @@ class SlotGuide:
         self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         self._winding = self._lap
         self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
+        self._knots = [piece.knots for piece in self.curve.pieces]
 
     def slide(self, angle: float) -> tuple[float, float, float]:
         """Coordinate of the slide (m) and its first two derivatives by the guide's angle.
@@ -130,6 +131,11 @@ class SlotGuide:
         """Search from this place on, where the last step ended, and this angle of the guide."""
         self.u = self._home = u
         self._turned, self._axis = angle, (cos(angle), sin(angle))
+
+    @property
+    def knots(self) -> Knots:
+        """Where on the present piece the third derivative jumps."""
+        return self._knots[self.piece]
 
     def left(self, u: float) -> tuple[float, float]:
         """How far a place is from the end and from the start of the present piece."""

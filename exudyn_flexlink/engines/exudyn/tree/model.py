@@ -86,7 +86,7 @@ class TreeModel:
             for k, guided in enumerate(layout.slots)
         ]
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self._turning = any(slot.turning not in layout.motors for slot in layout.slots)
+        self.turning = any(slot.turning not in layout.motors for slot in layout.slots)
         self.stiffness, self.damping, self._rest = self._springs(count)
         self._springy = np.diag(self.stiffness[self.free]), np.diag(self.damping[self.free])
         self.torques = [
@@ -173,7 +173,7 @@ class TreeModel:
 
     def whole(self, t: float, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates, speeds, and accelerations but for those of the free ones."""
-        if self._turning:
+        if self.turning:
             return self._hold(t, z, v)
         # What motors hold depends on time alone, and stages come back to the same instants.
         held = self._at_times.get(t)
@@ -231,7 +231,7 @@ class TreeModel:
             pushes, touching = self._push(x, speed, force)
         kept = Whole(t, x, speed, b, places, mass, force, pushes)
         left = force - mass @ b
-        if self._turning:
+        if self.turning:
             reach = self._reach(x)
             return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, touching)
         if self._span is not None:
@@ -258,7 +258,7 @@ class TreeModel:
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs and dampers; what turns with the mechanism is left to the iteration."""
-        if not self._turning:
+        if not self.turning:
             return self._springy
         reach = self._reach(at.kept.x)
         return reach.T @ np.diag(self.stiffness) @ reach, reach.T @ np.diag(self.damping) @ reach
@@ -270,7 +270,7 @@ class TreeModel:
             return None
         whole: Whole = at.kept
         rows = np.array([contact.gradient(whole.x, whole.v) for contact in acting])
-        rows = rows @ self._reach(whole.x) if self._turning else rows[:, self._chosen]
+        rows = rows @ self._reach(whole.x) if self.turning else rows[:, self._chosen]
         return rows, press_by([contact.law for contact in acting])
 
     def size(self, change: FloatArray) -> float:
@@ -294,7 +294,7 @@ class TreeModel:
         """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
         shape = (len(instants), len(self.layout.links))
         whole = np.array([instant.b for instant in instants]).reshape(shape)
-        if self._turning:
+        if self.turning:
             moved = [self._reach(at.x) @ a for at, a in zip(instants, free, strict=True)]
             return np.asarray(whole + np.array(moved).reshape(shape))
         whole[:, self._chosen] += free

@@ -13,8 +13,9 @@ from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
+from exudyn_flexlink.engines.exudyn.tree.knots import KnotControl
 from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
-from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
+from exudyn_flexlink.engines.exudyn.tree.radau import FREE, NoConvergenceError, Radau, State, Step
 
 FloatArray = NDArray[np.float64]
 
@@ -42,7 +43,12 @@ class Stepper:
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
-        self.radau = Radau(model, coasting(model.assembly.mechanism, end))
+        tau = coasting(model.assembly.mechanism, end)
+        self.radau = Radau(model, tau)
+        # An error a of the acceleration moves a driven mechanism by a tau^2, as it swings; one
+        # that goes on as it was pushed by a end^2.
+        lasts = end if model.turning else FREE * tau
+        self.knots = KnotControl(model, control.allowed / lasts**2)
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         x, v = model.start
@@ -86,12 +92,17 @@ class Stepper:
                 h = left / 2
             if h < SHORTEST * self.end and h < left:
                 raise self._dead or NoConvergenceError(f"{h:.3g} s")
+            if self.control.fixed is None:
+                h = self.knots.shortened(self.time, h, self._state, self.at.kept.places)
             step = self._step(h)
             if step is None or self._slips(step):
                 h, first = h / 4, False
                 continue
             if self.control.fixed is not None:
                 return step
+            if self._over_knots(step):
+                h *= self.knots.part(step)
+                continue
             factor = self.control.factor(h, step.error)
             if self.control.passes(step.error):
                 self.control.note(h, step.error)
@@ -103,7 +114,7 @@ class Stepper:
         """Make a step to what was found; None, and a shorter one next, if it is not good enough."""
         h = found.time - self.time
         step = self._at_the_end(found, h)
-        if step is None or self._misses(found, step):
+        if step is None or self._misses(found, step) or self._over_knots(step):
             self.h = h / 3  # reach the event from nearer
             return None
         return step
@@ -154,6 +165,10 @@ class Stepper:
         touch = contact.touch(last.x, last.v)
         off = FARTHEST_OFF * contact.peak / contact.law.stiffness
         return not contact.beside(touch) and touch.gap > off
+
+    def _over_knots(self, step: Step) -> bool:
+        """Tell that a step goes over knots that cost too much."""
+        return self.control.fixed is None and self.knots.part(step) < 1
 
     def _slips(self, step: Step) -> bool:
         """Tell that a slot's point did not go where its speed would have taken it.
