@@ -14,55 +14,48 @@ change slowly. A step goes over as many knots as may be, and else ends at one of
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from exudyn_flexlink.curves import Knots
 from exudyn_flexlink.engines.exudyn.tree.collocation import A, C
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
-from exudyn_flexlink.engines.exudyn.tree.radau import State, Step
+from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, State, Step
 
 FloatArray = NDArray[np.float64]
 
-# Of the step, within which it ends at a knot. Too short by this leaves (1e-5)^2 / 2 of the bend to
-# the next step; too long by as much would cost 1e-5 c, hence half of it is aimed short.
-AT_KNOT = 1e-5
+AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
 
 
 class KnotControl:
-    """Keeps what knots cost below an error of the acceleration, m/s^2."""
+    """Keeps what knots cost below an error of the accelerations, m/s^2, of any part's end."""
 
     def __init__(self, model: TreeModel, allowed: float) -> None:
-        """Take the error that a step may make in the acceleration of a slot's point, on average."""
+        """Take that error of a step, on average over the step."""
         self.model, self.allowed = model, allowed
-        self._some = any(
-            len(piece.knots.places) for guide in model.guides for piece in guide.curve.pieces
-        )
+        self._some = any(len(guide.curve.knots.places) for guide in model.guides)
+        self._moved = [0.0] * len(model.guides)  # by a push of each point: the most so far
 
-    def shortened(self, t: float, h: float, state: State, places: tuple[float, ...]) -> float:
+    def shortened(self, t: float, h: float, state: State, at: Evaluation) -> float:
         """Length (s) of the next step, at most h, by where the slots' points will be.
 
-        `places` are those at its start.
+        `at` is the evaluation at its start.
         """
         if not self._some:
             return h
 
-        def ahead(k: int, after: float) -> float:
+        def place(k: int, after: float) -> float:
             q = state.q + after * (state.v + after / 2 * state.a)
             return self.model.whole(t + after, q, state.v).places[k]
 
-        for k, guide in enumerate(self.model.guides):
-            begin = places[k]
+        for k in range(len(self.model.guides)):
             try:
-                end = ahead(k, h)
-                to = self._reached(guide.knots, begin, end, h)
+                end = place(k, h)
+                to = self._reached(k, at, end, h)
                 if to != end:
-                    h = float(
-                        brentq(
-                            lambda after, k=k, to=to: ahead(k, after) - to, 0, h, rtol=AT_KNOT / 4
-                        )
-                    ) * (1 - AT_KNOT / 2)
+                    h = self._until(lambda after, k=k, to=to: place(k, after) - to, h)
             except ValueError:
                 return h  # too far for the guide: the step itself will be shorter
         return h
@@ -70,28 +63,40 @@ class KnotControl:
     def part(self, step: Step) -> float:
         """Part of a step after which it should have ended; 1 if it is good."""
         part = 1.0
-        if not self._some:
-            return part
-        for k, guide in enumerate(self.model.guides):
-            begin, end = step.begin.kept.places[k], step.stages[-1].kept.places[k]
-            to = self._reached(guide.knots, begin, end, step.h)
-            if to != end:
-                part = min(part, (to - begin) / (end - begin) * (1 - AT_KNOT / 2))
+        if self._some:
+            ends = step.stages[-1].kept.places
+            for k, (begin, end) in enumerate(zip(step.begin.kept.places, ends, strict=True)):
+                to = self._reached(k, step.begin, end, step.h, step.stages[-1])
+                if to != end:
+                    part = min(part, (to - begin) / (end - begin))
         return part
 
-    def _reached(self, knots: Knots, begin: float, end: float, h: float) -> float:
-        """How far a step of length h from `begin` to `end` may go: there, or to a knot before."""
+    def _until(self, left: Callable[[float], float], h: float) -> float:
+        """Time (s) until a place is reached; `left` is the way from there, by the time."""
+        return float(brentq(left, 0, h, xtol=1e-3 * AT_KNOT * h, rtol=AT_KNOT))
+
+    def _reached(
+        self, k: int, at: Evaluation, end: float, h: float, after: Evaluation | None = None
+    ) -> float:
+        """How far a step of length h from `at` to `end` may go: there, or to a knot before."""
+        knots, begin = self.model.guides[k].knots, at.kept.places[k]
         low, high = np.searchsorted(knots.places, [min(begin, end), max(begin, end)])
-        places, jumps, speed = knots.places[low:high], knots.jumps[low:high], (end - begin) / h
+        if low == high:
+            return end
+        places, jumps, speed = knots.places[low:high], knots.jumps[low:high], abs(end - begin) / h
         if end < begin:
             places, jumps = places[::-1], jumps[::-1]
+        for known in (at, after):
+            if known is not None:
+                self._moved[k] = max(self._moved[k], self.model.moved_by_point(k, known))
+        scale = speed**2 * self._moved[k]
         while len(places):
             parts = (places - begin) / (end - begin)
-            after = np.maximum(C[:, None] - parts, 0.0)
-            missed = (after * after / 2 - A @ after) @ jumps
-            error = abs(speed) ** 3 * (end - begin) / speed * np.hypot(*missed.T).max()
-            if error <= self.allowed:
+            since = np.maximum(C[:, None] - parts, 0.0)
+            missed = ((since * since / 2 - A @ since) * (parts > AT_KNOT)) @ jumps
+            if scale * abs(end - begin) * np.hypot(*missed.T).max() <= self.allowed:
                 break
-            half = len(places) // 2
+            half = np.count_nonzero(parts <= AT_KNOT)
+            half += (len(places) - half) // 2
             end, places, jumps = float(places[half]), places[:half], jumps[:half]
         return end

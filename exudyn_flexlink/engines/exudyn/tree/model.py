@@ -280,6 +280,17 @@ class TreeModel:
             np.sqrt((moved * moved).reshape(*moved.shape[:-1], 2, -1).sum(-2)).max(initial=0.0)
         )
 
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) parts accelerate if the track pushes slot k's point aside by 1 m/s^2.
+
+        Pushed aside, the point slides along the guide by 1 / sine of the angle between the two.
+        """
+        guided, whole = self.guides[k].guided, at.kept
+        slid = whole.mass[:, guided.sliding]
+        along = self._reach(whole.x).T @ slid if self.turning else slid[self._chosen]
+        sine = self.guides[k].sine(float(whole.x[guided.turning]), whole.places[k])
+        return self.size(np.linalg.solve(at.mass, along)) / max(abs(sine), 1e-9)
+
     def look(self, x: FloatArray) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
         self._moves = self._reaches.moves(x)[self.free]

@@ -93,7 +93,7 @@ class Stepper:
             if h < SHORTEST * self.end and h < left:
                 raise self._dead or NoConvergenceError(f"{h:.3g} s")
             if self.control.fixed is None:
-                h = self.knots.shortened(self.time, h, self._state, self.at.kept.places)
+                h = self.knots.shortened(self.time, h, self._state, self.at)
             step = self._step(h)
             if step is None or self._slips(step):
                 h, first = h / 4, False
