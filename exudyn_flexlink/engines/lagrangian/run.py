@@ -126,7 +126,11 @@ def control(rig: Rig, tolerance: float, end: float) -> Control:
         part = rig.mechanism.parts[pivot.part]
         reaches[rig.layout.coordinate(pivot.part)] = part.reach
     tau = coasting(rig.mechanism, end)
-    return Control(tolerance * SHARE, tau, np.inf, LONGEST_TURN, reaches)
+    # An error a of the acceleration moves a driven mechanism by a tau^2, as it swings; one that
+    # goes on as it was pushed by a end^2.
+    lasts = end if rig.layout.motor is None else tau
+    bend = tolerance * SHARE / lasts**2
+    return Control(tolerance * SHARE, tau, np.inf, LONGEST_TURN, reaches, bend)
 
 
 def solve(prepared: Prepared) -> str:
