@@ -13,7 +13,15 @@ LEFT, STEPS = 2e-5, 60
 
 
 def coasting(mechanism: Mechanism, end: float) -> float:
-    """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s)."""
+    """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s).
+
+    A guide whose speed no drive sets keeps what it has, as a lever without a spring does.
+    """
+    free = bool(mechanism.slots) and not mechanism.speed_motors
+    return PART * end if free and PART * end > SWING else _of_levers(mechanism, end)
+
+
+def _of_levers(mechanism: Mechanism, end: float) -> float:
     longest = max(swing_times(mechanism).values(), default=0.0)
     return max(SWING, PART * min(longest, end))
 
@@ -23,7 +31,7 @@ def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: in
 
     Fixed numbers of steps do not see what a tolerance asks for.
     """
-    left = LEFT * (STEPS / steps) ** 2 * coasting(mechanism, end) / SWING
+    left = LEFT * (STEPS / steps) ** 2 * _of_levers(mechanism, end) / SWING
     if not swing_times(mechanism) or left <= tolerance:
         return []
     return [

@@ -112,7 +112,11 @@ def _slip(h: float, method: Method, work: Work) -> float:
 
 @compiled
 def _knots_allow(
-    at: Instant, rate: FloatArray, equations: Equations, scale: Scale, given: tuple[float, FloatArray]
+    at: Instant,
+    rate: FloatArray,
+    equations: Equations,
+    scale: Scale,
+    given: tuple[float, FloatArray],
 ) -> float:
     """What a step may miss of P's acceleration, m/s^2, by the most that P's pushes moved so far."""
     bend, memory = given

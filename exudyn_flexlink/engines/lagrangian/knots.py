@@ -101,9 +101,10 @@ def reached(
     first, last = _first_beyond(piece, min(way)), _first_beyond(piece, max(way))
     speed = abs(end - begin) / h
     while first < last:
-        if speed * speed * abs(end - begin) * _missed(
-            piece, (begin, end), (first, last), method
-        ) <= allowed:
+        if (
+            speed * speed * abs(end - begin) * _missed(piece, (begin, end), (first, last), method)
+            <= allowed
+        ):
             break
         # those at the start are no goals
         if end > begin:

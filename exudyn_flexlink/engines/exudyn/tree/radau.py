@@ -127,10 +127,13 @@ class NoConvergenceError(RuntimeError):
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, tau: float) -> None:
-        """Problem, and how long (s) errors of speeds last that a contact leaves."""
+    def __init__(self, problem: Problem, tau: float, lasting: float = 0.0) -> None:
+        """Problem, and how long (s) errors of speeds last that a contact or the iteration leaves.
+
+        Those of the iteration count for as long as the step at least.
+        """
         self.problem = problem
-        self.tau = tau
+        self.tau, self.lasting = tau, lasting
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -203,7 +206,7 @@ class Radau:
                 touching = np.array([stage.touching for stage in self._stages])
                 change += matrices.contacts.share(h, change, touching)
             w += change
-            size = h * self.problem.size(change)
+            size = max(h, self.lasting) * self.problem.size(change)
             if before > 0:
                 rate = size / before
                 if not rate < 1:
