@@ -80,7 +80,7 @@ class Truth:
     @cache  # noqa: B019 - one truth per test
     def place(self, t):
         """S at a time."""
-        laps, t = divmod(t, self.times[-1])
+        t %= self.times[-1]
         k = min(int(np.searchsorted(self.times, t, side="right")) - 1, len(self.knots) - 2)
         a, left = self.knots[k], (t - self.times[k]) * self.scale
         u = brentq(lambda u: self.between(a, u) - left, a, self.knots[k + 1] + 1e-12, xtol=1e-15)

@@ -13,17 +13,18 @@ LEFT, STEPS = 2e-5, 60
 
 
 def coasting(mechanism: Mechanism, end: float) -> float:
-    """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s).
-
-    A guide whose speed no drive sets keeps what it has, as a lever without a spring does.
-    """
-    free = bool(mechanism.slots) and not mechanism.speed_motors
-    return PART * end if free and PART * end > SWING else _of_levers(mechanism, end)
-
-
-def _of_levers(mechanism: Mechanism, end: float) -> float:
+    """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s)."""
     longest = max(swing_times(mechanism).values(), default=0.0)
     return max(SWING, PART * min(longest, end))
+
+
+def keeping(mechanism: Mechanism, end: float) -> float:
+    """Time (s) for which a guide keeps errors of its speed: 0 where a drive sets it, else the run.
+
+    What the solver leaves of its equations at every step counts so long. Errors of the step itself
+    need not: its order makes those of the slow guide far smaller than estimated.
+    """
+    return PART * end if mechanism.slots and not mechanism.speed_motors else 0.0
 
 
 def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: int) -> list[str]:
@@ -31,7 +32,7 @@ def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: in
 
     Fixed numbers of steps do not see what a tolerance asks for.
     """
-    left = LEFT * (STEPS / steps) ** 2 * _of_levers(mechanism, end) / SWING
+    left = LEFT * (STEPS / steps) ** 2 * coasting(mechanism, end) / SWING
     if not swing_times(mechanism) or left <= tolerance:
         return []
     return [

@@ -46,6 +46,7 @@ class Control(NamedTuple):
 
     tolerance: float  # m: error of one step
     tau: float  # s: turns errors of speeds into lengths
+    lasting: float  # s: the same for what the iteration leaves
     longest: float  # s
     turn: float  # rad: that the guide may turn in a step
     reaches: FloatArray  # (N,) of guide and levers, m
@@ -164,7 +165,7 @@ def _attempt(
     last, plain = known[0], not known[1]
     by_q, by_v = slopes(at, equations)
     scale = scale_at(at, equations, control.reaches)
-    allowed = (control.tolerance, control.tau)
+    allowed = (control.tolerance, control.lasting)
     most = MOST
     if equations.course.piece[0] == SPLINE:
         bend = _knots_allow(at, work.begin, equations, scale, (control.bend, memory))

@@ -14,7 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
-from exudyn_flexlink.engines.coasting import coasting
+from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
@@ -130,7 +130,8 @@ def control(rig: Rig, tolerance: float, end: float) -> Control:
     # goes on as it was pushed by a end^2.
     lasts = end if rig.layout.motor is None else tau
     bend = tolerance * SHARE / lasts**2
-    return Control(tolerance * SHARE, tau, np.inf, LONGEST_TURN, reaches, bend)
+    lasting = max(tau, keeping(rig.mechanism, end))
+    return Control(tolerance * SHARE, tau, lasting, np.inf, LONGEST_TURN, reaches, bend)
 
 
 def solve(prepared: Prepared) -> str:

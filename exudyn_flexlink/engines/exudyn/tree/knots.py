@@ -15,6 +15,7 @@ change slowly. A step goes over as many knots as may be, and else ends at one of
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,12 +51,15 @@ class KnotControl:
             q = state.q + after * (state.v + after / 2 * state.a)
             return self.model.whole(t + after, q, state.v).places[k]
 
+        def left(k: int, to: float, after: float) -> float:
+            return place(k, after) - to
+
         for k in range(len(self.model.guides)):
             try:
                 end = place(k, h)
                 to = self._reached(k, at, end, h)
                 if to != end:
-                    h = self._until(lambda after, k=k, to=to: place(k, after) - to, h)
+                    h = self._until(partial(left, k, to), h)
             except ValueError:
                 return h  # too far for the guide: the step itself will be shorter
         return h

@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import coasting
+from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
@@ -44,7 +44,7 @@ class Stepper:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
         tau = coasting(model.assembly.mechanism, end)
-        self.radau = Radau(model, tau, FREE * tau if model.turning else 0.0)
+        self.radau = Radau(model, tau, keeping(model.assembly.mechanism, end))
         # An error a of the acceleration moves a driven mechanism by a tau^2, as it swings; one
         # that goes on as it was pushed by a end^2.
         lasts = end if model.turning else FREE * tau
