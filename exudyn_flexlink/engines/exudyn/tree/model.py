@@ -253,6 +253,15 @@ class TreeModel:
             np.sqrt((moved * moved).reshape(*moved.shape[:-1], 2, -1).sum(-2)).max(initial=0.0)
         )
 
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
+        whole: Whole = at.kept
+        if not len(at.force):
+            return 0.0
+        pushed = whole.mass @ self.coordinates.pushed(k, Held(*whole[1:7]))
+        along = pushed[self._picked] if whole.reach is None else whole.reach.T @ pushed
+        return self.size(np.linalg.solve(at.mass, along).T)
+
     def look(self, x: FloatArray, reach: FloatArray | None = None) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
         moves = self._reaches.moves(x)
