@@ -45,6 +45,7 @@ ComplexArray = NDArray[np.complex128]
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
+LASTING = 0.1  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
@@ -205,7 +206,8 @@ class Radau:
             if matrices.contacts is not None:
                 change += matrices.contacts.share(h, change, self._touching())
             w += change
-            size = h * self.problem.size(change) + self.problem.size(self.slow @ change[-1])
+            size = h * self.problem.size(change)
+            size += LASTING * self.problem.size(self.slow @ change[-1])
             if before > 0:
                 rate = size / before
                 if not rate < 1:
