@@ -162,9 +162,15 @@ initial: {{angles: {{one: 0}}}}
 PARALLELOGRAM = """
 title: parallelogram
 bodies:
-  left: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {a: [0, 0], b: [1, 0]}}
-  right: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {a: [0, 0], b: [1, 0]}}
-  top: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [1, 0], points: {a: [0, 0], b: [1, 0], c: [2, 0]}}
+  left: &bar
+    {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {a: [0, 0], b: [1, 0]}}
+  right: *bar
+  top:
+    type: rigid
+    mass: 1
+    inertia: 0.1
+    centre_of_mass: [1, 0]
+    points: {a: [0, 0], b: [1, 0], c: [2, 0]}
   MIDDLE
 joints:
   a: {type: revolute, points: [ground, left.a], at: [0, 0]}
@@ -207,7 +213,7 @@ def test_the_force_in_the_joint_that_closes_a_loop_is_newtons() -> None:
     weights = np.array([-1, 16, -30, 16, -1]) / (12 * step**2)
     bend = sum(w * place[k : len(place) - 4 + k] for k, w in enumerate(weights))
     forces = (result.joint_forces["b"] - result.joint_forces["d"])[grid][2:-2]
-    np.testing.assert_allclose(forces, bend + [0, 9.81], atol=1e-4)
+    np.testing.assert_allclose(forces, bend + np.array([0, 9.81]), atol=1e-4)
 
 
 SPRUNG = """
