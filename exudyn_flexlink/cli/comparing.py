@@ -10,13 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.simulating import (
-    FINER,
     LAGRANGIAN_ALONE,
     asks_for_lagrangian,
     changed,
     present,
     read_scene,
-    retuned,
     run,
     write,
 )
@@ -38,6 +36,7 @@ if TYPE_CHECKING:
 JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
 NEEDED = 2  # runs of a comparison, samples of a run
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
+FINER = 0.5  # times the tolerances, or the errors of steps, of a variant: likewise
 
 
 def compare_command(options: argparse.Namespace) -> int:
@@ -85,6 +84,7 @@ def _both_engines(options: argparse.Namespace) -> Found:
 
     """
     from exudyn_flexlink.compare import compare
+    from exudyn_flexlink.engines.neighbours import retuned
 
     scene = read_scene(options, options.impact)
     # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
@@ -116,6 +116,7 @@ def _without_effects(options: argparse.Namespace) -> Found:
 
     """
     from exudyn_flexlink.compare import compare_variants
+    from exudyn_flexlink.engines.neighbours import retuned
     from exudyn_flexlink.loading import load_scene
 
     engine = options.engine or "exudyn"

@@ -17,7 +17,7 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
 )
 from exudyn_flexlink.observables.interpolation import between_samples
-from exudyn_flexlink.observables.points import angle_of_part, part_of_point, point_anchor
+from exudyn_flexlink.observables.points import angle_of_part, part_of_point, path, point_anchor
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, Scene, split_point
 
@@ -91,6 +91,16 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     tip = anchor_position(_farther(face, hinge, result.poses[0]), result.poses)
     normal = approach(face, result.poses[0], result.rates[0]).normal
     return LeverResponse(body, result.time, angle - angle[0], rate, (tip - tip[0]) @ normal)
+
+
+def struck_tips(result: Result) -> list[str]:
+    """Of every struck line, the end that moves more, the second if none does: 'body.point'."""
+    lines = [result.scene.contacts[name].line for name in struck_bodies(result.scene).values()]
+    return [max(reversed(line), key=lambda point: _room(result, point)) for line in lines]
+
+
+def _room(result: Result, point: str) -> float:
+    return float(np.linalg.norm(np.ptp(path(result, point).position, axis=0)))
 
 
 def _face(mechanism: Mechanism, contact: str) -> FaceContact:

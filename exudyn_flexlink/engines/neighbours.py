@@ -1,0 +1,120 @@
+"""A neighbouring run tells how wrong a run is whose contacts multiply errors.
+
+It is of the same scene and engine, but more accurate: until both part the distance tells the error
+of the run, after that it is the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from math import sqrt
+
+from exudyn_flexlink.engines.guards import multiplying
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.result import INTERRUPTED, NOT_MEASURED, MeasuredError, Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.sensitivity import measured_error
+
+# Errors of the neighbour's steps over those of the run's. By a high order a tenth costs as much as the run and a third more, with those of order 2 a half costs four tenths more.
+HIGH_ORDER, SECOND_ORDER = 0.1, 0.5
+LOOSER = 10.0  # where the run is as accurate as numbers are
+NO_MEMORY = "there is not enough memory for a neighbouring run"
+GAVE_UP = "the neighbouring run was interrupted"
+FEWEST_PER_CONTACT = 3  # steps that a scene may ask for
+_LEAST = {
+    "tolerance": 0.0,
+    "relative_tolerance": 3e-14,
+    "absolute_tolerance": 1e-20,
+}
+"""What decides the errors of a run, and the least that a scene may ask for."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run with its error; `neighbour` is what told it, None where the run had stopped."""
+
+    result: Result
+    neighbour: Result | None = None
+
+
+def unmeasured(result: Result) -> Result:
+    """Return a run that says so where errors multiply, which only a neighbour can measure."""
+    if not result.outcome.completed or not multiplying(result):
+        return result
+    return replace(result, error=MeasuredError(missing=NOT_MEASURED))
+
+
+def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
+    """Measure the error of a run by a neighbour that `again` makes; one that stopped is left.
+
+    Raises:
+        LateInterruptError: the user interrupted the neighbour; the run, which is whole, is in it.
+
+    """
+    if not result.outcome.completed:
+        return Measured(result)
+    factor = neighbouring(result)
+    try:
+        neighbour = again(retuned(result.scene, result, factor))
+    except KeyboardInterrupt as error:
+        raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP))) from error
+    except MemoryError:
+        return Measured(_with(result, MeasuredError(missing=NO_MEMORY)))
+    if neighbour.outcome.reason == INTERRUPTED:
+        raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP)))
+    return Measured(_with(result, measured_error(result, neighbour, factor)), neighbour)
+
+
+def neighbouring(result: Result) -> float:
+    """Return the errors that a step of the neighbour may make, over those of the run's steps."""
+    settings = result.settings
+    if "steps_per_contact" in settings or "step" in settings:
+        return SECOND_ORDER
+    finest = _LEAST["relative_tolerance"] / HIGH_ORDER
+    return LOOSER if float(settings.get("relative_tolerance", 1.0)) < finest else HIGH_ORDER
+
+
+def retuned(scene: Scene, result: Result, factor: float) -> Scene:
+    """Return the scene with steps that make errors `factor` times those of a run.
+
+    Steps that are given, and those of a contact, are of a method of order 2, or better.
+    """
+    settings = result.settings
+    other: dict[str, float] = {
+        key: max(least, factor * float(settings[key]))
+        for key, least in _LEAST.items()
+        if key in settings
+    }
+    if "step" in settings:
+        other["step"] = sqrt(factor) * float(settings["step"])
+    if "steps_per_contact" in settings:
+        per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
+        other["steps_per_contact"] = max(FEWEST_PER_CONTACT, per_contact)
+    given = scene.accuracy.model_dump(exclude_none=True)
+    return scene.changed(accuracy=type(scene.accuracy).model_validate(given | other))
+
+
+def _with(result: Result, error: MeasuredError) -> Result:
+    """Return a run with its error, and with warnings of what is too large, or not known."""
+    reason = multiplying(result)
+    why = f" ({reason})" if reason else ""
+    told = [f"{text}{why}" for text in _told(error)]
+    return replace(result, error=error, warnings=(*result.warnings, *told))
+
+
+def _told(error: MeasuredError) -> Iterator[str]:
+    if error.missing:
+        yield f"how far S and levers are off was not measured: {error.missing}"
+        return
+    if error.exceeds_from is not None:
+        yield (
+            f"from t = {error.exceeds_from:.4g} s on {' and '.join(error.points)} may be off by "
+            f"more than {error.limit:.3g} m, in the end by {error.largest:.2g} m, as a "
+            "neighbouring run shows: errors multiply"
+        )
+    if error.stopped is not None:
+        yield (
+            "how far S and levers are off was measured up to "
+            f"t = {error.stopped:.4g} s only, where the neighbouring run stopped"
+        )
