@@ -16,7 +16,8 @@ from exudyn_flexlink.result import INTERRUPTED, NOT_MEASURED, MeasuredError, Res
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.sensitivity import measured_error
 
-# Errors of the neighbour's steps over those of the run's. By a high order a tenth costs as much as the run and a third more, with those of order 2 a half costs four tenths more.
+# Errors of the neighbour's steps over those of the run's. A method of a high order takes a third
+# more steps for a tenth, one of order 2 takes four tenths more for a half.
 HIGH_ORDER, SECOND_ORDER = 0.1, 0.5
 LOOSER = 10.0  # where the run is as accurate as numbers are
 NO_MEMORY = "there is not enough memory for a neighbouring run"
