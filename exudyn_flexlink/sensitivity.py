@@ -122,7 +122,7 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
 
     The neighbour's steps make errors `factor` times those of the run's steps, and so will it at
     the end, but for `SCATTER`: the distance of both tells the error of either. Once they have
-    parted visibly, the distance is the error.
+    parted visibly, the error is no less than the distance.
     """
     points = tuple(dict.fromkeys([watched_point(run.scene), *struck_tips(run)]))
     time = common_times(run, neighbour)
@@ -130,7 +130,7 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
     apart = np.maximum.accumulate(np.where(np.isfinite(apart), apart, np.inf))
     visible = parting_limit(run)
     most = SCATTER / abs(factor - 1) * apart
-    error = np.maximum(apart, np.minimum(most, visible))
+    error = np.where(apart > visible, np.maximum(most, apart), most)
     limit = run.scene.accuracy.tolerance or visible
     above = np.flatnonzero(error > limit)
     return MeasuredError(
