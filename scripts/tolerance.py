@@ -73,7 +73,7 @@ def scene_of(name: str, turns: float, tolerance: float) -> Scene:
 @cache
 def reference(name: str, turns: float) -> Result:
     """The tight Lagrangian."""
-    return simulate(scene_of(name, turns, REFERENCE), "lagrangian")
+    return simulate(scene_of(name, turns, REFERENCE), "lagrangian", measure=False)
 
 
 def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int) -> Point:
@@ -81,7 +81,7 @@ def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int)
     seconds = np.inf
     for _ in range(repeat):
         began = process_time()
-        result = simulate(scene_of(name, turns, tolerance), engine)
+        result = simulate(scene_of(name, turns, tolerance), engine, measure=False)
         seconds = min(seconds, process_time() - began)
     found = compare(result, reference(name, turns)).deviation
     tip = 0.0
@@ -103,7 +103,7 @@ def main() -> None:
     head = ("scene", "tolerance", "S, m", "tip, m", "of it", "steps", "s", "")
     print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
     for name in options.models:
-        simulate(scene_of(name, 0.01, 1e-3), options.engine)  # compiled, imported
+        simulate(scene_of(name, 0.01, 1e-3), options.engine, measure=False)  # compiled, imported
         for tolerance in options.tolerances:
             point = measure(name, options.engine, options.turns, tolerance, options.repeat)
             part = max(point.error, point.tip) / tolerance
