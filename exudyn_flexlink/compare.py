@@ -260,9 +260,11 @@ def horizon(first: Result, second: Result, limit: float) -> float | None:
     return float(time[parted[0]]) if len(parted) else None
 
 
-def separation(first: Result, second: Result, time: FloatArray) -> FloatArray:
-    """Distance (N,) m of the watched points of two runs at instants (N,) s."""
-    point = watched_point(first.scene)
+def separation(
+    first: Result, second: Result, time: FloatArray, point: str | None = None
+) -> FloatArray:
+    """Distance (N,) m of a point, or of the watched one, in two runs at instants (N,) s."""
+    point = point or watched_point(first.scene)
     one, other = (_position(result, point, time) for result in (first, second))
     return np.asarray(np.linalg.norm(one - other, axis=1))
 

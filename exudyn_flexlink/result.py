@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ FloatArray = NDArray[np.float64]
 
 INTERRUPTED = "interrupted"
 """Reason of an outcome that the user ended with Ctrl-C."""
+
+NOT_MEASURED = "no neighbouring run was made"
+"""Why an error is not known that only such a run can tell."""
 
 
 @dataclass(frozen=True)
@@ -162,6 +166,26 @@ class Checks:
 
 
 @dataclass(frozen=True)
+class MeasuredError:
+    """How far a run's `points`, S and tips that are struck, are off, as a neighbouring run tells.
+
+    `largest` (m) is the largest error of any; `limit` (m) is what they may be off: the scene's
+    tolerance, or without one a thousandth of the room that S takes. `exceeds_from` (s) is the
+    instant from which on an error is larger, None if none ever is; `stopped` (s) is the end of a
+    neighbour that did not come to the run's end, None if it did. `neighbour` holds its settings.
+    `missing` says why nothing was measured; it is empty where something was.
+    """
+
+    points: tuple[str, ...] = ()
+    limit: float = inf
+    largest: float = inf
+    exceeds_from: float | None = None
+    stopped: float | None = None
+    neighbour: Mapping[str, float | str] = field(default_factory=dict)
+    missing: str = ""
+
+
+@dataclass(frozen=True)
 class Result:
     """One run, with the scene it belongs to: post-processing needs nothing else.
 
@@ -175,6 +199,8 @@ class Result:
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
+    `error` is what a neighbouring run tells of this one's: None where contacts do not multiply
+    errors, so that the engine keeps the tolerance by its steps alone.
     """
 
     scene: Scene
@@ -197,3 +223,4 @@ class Result:
     checks: Checks
     warnings: tuple[str, ...]
     outcome: Outcome
+    error: MeasuredError | None = None

@@ -21,12 +21,16 @@ from exudyn_flexlink.observables import (
     perturbation,
     sleeves_with_play,
     struck_bodies,
+    struck_tips,
     watched_point,
 )
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import MeasuredError, Result
 
 FloatArray = NDArray[np.float64]
 
+# Errors of neighbours are as those of their steps, but for such a factor in what that tells of the
+# run's error; `scripts/told_errors.py` measures what it is good for.
+SCATTER = 1.5
 FIT_DECADES = 4  # below the limit: where the parting is fitted
 SEGMENT = 0.5  # of the run: the spectrum's segments, which overlap by half
 MOST_LINES = 3
@@ -67,8 +71,7 @@ class Sensitivity:
 
     Where one stopped before, its end; None if they never part. `growth` (1/s) is the rate of the
     exponential parting before it, None if there is nothing to fit; `largest` (m) is the largest
-    difference of S, `angles` (rad) are those of struck bodies; `tolerance` (m) is that of the first
-    run, `end` (s) the end of both.
+    difference of S, `angles` (rad) are those of struck bodies; `end` (s) is the end of both.
     """
 
     point: str
@@ -77,7 +80,6 @@ class Sensitivity:
     horizon: float | None
     growth: float | None
     largest: float
-    tolerance: float | None
     angles: dict[str, float]
     first: RunStatistics
     second: RunStatistics
@@ -109,10 +111,35 @@ def sensitivity(
         found,
         growth_rate(time, apart, limit),
         float(apart.max()),
-        first.scene.accuracy.tolerance,
         _angles_apart(first, second, time),
         one,
         other,
+    )
+
+
+def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredError:
+    """Tell how far a run is off in S and in the tips that are struck, from a neighbouring run.
+
+    The neighbour's steps make errors `factor` times those of the run's steps, and so will it at
+    the end, but for `SCATTER`: the distance of both tells the error of either. Once they have
+    parted visibly, the error is no less than the distance.
+    """
+    points = tuple(dict.fromkeys([watched_point(run.scene), *struck_tips(run)]))
+    time = common_times(run, neighbour)
+    apart = np.max([separation(run, neighbour, time, point) for point in points], axis=0)
+    apart = np.maximum.accumulate(np.where(np.isfinite(apart), apart, np.inf))
+    visible = parting_limit(run)
+    most = SCATTER / abs(factor - 1) * apart
+    error = np.where(apart > visible, np.maximum(most, apart), most)
+    limit = run.scene.accuracy.tolerance or visible
+    above = np.flatnonzero(error > limit)
+    return MeasuredError(
+        points,
+        limit,
+        float(error[-1]),
+        float(time[above[0]]) if len(above) else None,
+        None if neighbour.outcome.completed else float(neighbour.time[-1]),
+        neighbour.settings,
     )
 
 

@@ -62,7 +62,7 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
         f"contacts.strike.law.stiffness={STIFFNESS * factor}",
         f"contacts.strike.law.transition_speed={SPEED / factor**0.5}",
     ]
-    result = simulate(with_impact(load_scene(MODEL, settings), impact), "lagrangian")
+    result = simulate(with_impact(load_scene(MODEL, settings), impact), "lagrangian", measure=False)
     response, first = lever_response(result, "strike"), strikes(result, "strike")[0]
     rate = np.interp(first.begin + SOON, response.time, response.rate)
     return Answer(

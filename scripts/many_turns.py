@@ -41,7 +41,7 @@ def main() -> None:
         if options.only in (None, model):
             scene = load_scene(MODELS / f"{model}.yaml", [*settings, f"run.turns={options.turns}"])
             told = ", ".join([f"`{model}.yaml`", *settings])
-            print(row(told, simulate(scene, engine)), flush=True)
+            print(row(told, simulate(scene, engine, measure=False)), flush=True)
 
 
 def row(told: str, result: Result) -> str:

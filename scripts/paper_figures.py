@@ -74,9 +74,9 @@ def case(name: str, model: str, options: argparse.Namespace) -> Case:
     """Run a model, and once more from a neighbouring start."""
     settings = [f"run.turns={options.turns}", SAMPLE]
     file = MODELS / f"{model}.yaml"
-    result = simulate(load_scene(file, settings), options.engine)
+    result = simulate(load_scene(file, settings), options.engine, measure=False)
     nearby = [*settings, f"initial={{angles: {{guide: {START}}}}}"]
-    other = simulate(load_scene(file, nearby), options.engine)
+    other = simulate(load_scene(file, nearby), options.engine, measure=False)
     time = np.arange(0.0, min(result.time[-1], other.time[-1]), 2e-4)
     return Case(
         name, result, time, end_of(result, time), end_of(other, time),

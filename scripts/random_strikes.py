@@ -101,7 +101,7 @@ def judge(settings: list[str]) -> list[Verdict]:
             asked = f"accuracy.tolerance={part * TOLERANCE}"
             scene = load_scene(MODEL, [*settings, asked])
             for engine in ENGINES:
-                runs[engine, part] = _run(scene, engine)
+                runs[engine, part] = _run(scene, engine, judged=part == 1.0)
     except (NotRepresentableError, SceneError) as error:
         return [Verdict(engine, STOPPED, told=str(error).splitlines()[0]) for engine in ENGINES]
     except Exception as error:  # what a user would see as a traceback is what is looked for here
@@ -112,10 +112,10 @@ def judge(settings: list[str]) -> list[Verdict]:
     return [_verdict(engine, runs[engine, 1.0], exact, sure) for engine in ENGINES]
 
 
-def _run(scene: Scene, engine: str) -> Result:
+def _run(scene: Scene, engine: str, *, judged: bool) -> Result:
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
-        return simulate(scene, engine)
+        return simulate(scene, engine, measure=judged)
 
 
 def _verdict(engine: str, found: Result, exact: Result, sure: bool) -> Verdict:

@@ -96,7 +96,7 @@ def model(name: str, turns: float, tolerance: float) -> Scene:
 @cache
 def reference(name: str, turns: float) -> Result:
     """The tight Lagrangian."""
-    return simulate(model(name, turns, REFERENCE), "lagrangian")
+    return simulate(model(name, turns, REFERENCE), "lagrangian", measure=False)
 
 
 def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int) -> Point:
@@ -104,7 +104,7 @@ def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int)
     seconds = np.inf
     for _ in range(repeat):
         began = process_time()
-        result = simulate(model(name, turns, tolerance), engine)
+        result = simulate(model(name, turns, tolerance), engine, measure=False)
         seconds = min(seconds, process_time() - began)
     found = compare(result, reference(name, turns)).deviation
     tip = 0.0
@@ -126,7 +126,7 @@ def main() -> None:
     head = ("scene", "tolerance", "S, m", "tip, m", "of it", "steps", "s", "")
     print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
     for name in options.models:
-        simulate(model(name, 0.01, 1e-3), options.engine)  # compiled, imported
+        simulate(model(name, 0.01, 1e-3), options.engine, measure=False)  # compiled, imported
         for tolerance in options.tolerances:
             point = measure(name, options.engine, options.turns, tolerance, options.repeat)
             part = max(point.error, point.tip) / tolerance

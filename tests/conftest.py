@@ -9,6 +9,8 @@ from cli_runs import Fake
 from studies import studied
 
 from exudyn_flexlink.accuracy import Study
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
 
 os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
 
@@ -23,4 +25,11 @@ def study() -> Study:
 def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], None]:
     """Put a function in the engine's place, and the test into an empty folder."""
     monkeypatch.chdir(tmp_path)
-    return lambda fake: monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
+
+    def put(fake: Fake) -> None:
+        def simulate(scene: Scene, engine: str, progress: object, *, measure: bool) -> Result:
+            return fake(scene, engine, progress)
+
+        monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
+
+    return put

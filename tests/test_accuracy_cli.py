@@ -74,12 +74,12 @@ def interrupt_after(runs, monkeypatch):
     """Let Ctrl-C fall into the first run after so many settings; those warming up don't count."""
     whole, settings = engines.simulate, set()
 
-    def simulate(scene, engine, progress):
+    def simulate(scene, engine, progress, **more):
         if scene.run.turns is not None:
             settings.add((engine, repr(scene.accuracy)))
         if len(settings) > runs:
             raise KeyboardInterrupt
-        return whole(scene, engine, progress)
+        return whole(scene, engine, progress, **more)
 
     monkeypatch.setattr(engines, "simulate", simulate)
 

@@ -24,7 +24,7 @@ SERIES = {"clearance_n5_beam": FIVE, "clearance_n10_paper": ()}
 
 @cache
 def run(engine, *settings):
-    result = simulate(load_scene(MODEL, settings), engine)
+    result = simulate(load_scene(MODEL, settings), engine, measure=False)
     assert result.outcome.completed, result.outcome
     return result
 

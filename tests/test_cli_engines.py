@@ -35,7 +35,14 @@ def row(text: str, first: str) -> list[str]:
 def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], None]:
     """Put a function in the engine's place, and the test into an empty folder."""
     monkeypatch.chdir(tmp_path)
-    return lambda fake: monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
+
+    def put(fake: Fake) -> None:
+        def simulate(scene: Scene, engine: str, progress: object, *, measure: bool) -> Result:
+            return fake(scene, engine, progress)
+
+        monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
+
+    return put
 
 
 # --- engines and impacts --------------------------------------------------------------------

@@ -22,7 +22,7 @@ from results import rigid_link
 import exudyn_flexlink.engines as engines
 from exudyn_flexlink import cli
 
-def fake(scene, engine='exudyn', progress=None):
+def fake(scene, engine, progress, **_):
     for i in range(11):
         time.sleep(float(sys.argv[1]))
         if progress:

@@ -26,7 +26,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 from results import rigid_link
 from exudyn_flexlink import cli, engines
-engines.simulate = lambda scene, *_: rigid_link(scene=scene)
+engines.simulate = lambda scene, *_, **__: rigid_link(scene=scene)
 sys.exit(cli.main(['simulate', *sys.argv[2:], '--engine=lagrangian', '--no-plots', '--out=o']))
 """
 

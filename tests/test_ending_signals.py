@@ -62,8 +62,8 @@ def test_a_run_that_is_asked_to_end_keeps_what_was_computed(
 ):
     simulate = engines.simulate
 
-    def asked(scene, engine, progress=None):
-        return simulate(scene, engine, lambda done: ask(name) if done > 0.01 else None)
+    def asked(scene, engine, progress=None, **more):
+        return simulate(scene, engine, lambda done: ask(name) if done > 0.01 else None, **more)
 
     monkeypatch.setattr(engines, "simulate", asked)
     for told in ("exudyn.tree.loop", "lagrangian.recording"):
@@ -86,7 +86,9 @@ def test_a_run_that_is_asked_to_end_keeps_what_was_computed(
 @posix
 @pytest.mark.parametrize(("name", "code"), REQUESTS)
 def test_asked_to_end_while_results_are_saved(name, code, monkeypatch, capsys):
-    monkeypatch.setattr(engines, "simulate", lambda scene, *_: rigid_link(scene=scene, samples=99))
+    monkeypatch.setattr(
+        engines, "simulate", lambda scene, *_, **__: rigid_link(scene=scene, samples=99)
+    )
     whole = storage.save
 
     def save(result, folder):
@@ -104,7 +106,7 @@ def test_asked_to_end_while_results_are_saved(name, code, monkeypatch, capsys):
 def test_asked_to_end_before_anything_is_computed(monkeypatch, capsys):
     """Also where Ctrl-C is ignored, as in the background jobs of a shell."""
 
-    def prepare(*_):
+    def prepare(*_, **__):
         with patience():
             ask()
 
@@ -174,7 +176,7 @@ from exudyn_flexlink import cli, engines
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.result import Outcome
 
-def fake(scene, engine, progress):
+def fake(scene, engine, progress, **_):
     asked = []
     with interrupts(lambda: asked.append(True)):
         progress(0.5)
@@ -329,7 +331,7 @@ def test_a_run_that_may_not_replace_another_users_is_kept_beside_it(monkeypatch,
     """Where a folder is sticky, only the owner may rename its files: known when it is tried."""
     results.put(results.pendulum(), "o")
     whole = replace(rigid_link(samples=99), warnings=())
-    monkeypatch.setattr(engines, "simulate", lambda *_: whole)
+    monkeypatch.setattr(engines, "simulate", lambda *_, **__: whole)
     rename = os.rename
 
     def refuse(source, target):

@@ -50,7 +50,7 @@ def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
     """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
     made = []
 
-    def fake(scene, engine="exudyn", progress=None):
+    def fake(scene, engine, progress, *, measure):
         count = len(made)
         made.append(engine)
         whole = act(count)
@@ -95,9 +95,14 @@ def test_ctrl_c_in_the_run_for_the_horizon_keeps_the_first(monkeypatch, capsys):
     engine_that(monkeypatch, lambda run: run == 0)
     assert main(["simulate", NO_CLEARANCE, "--no-plots", "--out=o", "--horizon"]) == 130
     said = capsys.readouterr()
-    assert "No horizon known: the second run was interrupted." in said.out
-    assert said.err == "interrupted: the run is whole, in o/\n"
-    assert load(Path("o")).outcome.completed
+    why = "the neighbouring run was interrupted"
+    assert f"positions       not measured: {why}" in said.out
+    assert f"warning: how far S and levers are off was not measured: {why}" in said.err
+    assert said.err.endswith("interrupted: the run is whole, in o/\n")
+    kept = load(Path("o"))
+    assert kept.outcome.completed
+    assert kept.error is not None
+    assert kept.error.missing == why
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
@@ -266,7 +271,7 @@ from results import rigid_link
 from exudyn_flexlink import cli, engines
 from exudyn_flexlink.result import Outcome
 
-def fake(scene, engine, progress):
+def fake(scene, engine, progress, **_):
     time.sleep(float(sys.argv[1]))  # the reader has gone
     return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, 'it stalled'))
 

@@ -93,7 +93,7 @@ def test_a_start_in_the_anvil_is_refused() -> None:
 
 def test_a_grazing_touch_is_seen_at_every_swing() -> None:
     """Eleven looks at steps of 0.05 s would not meet a touch of 3 ms by chance."""
-    result = simulate(load_scene(MODELS / "grazing.yaml"))
+    result = simulate(load_scene(MODELS / "grazing.yaml"), measure=False)
     begins = [event.time for event in result.events if event.kind == "contact begins"]
     period = 2 * np.pi / 10  # spring of 2 N m/rad, 0.02 kg m^2
     assert np.diff(begins) == pytest.approx(period, rel=2e-2)
@@ -103,7 +103,7 @@ def test_a_grazing_touch_is_seen_at_every_swing() -> None:
 @pytest.mark.parametrize("name", ["contact_stiffness", "strike_stiffness", "curvature_jump"])
 def test_the_mirror_image_moves_as_the_mirror_image(name: str) -> None:
     scene = load_scene(MODELS / f"{name}.yaml", ["run.sample=1 ms"])
-    one, other = simulate(scene), simulate(mirrored(scene))
+    one, other = simulate(scene, measure=False), simulate(mirrored(scene), measure=False)
     point = "hammer.tip" if name == "contact_stiffness" else "link.end"
     first, second = path(one, point), path(other, point)
     time = np.intersect1d(first.time, second.time)
@@ -114,7 +114,7 @@ def test_the_mirror_image_moves_as_the_mirror_image(name: str) -> None:
 
 def test_ten_times_as_large_is_ten_times_as_slow() -> None:
     scene = load_scene(MODELS / "curvature_jump.yaml", ["run.turns=0.5", "run.sample=1 ms"])
-    one, other = simulate(scene), simulate(scaled(scene, 10.0))
+    one, other = simulate(scene, measure=False), simulate(scaled(scene, 10.0), measure=False)
     assert other.time[-1] == pytest.approx(10 * one.time[-1])
     ends = [path(result, "link.end").position[-1] for result in (one, other)]
     np.testing.assert_allclose(ends[0], ends[1] / 10, atol=2e-6)
@@ -122,13 +122,13 @@ def test_ten_times_as_large_is_ten_times_as_slow() -> None:
 
 def test_a_run_is_bit_for_bit_the_same_again() -> None:
     scene = load_scene(MODELS / "strike_stiffness.yaml")
-    one, other = simulate(scene), simulate(scene)
+    one, other = simulate(scene, measure=False), simulate(scene, measure=False)
     np.testing.assert_array_equal(one.poses, other.poses)
     np.testing.assert_array_equal(one.time, other.time)
 
 
 def test_a_longer_run_misses_no_more_energy() -> None:
-    result = simulate(load_scene(MODELS / "bouncing.yaml", ["run.duration=1.8"]))
+    result = simulate(load_scene(MODELS / "bouncing.yaml", ["run.duration=1.8"]), measure=False)
     energy = result.energy.kinetic + result.energy.stored
     assert np.abs(energy - energy[0]).max() < 1e-3 * result.checks.largest_kinetic_energy
     assert not list(criteria(result))
@@ -162,18 +162,20 @@ def test_every_model_says_its_truth_and_where_it_comes_from(file: Path) -> None:
 
 def test_a_curvature_jump_costs_no_order() -> None:
     """Half the step leaves a quarter of the error, as steps end on the jump."""
-    exact = simulate(load_scene(MODELS / "curvature_jump.yaml", ["accuracy.tolerance=1e-11"]))
+    exact = simulate(
+        load_scene(MODELS / "curvature_jump.yaml", ["accuracy.tolerance=1e-11"]), measure=False
+    )
     found = []
     for step in ("4e-4", "2e-4"):
         settings = [f"accuracy.step={step}", "accuracy.formulation=joints"]
-        result = simulate(load_scene(MODELS / "curvature_jump.yaml", settings))
+        result = simulate(load_scene(MODELS / "curvature_jump.yaml", settings), measure=False)
         found.append(compare(result, exact).deviation.largest)
     assert found[0] / found[1] == pytest.approx(4, rel=0.25)
 
 
 def test_a_foil_lies_on_its_wall_between_bounces() -> None:
     """6.07 % of the time, by the Lagrangian: steps too short lost both the energy and the wall."""
-    result = simulate(load_scene(MODELS / "foil.yaml"))
+    result = simulate(load_scene(MODELS / "foil.yaml"), measure=False)
     free = contact_totals(result, "sleeve").fractions[State.FREE]
     assert 1 - free == pytest.approx(0.0607, rel=1e-2)
     assert result.checks.energy_residual < 1e-6 * result.checks.largest_kinetic_energy
@@ -184,9 +186,11 @@ def test_the_end_of_a_hard_face_is_left_where_it_is(tolerance: str) -> None:
     """The point slides off under 3 N: what the instant errs, its speed errs ever after."""
     hard = ["contacts.strike.law.stiffness=1e8"]
     exact = simulate(
-        load_scene(MODELS / "strike_stiffness.yaml", [*hard, "accuracy.tolerance=1e-10"])
+        load_scene(MODELS / "strike_stiffness.yaml", [*hard, "accuracy.tolerance=1e-10"]),
+        measure=False,
     )
     result = simulate(
-        load_scene(MODELS / "strike_stiffness.yaml", [*hard, f"accuracy.tolerance={tolerance}"])
+        load_scene(MODELS / "strike_stiffness.yaml", [*hard, f"accuracy.tolerance={tolerance}"]),
+        measure=False,
     )
     assert compare(result, exact).deviation.largest < float(tolerance)

@@ -58,7 +58,7 @@ def angular_momentum(result, about):
 @pytest.mark.parametrize("friction", [0, 0.2])
 def test_contact_inside_keeps_angular_momentum(friction):
     """Guide on a frictionless pin and link: what one wall gives, the other body loses."""
-    result = simulate(scene(FREE.format(friction=friction)))
+    result = simulate(scene(FREE.format(friction=friction)), measure=False)
     assert result.outcome.completed
     assert len(result.sleeves["sleeve"].touches.begin) > 20
     momentum = angular_momentum(result, (0.02, 0.0))
@@ -71,7 +71,7 @@ def test_a_sliding_block_stops_where_coulomb_says():
         clearance="0.01 mm", friction=0.2, gravity=9.81, duration=0.6,
         initial="{velocities: {block: [1.0, 0]}}",
     )  # fmt: skip
-    result = simulate(scene(text))
+    result = simulate(scene(text), measure=False)
     assert result.outcome.completed
     assert where(result, "block.start")[-1, 0] == pytest.approx(1 / (2 * 0.2 * 9.81), rel=1e-2)
     late = result.time > 0.52
@@ -88,7 +88,7 @@ def test_the_four_cases_of_flores():
         clearance="1 mm", friction=0, gravity=0.5, duration=0.5,
         initial="{speeds: {block: 2}, velocities: {block: [0.2, -0.1]}}",
     )  # fmt: skip
-    result = simulate(scene(text))
+    result = simulate(scene(text), measure=False)
     states = contact_states(result, "sleeve")
     assert set(states.state.tolist()) == set(State)
     assert states.state[0] == State.FREE
@@ -106,9 +106,13 @@ def test_the_four_cases_of_flores():
 def test_soft_walls_are_warned_of_and_too_soft_ones_stop_the_run(engine):
     settings = ["bodies.link.rods=3", "joints.sleeve.clearance=0.1 mm", "run.turns=0.45"]
     law = "joints.sleeve.law.stiffness"
-    soft = simulate(load_scene(MODELS / "clearance.yaml", [*settings, f"{law}=2000"]), engine)
+    soft = simulate(
+        load_scene(MODELS / "clearance.yaml", [*settings, f"{law}=2000"]), engine, measure=False
+    )
     assert any("their stiffness, not the clearance" in warning for warning in soft.warnings)
-    broken = simulate(load_scene(MODELS / "clearance.yaml", [*settings, f"{law}=5"]), engine)
+    broken = simulate(
+        load_scene(MODELS / "clearance.yaml", [*settings, f"{law}=5"]), engine, measure=False
+    )
     assert not broken.outcome.completed
     assert broken.outcome.reason == "the link broke through a wall of 'sleeve'"
     assert "stiffness" in broken.outcome.advice
@@ -121,8 +125,8 @@ def test_a_closing_clearance_tends_to_the_supported_link():
     ends = {}
     for clearance in (5e-4, 5e-5):
         settings = [*common, f"joints.sleeve.clearance={clearance}"]
-        ends[clearance] = simulate(load_scene(MODELS / "clearance.yaml", settings))
-    held = simulate(load_scene(MODELS / "supported.yaml", common))
+        ends[clearance] = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
+    held = simulate(load_scene(MODELS / "supported.yaml", common), measure=False)
     times = np.arange(0, 0.3, 1e-3)
 
     def end(result):
@@ -136,6 +140,6 @@ def test_a_closing_clearance_tends_to_the_supported_link():
 
 def test_the_link_stays_in_its_guide_at_high_speed():
     settings = ["bodies.link.rods=3", "drives.motor.value=100", "run.turns=4"]
-    result = simulate(load_scene(MODELS / "clearance.yaml", settings))
+    result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
     assert result.outcome.completed
     assert result.sleeves["sleeve"].deepest < 0.1 * 5e-3

@@ -114,12 +114,13 @@ def test_bouncing_ball_comes_to_rest_after_the_published_times():
     text = text.replace("tip: [1, 0]", "tip: [1000, 0]").replace("at: [0.8, 0]", "at: [999.8, 0]")
     text = text.replace("initial: {angles: {hammer: 0.2}, speeds: {hammer: -2}}",
                         "gravity: [0, -9.81]\ninitial: {angles: {hammer: 1.0e-3}}")  # fmt: skip
-    result = run(
-        text,
-        "contacts.hit.law.restitution=0.9",
-        "run.duration=2.9",
-        "contacts.hit.law.stiffness=1.0e8",
+    settings = ["restitution=0.9", "stiffness=1.0e8"]
+    result = simulate(
+        scene(text, "run.duration=2.9", *(f"contacts.hit.law.{setting}" for setting in settings))
     )
+    # The fourth impact is 0.5 ms late, against steps of 1e-8 m, and 3 m/s make 2 mm of that.
+    (told,) = result.warnings
+    assert "hammer.tip and anvil.end may be off by more than 0.0001 m" in told
     begins = [e.time for e in result.events if e.kind == "contact begins"]
     first = sqrt(2 / G)
     assert begins[0] == pytest.approx(0.451524, abs=2e-4)

@@ -36,7 +36,7 @@ SCENES = {
 def run(name: str, *settings: str) -> Result:
     model, own = SCENES[name]
     scene = load_scene(MODELS / model, ("run.turns=2", "run.sample=1 ms", *own, *settings))
-    return simulate(scene)
+    return simulate(scene, measure=False)
 
 
 LEVER = 0.03  # m
@@ -44,7 +44,7 @@ LEVER = 0.03  # m
 
 @cache
 def four_turns() -> Result:
-    return simulate(load_scene(MODELS / "no_clearance.yaml", ["run.sample=1 ms"]))
+    return simulate(load_scene(MODELS / "no_clearance.yaml", ["run.sample=1 ms"]), measure=False)
 
 
 def off(result: Result, name: str) -> tuple[float, float]:

@@ -53,7 +53,7 @@ def ends(monkeypatch):
     """Put closed form in place of the engines, with a way to end."""
 
     def as_(completed=True, reason="no convergence"):
-        def fake(scene, engine="exudyn", progress=None):
+        def fake(scene, engine, progress=None, **_):
             made = replace(rigid_link(scene=scene, samples=201), engine=engine, warnings=())
             made = replace(made, settings={"tolerance": scene.accuracy.tolerance or 0.0})
             return made if completed else replace(made, outcome=Outcome(False, 0.5, reason))
@@ -221,7 +221,7 @@ def test_a_comparison_without_its_horizon_is_not_complete(ends, monkeypatch):
     assert main(again) == 0
     whole, made = engines.simulate, []
 
-    def stops_in_the_third(*arguments):
+    def stops_in_the_third(*arguments, **more):
         made.append(1)
         result = whole(*arguments)
         stopped = Outcome(False, 0.5, "interrupted")

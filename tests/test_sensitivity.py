@@ -10,13 +10,22 @@ import results
 from exudyn_flexlink.observables import State
 from exudyn_flexlink.report import sensitivity_text
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.sensitivity import growth_rate, run_statistics, sensitivity
+from exudyn_flexlink.sensitivity import growth_rate, measured_error, run_statistics, sensitivity
 
 RATE, SEED = 14.0, 1e-9  # 1/s, m: a factor of 1e6 in a second
 
 
 def still():
     return results.block(np.zeros_like, np.zeros_like)
+
+
+def moving():
+    return results.block(lambda t: 0.2 * t, lambda t: np.full_like(t, 0.2))
+
+
+def shifted(off):
+    run = moving()
+    return replace(run, poses=run.poses + np.array([off, 0.0, 0.0]))
 
 
 def parting(rate=RATE, seed=SEED, largest=1.0):
@@ -165,15 +174,36 @@ def test_what_is_said_of_runs_that_agree():
     assert "\n" not in said
 
 
-def test_runs_that_agree_to_less_than_the_tolerance_are_told():
-    run = still()
-    moved = run.poses.copy()
-    moved[..., 0] += 3e-5
-    scene = run.scene.changed(accuracy=run.scene.accuracy.model_copy(update={"tolerance": 1e-6}))
-    found = sensitivity(replace(run, scene=scene), replace(run, poses=moved), 1e-4)
-    said = sensitivity_text(found)
-    assert said.startswith("block.nose can be trusted to 3e-05 m")
-    assert "That is 30 times the tolerance of 1e-06 m" in said
+@pytest.mark.parametrize(("factor", "times"), [(0.25, 2.0), (0.1, 1.5 / 0.9), (10.0, 1.5 / 9)])
+def test_the_distance_of_a_neighbour_tells_the_error(factor, times):
+    found = measured_error(moving(), shifted(3e-6), factor)
+    assert found.points == ("block.nose",)
+    assert found.limit == moving().scene.accuracy.tolerance == 1e-5
+    assert found.largest == pytest.approx(times * 3e-6)
+    assert (found.exceeds_from, found.stopped, found.missing) == (None, None, "")
+
+
+def test_errors_exceed_the_tolerance_from_the_instant_at_which_the_neighbour_says_so():
+    found = measured_error(still(), parting(), 0.1)
+    assert found.exceeds_from == pytest.approx(log(0.6e-5 / SEED) / RATE, abs=0.01)
+    assert found.largest == pytest.approx(1.5 / 0.9 * SEED * exp(RATE), rel=1e-6)
+
+
+def test_once_runs_have_parted_the_error_is_no_less_than_their_distance():
+    assert measured_error(moving(), shifted(1e-2), 10.0).largest == pytest.approx(1e-2)
+
+
+def test_without_a_tolerance_errors_are_told_where_one_sees_them():
+    run = moving()
+    stepped = run.scene.accuracy.model_copy(update={"tolerance": None, "step": 1e-3})
+    found = measured_error(replace(run, scene=run.scene.changed(accuracy=stepped)), run, 0.25)
+    assert found.limit == pytest.approx(1e-3 * 0.2)
+
+
+def test_nothing_is_measured_after_a_neighbour_stopped():
+    found = measured_error(still(), results.first_samples(still(), 31), 10.0)
+    assert found.stopped == pytest.approx(0.3)
+    assert found.exceeds_from is None
 
 
 def test_a_scene_without_the_lever_can_stand_beside_one_with_it():

@@ -32,7 +32,7 @@ def names(folder="."):
 # --- figures that can't be written cost no numbers ----------------------------------------------
 
 
-def closed_form(scene, engine="exudyn", progress=None):
+def closed_form(scene, engine, progress=None, **_):
     settings = {"tolerance": scene.accuracy.tolerance or 0.0}
     return replace(
         rigid_link(scene=scene, samples=201), engine=engine, settings=settings, warnings=()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.compare import common_times, horizon, parting_limit, separation
-from exudyn_flexlink.observables import between_samples, lever_response, path, struck_bodies
+from exudyn_flexlink.observables import lever_response, struck_bodies
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
@@ -61,22 +61,12 @@ class Horizon:
     limit: float
 
 
-def tips(result: Result) -> list[str]:
-    """Of every struck line, the end that moves more, the second if none does: 'body.point'."""
-    lines = [result.scene.contacts[name].line for name in struck_bodies(result.scene).values()]
-    return [max(reversed(line), key=lambda point: _room(result, point)) for line in lines]
-
-
-def _room(result: Result, point: str) -> float:
-    return float(np.linalg.norm(np.ptp(path(result, point).position, axis=0)))
-
-
 def errors(result: Result, reference: Result, until: float, struck: Sequence[str]) -> Errors:
-    """Errors of a run up to `until` (s); `struck` are the tips to look at: see `tips`."""
+    """Errors of a run up to `until` (s); `struck` are the tips to look at: see `struck_tips`."""
     time = common_times(reference, result)
     time = time[time <= until]
     off = separation(result, reference, time)
-    tip = [_apart(result, reference, point, time) for point in struck]
+    tip = [separation(result, reference, time, point) for point in struck]
     return Errors(
         _error(off), _error(np.max(tip, axis=0)) if tip else None, _peaks(result, reference, until)
     )
@@ -84,12 +74,6 @@ def errors(result: Result, reference: Result, until: float, struck: Sequence[str
 
 def _error(apart: FloatArray) -> Error:
     return Error(float(np.sqrt(np.mean(apart**2))), float(apart.max()))
-
-
-def _apart(first: Result, second: Result, point: str, time: FloatArray) -> FloatArray:
-    seen = [path(result, point) for result in (first, second)]
-    one, other = (between_samples(p.time, p.position, p.velocity, time) for p in seen)
-    return np.asarray(np.linalg.norm(one - other, axis=1))
 
 
 def _peaks(result: Result, reference: Result, until: float) -> dict[str, float]:

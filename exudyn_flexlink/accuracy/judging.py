@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors, tips
+from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors
 from exudyn_flexlink.accuracy.methods import Method
 from exudyn_flexlink.accuracy.runs import Runs, Trial
 from exudyn_flexlink.accuracy.sources import (
@@ -17,7 +17,7 @@ from exudyn_flexlink.accuracy.sources import (
     extrapolated,
     rod_order,
 )
-from exudyn_flexlink.observables import watched_point
+from exudyn_flexlink.observables import struck_tips, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -176,7 +176,7 @@ def _bench(runs: Runs) -> Bench:
     truth = _reference(runs)
     if truth is None:
         raise NothingRunError(_why_nothing(runs))
-    struck = tuple(tips(truth.result))
+    struck = tuple(struck_tips(truth.result))
     others = [trial for trial in runs.trials if trial is not truth]
     check, independent = _check(truth, others, struck)
     horizon = agreement(truth.result, check.result) if check else None

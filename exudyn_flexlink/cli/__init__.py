@@ -114,8 +114,10 @@ def _add_simulate(commands: Any) -> None:
     _add_without(parser)
     parser.add_argument(
         "--horizon",
-        action="store_true",
-        help="run once more, twice as accurately: up to when can S be trusted pointwise?",
+        action=argparse.BooleanOptionalAction,
+        help="make a second, neighbouring run, and say up to when S can be trusted pointwise; "
+        "left out: make one where contacts multiply errors, and say when they outgrow the "
+        "tolerance; --no-horizon: make none",
     )
     _add_output(parser, "runs/<name of the model>")
 

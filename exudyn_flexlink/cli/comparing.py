@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import (
-    FINER,
     LAGRANGIAN_ALONE,
     asks_for_lagrangian,
     changed,
     present,
     read_scene,
-    retuned,
     run,
     write,
 )
@@ -39,6 +37,7 @@ if TYPE_CHECKING:
 JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
 NEEDED = 2  # runs of a comparison, samples of a run
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
+FINER = 0.5  # times the tolerances, or the errors of steps, of a variant: likewise
 
 
 def compare_command(options: argparse.Namespace) -> int:
@@ -89,6 +88,7 @@ def _both_engines(options: argparse.Namespace) -> Found:
 
     """
     from exudyn_flexlink.compare import compare
+    from exudyn_flexlink.engines.neighbours import retuned
     from exudyn_flexlink.loading import require_length
 
     scene = read_scene(options, options.impact)
@@ -126,6 +126,7 @@ def _without_effects(options: argparse.Namespace) -> Found:
 
     """
     from exudyn_flexlink.compare import compare_variants
+    from exudyn_flexlink.engines.neighbours import retuned
     from exudyn_flexlink.loading import load_scene, require_length
 
     engine = options.engine or "exudyn"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 from importlib.util import find_spec
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
     from exudyn_flexlink.scene import Scene
 
-FEWEST_PER_CONTACT = 3  # steps that a scene may ask for
-FINER = 0.5  # times the accuracy of a run: a neighbouring one
 LAGRANGIAN_ALONE = (
     "relative and absolute tolerance are for '--engine lagrangian'; "
     "for Exudyn set accuracy.tolerance"
@@ -50,13 +47,14 @@ def simulate_command(options: argparse.Namespace) -> int:
         with place.written(force=options.force) as folder:
             result, late = _kept(scene, options)
             _announce(result, options)
-            figures = not (options.no_plots or late or options.ending.asked)
-            code = INTERRUPTED if late else DONE
-            code = write(result, folder, figures=figures) or code
+            second = not late and _asks_for_second(result, options)
+            code = _write(result, folder, options, late=late, figures=not second)
         code, told = place.code(code), ""
-        if options.horizon and code != INTERRUPTED:
-            told, waited = _horizon_or_not(scene, result, options)
-            code = code if waited else INTERRUPTED
+        if second and code == DONE:  # the first is kept, whatever becomes of the second
+            result, told, late = _measured(result, options)
+            with place.written(force=options.force) as folder:
+                code = _write(result, folder, options, late=late)
+            code = place.code(code)
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
     return place.tell(_tell(result, place.target, told, options.quiet, code))
@@ -70,6 +68,22 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
         return run(scene, options.engine, options), False
     except LateInterruptError as error:
         return error.result, True
+
+
+def _asks_for_second(result: Result, options: argparse.Namespace) -> bool:
+    """Tell whether a neighbouring run is to be made: the user says so, or the run does."""
+    if options.horizon is None:
+        return result.error is not None
+    return bool(options.horizon) and result.outcome.completed
+
+
+def _write(
+    result: Result, folder: Path, options: argparse.Namespace, *, late: bool, figures: bool = True
+) -> int:
+    """Write a run; returns the exit code. One who did not wait waits for no figures."""
+    skipped = options.no_plots or late or options.ending.asked
+    code = write(result, folder, figures=figures and not skipped)
+    return code or (INTERRUPTED if late else DONE)
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:
@@ -89,60 +103,21 @@ def _announce(result: Result, options: argparse.Namespace) -> None:
         complain(f"interrupted: writing what was computed{more}")
 
 
-def _horizon_or_not(scene: Scene, result: Result, options: argparse.Namespace) -> tuple[str, bool]:
-    """Return what `_horizon` says, and whether the user had the patience to wait for it."""
-    try:
-        return _horizon(scene, result, options), True
-    except KeyboardInterrupt:
-        return "No horizon known: the second run was interrupted.", False
-
-
-def _horizon(scene: Scene, result: Result, options: argparse.Namespace) -> str:
-    """Run once more, more accurately; say up to when both agree. Nothing if there is no whole run.
-
-    What the first run gave is written by then: a failure of the second takes nothing away.
-    """
-    from exudyn_flexlink.report import failure_text, sensitivity_text
-    from exudyn_flexlink.result import INTERRUPTED as STOPPED
+def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str, bool]:
+    """Return a run with its error, what '--horizon' asks for, and whether the user gave up."""
+    from exudyn_flexlink import engines
+    from exudyn_flexlink.engines.interrupts import LateInterruptError
+    from exudyn_flexlink.report import sensitivity_text
     from exudyn_flexlink.sensitivity import sensitivity
 
-    if not result.outcome.completed:
-        return ""
-    near = retuned(scene, result, FINER)
-    again = run(near, options.engine, options, "again, for the horizon")
-    if again.outcome.reason == STOPPED:
-        raise KeyboardInterrupt
-    if not again.outcome.completed:
-        return f"No horizon known: the second run did not end. There {failure_text(again)}"
-    return sensitivity_text(sensitivity(result, again))
-
-
-def retuned(scene: Scene, result: Result, factor: float) -> Scene:
-    """Return the scene with the tolerances or the step of a run, times a factor.
-
-    Steps in contact, which decide more than the tolerance once walls are touched, go along.
-    """
-    from exudyn_flexlink.loading import assemble_scene
-    from exudyn_flexlink.mechanism import least_tolerance
-    from exudyn_flexlink.scene import ABSOLUTE_TOLERANCES, RELATIVE_TOLERANCES
-
-    settings = result.settings
-    limits = {
-        "tolerance": (least_tolerance(assemble_scene(scene)), inf),
-        "step": (0.0, inf),
-        "relative_tolerance": RELATIVE_TOLERANCES,
-        "absolute_tolerance": ABSOLUTE_TOLERANCES,
-    }
-    other: dict[str, float] = {
-        key: min(most, max(least, factor * float(settings[key])))
-        for key, (least, most) in limits.items()
-        if key in settings
-    }
-    if "steps_per_contact" in settings:
-        per_contact = round(float(settings["steps_per_contact"]) / factor)
-        other["steps_per_contact"] = max(FEWEST_PER_CONTACT, per_contact)
-    given = scene.accuracy.model_dump(exclude_none=True)
-    return scene.changed(accuracy=type(scene.accuracy).model_validate(given | other))
+    try:
+        with progress_bar(options.quiet, "again, to measure errors") as progress:
+            found = engines.measured(result, progress)
+    except LateInterruptError as error:
+        return error.result, "", True
+    if not options.horizon or found.neighbour is None:
+        return found.result, "", False
+    return found.result, sensitivity_text(sensitivity(result, found.neighbour)), False
 
 
 def asks_for_lagrangian(options: argparse.Namespace) -> bool:
@@ -225,7 +200,7 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
             complain(f"hint: {COMPILING[compiles]}")
         before = "" if compiles == "none" else "compiling"
         with progress_bar(options.quiet, what, before) as progress:
-            return engines.simulate(scene, engine, progress)
+            return engines.simulate(scene, engine, progress, measure=False)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
         why = f"; '--impact {options.impact}' asks for it" if asked else ""

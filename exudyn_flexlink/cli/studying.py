@@ -109,7 +109,7 @@ class Solver:
         watch = Watch(allowed, self._show)
         began = time.process_time()
         try:
-            result = engines.simulate(scene, engine, watch)
+            result = engines.simulate(scene, engine, watch, measure=False)
         except LateInterruptError as error:
             if not watch.given_up:
                 raise

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from exudyn_flexlink.engines.interrupts import LateInterruptError, patience
 from exudyn_flexlink.engines.mending import guarded
+from exudyn_flexlink.engines.neighbours import Measured, measured_by, unmeasured
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -31,11 +32,14 @@ class NotRepresentableError(ValueError):
         self.message = message
 
 
-def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = None) -> Result:
+def simulate(
+    scene: Scene, engine: str = "exudyn", progress: Progress | None = None, *, measure: bool = True
+) -> Result:
     """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
 
     So is one that Ctrl-C ends while it is solved, in the main thread. One whose own numbers are
-    wrong is made again, more accurately: see `mending`.
+    wrong is made again, more accurately: see `mending`. Where contacts multiply errors, a second
+    run tells how large they are (see `measured`), unless `measure` is False.
 
     Raises:
         LateInterruptError: Ctrl-C came after that; the result, which is whole, is in it.
@@ -50,9 +54,22 @@ def simulate(scene: Scene, engine: str = "exudyn", progress: Progress | None = N
     # Matrices are small: numpy's threads would wait for one another most of the time.
     with patience() as patient, threadpool_limits(limits=1, user_api="blas"):
         result, interrupted = guarded(run(scene, progress), lambda finer: run(finer, progress))
+    result = unmeasured(result)
     if (patient.pressed or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
-    return result
+    return measured(result, progress).result if measure and result.error else result
+
+
+def measured(result: Result, progress: Progress | None = None) -> Measured:
+    """Make a neighbouring run, and tell by it how far a run is off: see ``Result.error``.
+
+    Warnings say from when on that is more than the tolerance. A run that stopped is left as it is.
+
+    Raises:
+        LateInterruptError: the user did not wait; the run, which is whole and says so, is in it.
+
+    """
+    return measured_by(result, lambda near: simulate(near, result.engine, progress, measure=False))
 
 
 def formulations(scene: Scene, engine: str) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from exudyn_flexlink.engines.coasting import left_by_strikes
 from exudyn_flexlink.engines.gains import gaining_impacts
 from exudyn_flexlink.mechanism import (
     FaceContact,
@@ -16,7 +17,6 @@ from exudyn_flexlink.mechanism import (
     end_of_run,
     face_length,
     kept_interval,
-    swing_times,
     wanted_interval,
 )
 from exudyn_flexlink.observables import crank_angle, crank_joint
@@ -30,22 +30,15 @@ NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
 OPEN = 1e-8  # m or rad, of a joint
 MANY_ITERATIONS = 10  # of Newton's method for a step: more than one attempt takes
 THIN = 0.25  # of the overlap of a strike: where a point goes deeper, the face's stiffness decides
-FEW_TOUCHES = 2  # of walls: more multiply errors more than tolerances foresee
-# The same under local tolerances, which begin with less: measured on the paper's clearance, a touch
-# multiplies errors by 1.2 in the mean, and from 1e-10 it takes a hundred to 1e-5 m.
-LOCAL_TOUCHES = 100
-FEW_BOUNCES = 20  # in a row, of what stands still
-# Off a lever that is struck anew as it swings. Scene 16 of `scripts/random_scenes.py --seed 2`: in
-# five bounces the tip's error grows to 257 tolerances.
-FEW_REBOUNDS, LOCAL_REBOUNDS = 4, 8
-# rad of the guide while a link swings free of its walls: it may be as chaotic as a double pendulum.
-FREE_TURN, LOCAL_FREE_TURN = np.pi, 4 * np.pi
-MORE = "S and levers may be off by more than the tolerance; 'simulate --horizon' tells from when on"
 FEW_SAMPLES = 100  # a turn: a chord between two is 1/2000 of the radius off
+# What makes a neighbouring run worth its cost (see `neighbours`). What is told follows from it.
+FEW_TOUCHES = 2  # of walls
+FEW_BOUNCES = 3  # in a row: a single strike may be a burst of so many
+FREE_TURN = np.pi  # rad of the guide while a link swings free of its walls, like a double pendulum
 # Of the fastest motion: a point that slides off its face's end more slowly makes much time of a
 # small error of its place, and what springs back goes far in it. Measured on models/no_clearance at
 # 1e-6 m: at 0.01 rad/s, where it is 1e-3, S is 0.5 tolerances off right after, at 0.0015 rad/s 3.
-SLOW_SLIDE, LOCAL_SLOW_SLIDE = 1e-3, 1e-5
+SLOW_SLIDE = 1e-3
 CRAWL = 1e-10  # s: steps this short in a contact lead nowhere soon
 
 
@@ -56,12 +49,20 @@ def doubts(result: Result) -> list[str]:
 
 def limits(result: Result) -> list[str]:
     """Say what is doubtful about a run that smaller steps do not change."""
-    told = [*_iterations(result), *_crawling(result), *_rattling(result), *_thin(result)]
-    if any(event.kind == "contact begins" for event in result.events):
-        mechanism = build_mechanism(result.scene)
-        told += [*_overlaps(result, mechanism), *_bouncing(result, mechanism)]
-        told += _sliding_off(result, mechanism)
+    told = [*_iterations(result), *_crawling(result), *_thin(result)]
+    if _struck(result):
+        told += _overlaps(result, build_mechanism(result.scene))
     return told
+
+
+def multiplying(result: Result) -> str:
+    """Say what may have multiplied errors beyond what steps foresee; empty if nothing did."""
+    found = [*_rattling(result), *_bouncing(result), *_sliding_off(result), *_coarse(result)]
+    return "; ".join(found)
+
+
+def _struck(result: Result) -> bool:
+    return any(event.kind == "contact begins" for event in result.events)
 
 
 def refusal(result: Result) -> Outcome | None:
@@ -182,38 +183,38 @@ def _laps(result: Result) -> Iterator[Sequence[Event]]:
 
 def _rattling(result: Result) -> Iterator[str]:
     """Touches of walls, or long flights between them, let errors grow."""
-    local = "relative_tolerance" in result.settings
     for name, sleeve in result.sleeves.items():
         count, turned = len(sleeve.touches.end), _free_turn(result, name)
-        if count > (LOCAL_TOUCHES if local else FEW_TOUCHES):
+        if count > FEW_TOUCHES:
+            yield f"{count} touches of the walls of '{name}'"
+        elif turned > FREE_TURN:
             yield (
-                f"the walls of '{name}' were touched {count} times, and every touch multiplies "
-                f"errors: {MORE}"
-            )
-        elif turned > (LOCAL_FREE_TURN if local else FREE_TURN):
-            yield (
-                f"the link swung free of the walls of '{name}' while its guide turned by "
-                f"{np.degrees(turned):.3g} deg, which multiplies errors: {MORE}"
+                f"a link that swung free of the walls of '{name}' while its guide turned by "
+                f"{np.degrees(turned):.3g} deg"
             )
 
 
-def _bouncing(result: Result, mechanism: Mechanism) -> Iterator[str]:
+def _bouncing(result: Result) -> Iterator[str]:
     """Strikes in a row let errors grow, the more so off a lever that moves."""
-    local, swinging = "relative_tolerance" in result.settings, swing_times(mechanism)
     for name, count in _in_a_row(result).items():
-        if name in swinging and count > (LOCAL_REBOUNDS if local else FEW_REBOUNDS):
-            yield (
-                f"contact '{name}' was made {count} times in a row, and bounces off a lever that "
-                f"swings multiply errors: {MORE}"
-            )
-        elif count > FEW_BOUNCES:
-            yield f"contact '{name}' was made {count} times in a row, and errors add up: {MORE}"
+        if count > FEW_BOUNCES:
+            yield f"{count} strikes of '{name}' in a row"
 
 
-def _sliding_off(result: Result, mechanism: Mechanism) -> Iterator[str]:
+def _coarse(result: Result) -> Iterator[str]:
+    """Fixed numbers of steps for a strike do not see what a tolerance asks for."""
+    tolerance, steps = result.scene.accuracy.tolerance, result.settings.get("steps_per_contact")
+    if tolerance is None or steps is None or not _struck(result):
+        return
+    mechanism = build_mechanism(result.scene)
+    if left_by_strikes(mechanism, float(result.time[-1]), float(steps)) > tolerance:
+        yield f"{steps:g} steps for a strike"
+
+
+def _sliding_off(result: Result) -> Iterator[str]:
     """Points that crept along a face to its end let what they bent spring back all at once."""
-    fastest = float(np.sqrt(2 * _kinetic(result) / sum(part.mass for part in mechanism.parts)))
-    least = LOCAL_SLOW_SLIDE if "relative_tolerance" in result.settings else SLOW_SLIDE
+    parts = build_mechanism(result.scene).parts
+    fastest = float(np.sqrt(2 * _kinetic(result) / sum(part.mass for part in parts)))
     begun: dict[str, Event] = {}
     slowest: dict[str, tuple[float, float]] = {}
     for event in result.events:
@@ -225,11 +226,10 @@ def _sliding_off(result: Result, mechanism: Mechanism) -> Iterator[str]:
             found = (way / max(event.time - first.time, 1e-300), event.time)
             slowest[event.name] = min(slowest.get(event.name, found), found)
     for name, (speed, at) in slowest.items():
-        if speed < least * fastest:
+        if speed < SLOW_SLIDE * fastest:
             yield (
-                f"the point of contact '{name}' crept off its face's end at {at:.6g} s, at about "
-                f"{speed:.2g} m/s, and what was bent sprang back at {fastest:.2g} m/s or more: a "
-                f"small error of the place is one of the time, and errors multiply: {MORE}"
+                f"the point of '{name}' crept off its face's end at {at:.6g} s, at about "
+                f"{speed:.2g} m/s, and what was bent sprang back at {fastest:.2g} m/s or more"
             )
 
 

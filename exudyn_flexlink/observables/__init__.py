@@ -13,6 +13,7 @@ from exudyn_flexlink.observables.levers import (
     angle_name,
     lever_response,
     struck_bodies,
+    struck_tips,
 )
 from exudyn_flexlink.observables.perturbation import on_axis, perturbation
 from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
@@ -69,6 +70,7 @@ __all__ = [
     "sleeves_with_play",
     "strikes",
     "struck_bodies",
+    "struck_tips",
     "turns",
     "watched_point",
 ]

@@ -15,7 +15,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.report.contacts import sleeve_lines
 from exudyn_flexlink.report.text import number, table
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import MeasuredError, Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 
@@ -106,4 +106,18 @@ def _errors(result: Result) -> list[str]:
         rows.append(["contacts", f"{steps}, {penetration}"])
     elif checks.largest_penetration > 0:
         rows.append(["contacts", penetration])
+    if result.error is not None:
+        rows.append(["positions", _off(result.error)])
     return ["Errors", *table(rows)]
+
+
+def _off(error: MeasuredError) -> str:
+    """How far points are off, as a neighbouring run tells."""
+    if error.missing:
+        return f"not measured: {error.missing}"
+    points, limit = " and ".join(error.points), f"{error.limit:.3g} m"
+    until = "" if error.stopped is None else f" up to t = {number(error.stopped)} s"
+    if error.exceeds_from is None:
+        return f"{points} off by {error.largest:.2g} m at most{until}, of {limit} allowed"
+    within = f"within {limit} up to t = {number(error.exceeds_from)} s"
+    return f"{points} {within}; off by {error.largest:.2g} m in the end{until}"

@@ -25,14 +25,14 @@ def sensitivity_text(found: Sensitivity) -> str:
 
 
 def _trusted(found: Sensitivity) -> str:
-    other = "a run twice as accurate"
+    other = "a neighbouring run"
     if found.horizon is None:
         angles = "".join(
             f", the angle of {body} to {apart:.2g} rad" for body, apart in found.angles.items()
         )
         return (
             f"{found.point} can be trusted to {found.largest:.2g} m{angles} throughout, to t = "
-            f"{found.end:.5g} s: {other} differs by no more.{_beyond(found)}"
+            f"{found.end:.5g} s: {other} differs by no more."
         )
     if found.largest <= found.limit:
         return (
@@ -42,17 +42,6 @@ def _trusted(found: Sensitivity) -> str:
     return (
         f"{found.point} can be trusted pointwise up to t = {found.horizon:.5g} s: there {other} is "
         f"{found.limit:.2g} m off. Beyond it trust statistics only."
-    )
-
-
-def _beyond(found: Sensitivity) -> str:
-    """Say so where the runs differ by more than the first one's tolerance."""
-    tolerance = found.tolerance
-    if tolerance is None or found.largest <= tolerance:
-        return ""
-    return (
-        f" That is {found.largest / tolerance:.2g} times the tolerance of {tolerance:.3g} m: "
-        "something multiplies errors, and the second run need not be right either."
     )
 
 

@@ -19,6 +19,7 @@ from exudyn_flexlink.result import (
     EnergyHistory,
     Event,
     Extremes,
+    MeasuredError,
     Outcome,
     Result,
     SleeveHistory,
@@ -210,7 +211,18 @@ def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
         checks=Checks(**{key: _number(value) for key, value in checks.items()}),
         warnings=tuple(summary["warnings"]),
         outcome=Outcome(**{**outcome, "time": _number(outcome["time"])}),
+        error=_error(summary.get("error")),
     )
+
+
+def _error(data: dict[str, Any] | None) -> MeasuredError | None:
+    """What is known of a run's error; runs of before this was measured have none."""
+    if data is None:
+        return None
+    numbers = {key: _number(value) for key, value in data.items()}
+    neighbour = {key: _number(value) for key, value in data["neighbour"].items()}
+    points = tuple(data["points"])
+    return MeasuredError(**{**numbers, "points": points, "neighbour": neighbour})
 
 
 def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> SleeveHistory:

@@ -103,6 +103,7 @@ def _summary(result: Result) -> dict[str, Any]:
         "engine": result.engine,
         "outcome": asdict(result.outcome),
         "warnings": list(result.warnings),
+        "error": None if result.error is None else asdict(result.error),
         "checks": asdict(result.checks),
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
         "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},

@@ -117,7 +117,8 @@ def same_motion(variant: Variant) -> list[tuple[str, int, int, bool]]:
     for name, scenes in scenes_of.items():
         try:
             first, second = (
-                completed(simulate(lasting(scene, BRIEF), variant.engine)) for scene in scenes
+                completed(simulate(lasting(scene, BRIEF), variant.engine, measure=False))
+                for scene in scenes
             )
         except NotRepresentableError:
             continue

@@ -41,7 +41,7 @@ def run(variant: Variant, rung: float, *settings: str, until: float | None = Non
     if until is not None:
         length = f"run={{duration: {until}, sample: 1 ms}}"
     scene = scene_of(MODEL, (BEAM, length, *settings, *variant.at(rung)))
-    result = simulate(scene, variant.engine)
+    result = simulate(scene, variant.engine, measure=False)
     if not result.outcome.completed:
         raise RuntimeError(f"{variant.name} at {rung:g}: {result.outcome.reason}")
     return result

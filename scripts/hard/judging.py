@@ -76,7 +76,7 @@ def judge_of(case: Case, variant: Variant) -> Result:
     """The run that judges where there is no closed form: the other engine, tight."""
     settings = tuple(s for s in variant.settings if not s.startswith("accuracy."))
     scene = scene_of(case, replace(variant, settings=settings), LAGRANGIAN)
-    return simulate(with_tolerance(scene, TIGHT), LAGRANGIAN)
+    return simulate(with_tolerance(scene, TIGHT), LAGRANGIAN, measure=False)
 
 
 def with_tolerance(scene: Scene, tolerance: float) -> Scene:
@@ -270,14 +270,14 @@ def _grid(result: Result, count: int = 101) -> np.ndarray:
 
 
 def _mirror(scene: Scene, result: Result, engine: str) -> Measured:
-    other = simulate(mirrored(scene), engine)
+    other = simulate(mirrored(scene), engine, measure=False)
     time = np.intersect1d(result.time, other.time)
     apart = _seen(result, time) - _seen(other, time) * [1, -1]
     return other, float(np.abs(apart).max()), 2 * _stated(result)
 
 
 def _scale(scene: Scene, result: Result, engine: str) -> Measured:
-    other = simulate(scaled(scene, GROWS), engine)
+    other = simulate(scaled(scene, GROWS), engine, measure=False)
     near = _even_samples(result, other, GROWS)
     apart = _seen(result, near) - _seen(other, near * GROWS) / GROWS
     return other, float(np.abs(apart).max()), 2 * _stated(result)
@@ -302,7 +302,7 @@ def _again(scene: Scene, result: Result, engine: str) -> Measured:
 
 def _finer(scene: Scene, result: Result, engine: str) -> Measured:
     tighter = (scene.accuracy.tolerance or 1.0) / 10
-    other = simulate(with_tolerance(scene, tighter), engine)
+    other = simulate(with_tolerance(scene, tighter), engine, measure=False)
     seen = compare(result, other)
     return other, seen.deviation.largest, _stated(result)
 
@@ -311,8 +311,8 @@ def _order(scene: Scene, result: Result, engine: str) -> Measured:
     """Half the step: the error falls as the order of the method says, also across events."""
     step = (scene.accuracy.step or 0.0) / 2
     accuracy = scene.accuracy.model_copy(update={"step": step})
-    other = simulate(scene.changed(accuracy=accuracy), engine)
-    exact = simulate(with_tolerance(scene, TIGHT), LAGRANGIAN)
+    other = simulate(scene.changed(accuracy=accuracy), engine, measure=False)
+    exact = simulate(with_tolerance(scene, TIGHT), LAGRANGIAN, measure=False)
     first, half = (compare(run, exact).deviation.largest for run in (result, other))
     return other, half, first / STEADY
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import coarse_strikes
 from exudyn_flexlink.engines.exudyn.pace import ENOUGH_STEPS, few_steps, shortened
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
@@ -177,10 +176,6 @@ def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
     asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
     if asked is not None and finer is not None and finer < asked:
         warnings.append(made_finer(asked, finer, channels))
-    if touched and asked is not None:
-        per_contact = prepared.scene.accuracy.steps_per_contact
-        end = prepared.loop.end
-        warnings += coarse_strikes(prepared.assembly.mechanism, end, asked, per_contact)
     walls = zip(channels, wall_penetrations(prepared), strict=True)
     warnings += soft_walls(walls)
     return tuple(warnings)

@@ -1,0 +1,204 @@
+"""Random scenes with clearance: which runs are off by more than their tolerance, which say so.
+
+Usage:
+    python scripts/told_errors.py                         40 scenes in both engines, half an hour
+    python scripts/told_errors.py --count 10 --seed 2
+    python scripts/told_errors.py --only 7
+
+Scenes are drawn about the paper's mechanism with clearance: 2 to 6 rods, half a turn or so, walls
+that give back much of a bounce. Each run is judged by the Lagrangian with local tolerances of
+1e-12, in S and in the lever's tip. That judge may err itself by what it is away from one with
+1e-11: a run is wrong, or right, only where that does not matter, else it is undecided and not
+counted. A neighbouring run tells what is known of the error (see `engines.neighbours`). Beside it
+stands what counts of touches told before there was one: more than 2 in `joints`, 100 at local
+tolerances. Scenes whose first run takes more processor time than `--patience` are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from exudyn_flexlink.compare import common_times, separation
+from exudyn_flexlink.engines import measured, simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import struck_tips, watched_point
+from exudyn_flexlink.result import Result
+
+MODEL = Path(__file__).parent.parent / "models" / "clearance.yaml"
+# m, by name: what is run and judged. The tolerance is no setting of the Lagrangian's with walls.
+WAYS = {
+    "lagrangian, 1e-5 m": ("lagrangian", 1e-5),
+    "joints, 1e-5 m": ("exudyn", 1e-5),
+    "joints, 1e-4 m": ("exudyn", 1e-4),
+}
+JUDGE, CHECK = 1e-12, 1e-11  # local tolerances
+FEW_TOUCHES = {"lagrangian": 100, "exudyn": 2}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run: its error (m), what is told of it (m), its touches, and seconds of both runs."""
+
+    error: float
+    told: float
+    from_when: float | None
+    wrong_from: float | None
+    right: bool
+    touches: int
+    seconds: tuple[float, float]
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it is off by more than the tolerance."""
+        return self.wrong_from is not None
+
+
+def draw(rng: np.random.Generator) -> list[str]:
+    """Settings that change the model."""
+
+    def factor(most: float) -> float:
+        return float(most ** rng.uniform(-1, 1))
+
+    rods = int(rng.integers(2, 7))
+    settings = {
+        "bodies.link.rods": rods,
+        "bodies.link.section": f"{{width: 10 mm, thickness: {8e-4 * factor(1.5)}}}",
+        "bodies.link.hinges.stiffness": str(rng.choice(["paper", "beam"])),
+        "bodies.link.hinges.damping": 1e-5 * factor(3),
+        "joints.sleeve.clearance": 5e-3 * 10 ** rng.uniform(-0.7, 0),
+        "joints.sleeve.law.stiffness": 1e5 * factor(2),
+        "joints.sleeve.law.restitution": rng.uniform(0.5, 0.95),
+        "joints.crank.at": f"[{0.02 * factor(1.1)}, 0]",
+        "joints.pivot.at": f"[{-0.1 * rng.uniform(1.2, 1.45)}, 0]",
+        "springs.lever_return.frequency": 40 * factor(1.5),
+        "springs.lever_return.damping_ratio": 0.1 * factor(1.5),
+        "drives.motor.value": 12 * factor(1.4),
+        "contacts.strike.law.stiffness": 1e4 * factor(2),
+        "contacts.strike.law.restitution": rng.uniform(0, 1),
+        "run.turns": float(rng.choice([0.3, 0.5, 0.7])),
+    }
+    return [f"{key}={value}" for key, value in settings.items()]
+
+
+@contextmanager
+def patience(seconds: float) -> Iterator[None]:
+    """Press Ctrl-C after some processor time."""
+    before = signal.signal(signal.SIGPROF, lambda *_: signal.raise_signal(signal.SIGINT))
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def judge(settings: list[str], seconds: float) -> dict[str, Row]:
+    """Run a scene in both engines, and what judges them; nothing if the first takes too long."""
+    with patience(seconds):
+        first = simulate(load_scene(MODEL, settings), "lagrangian", measure=False)
+    if not first.outcome.completed:
+        return {}
+    exact, check = (
+        simulate(load_scene(MODEL, [*settings, *_local(tolerance)]), "lagrangian", measure=False)
+        for tolerance in (JUDGE, CHECK)
+    )
+    rows = {}
+    for way, (engine, tolerance) in WAYS.items():
+        scene = load_scene(MODEL, [*settings, f"accuracy.tolerance={tolerance}"])
+        rows[way] = _row(simulate(scene, engine, measure=False), exact, check, tolerance)
+    return rows
+
+
+def _local(tolerance: float) -> list[str]:
+    kinds = {"relative": tolerance, "absolute": tolerance / 100}
+    return [f"accuracy.{kind}_tolerance={value}" for kind, value in kinds.items()]
+
+
+def _row(run: Result, exact: Result, check: Result, tolerance: float) -> Row:
+    found = measured(run)  # also of few touches, where `simulate` would not
+    asked = run.error is not None
+    time, off = _apart(run, exact)
+    _, unsure = _apart(check, exact)
+    unsure = unsure[: len(time)]
+    error = found.result.error
+    assert error is not None
+    assert found.neighbour is not None
+    wrong = np.flatnonzero(off > tolerance + unsure)
+    return Row(
+        float(off[-1]),
+        error.largest,
+        error.exceeds_from if asked else None,
+        float(time[wrong[0]]) if len(wrong) else None,
+        bool(off[-1] + unsure[-1] <= tolerance),
+        sum(len(sleeve.touches.end) for sleeve in run.sleeves.values()),
+        (run.timings["solve"], found.neighbour.timings["solve"]),
+    )
+
+
+def _apart(run: Result, exact: Result) -> tuple[np.ndarray, np.ndarray]:
+    """Instants (s), and up to each the largest distance (m) of S and the lever's tip."""
+    time = common_times(exact, run)
+    points = [watched_point(run.scene), *struck_tips(run)]
+    off = np.max([separation(run, exact, time, point) for point in points], axis=0)
+    return time, np.maximum.accumulate(off)
+
+
+def table(way: str, rows: list[Row]) -> Iterator[str]:
+    """Yield how many right and wrong runs were told, by the neighbour and by counts."""
+    rows = [row for row in rows if row.wrong or row.right]
+    by_neighbour = Counter((row.wrong, row.from_when is not None) for row in rows)
+    by_count = Counter((row.wrong, row.touches > FEW_TOUCHES[WAYS[way][0]]) for row in rows)
+    yield f"| {way} | right, silent | right, warned | wrong, warned | wrong, silent |"
+    yield "|---|---|---|---|---|"
+    for name, counts in (("count of touches", by_count), ("neighbouring run", by_neighbour)):
+        told = [counts[key] for key in ((False, False), (False, True), (True, True), (True, False))]
+        yield f"| {name} | {' | '.join(map(str, told))} |"
+    if rows:
+        cost = np.median([second / first for first, second in (row.seconds for row in rows)])
+        yield f"\nthe neighbouring run takes {cost:.2g} times as long as the run (median)"
+
+
+def main() -> int:
+    """Print each run, and the table of all; the exit code is 1 if a wrong run is silent."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, help="number of one scene")
+    parser.add_argument("--patience", type=float, default=10.0, help="s of the first run")
+    options = parser.parse_args()
+    numbers = range(options.count) if options.only is None else [options.only]
+    rows: dict[str, list[Row]] = {way: [] for way in WAYS}
+    for number in numbers:
+        found = judge(draw(np.random.default_rng([options.seed, number])), options.patience)
+        for way, row in found.items():
+            rows[way].append(row)
+            print(f"{number:3d} {way}: {_line(row)}", flush=True)
+        if not found:
+            print(f"{number:3d} not waited for", flush=True)
+    for way, of_way in rows.items():
+        print("\n".join(["", *table(way, of_way)]))
+    silent = [row for of in rows.values() for row in of if row.wrong and row.from_when is None]
+    return 1 if silent else 0
+
+
+def _line(row: Row) -> str:
+    told = "silent" if row.from_when is None else f"told from {row.from_when:.3g} s on"
+    right = "right" if row.right else "undecided"
+    if row.wrong_from is not None:
+        right = f"wrong from {row.wrong_from:.3g} s on"
+    return (
+        f"{right}, {told}; off by {row.error:.1e} m, told {row.told:.1e} m; {row.touches} touches"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

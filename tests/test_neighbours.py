@@ -1,0 +1,262 @@
+"""How far a run is off that multiplies errors: told by a neighbouring run, not by counts."""
+
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import LateInterruptError, simulate
+from exudyn_flexlink.engines.guards import multiplying
+from exudyn_flexlink.engines.neighbours import measured_by, neighbouring, retuned, unmeasured
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.report import run_text
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    NOT_MEASURED,
+    Event,
+    MeasuredError,
+    Outcome,
+    SleeveHistory,
+    Touches,
+)
+from exudyn_flexlink.storage import load, save
+
+MODELS = Path(__file__).parents[1] / "models"
+
+# A scene that was 7 mm off after a turn and 84 touches, and said nothing.
+RATTLING = [
+    "bodies.link.section={width: 10 mm, thickness: 0.890817 mm}",
+    "bodies.link.rods=3",
+    "bodies.link.hinges={stiffness: 0.696254, damping: 3.90284e-06}",
+    "bodies.lever.length=0.0362237",
+    "bodies.lever.section={width: 10 mm, thickness: 1.67567 mm}",
+    "joints.crank.at=[0.0196528, 0]",
+    "joints.pivot.at=[-0.1290539, 0]",
+    "joints.sleeve.clearance=0.00320422",
+    "joints.sleeve.law={stiffness: 69458.6, restitution: 0.903846}",
+    "springs.lever_return={type: torsional, joint: pivot, frequency: 34.285 Hz, "
+    "damping_ratio: 0.111551}",
+    "drives.motor.value=14.5294 rad/s",
+    "contacts.strike.law={stiffness: 6052.39, restitution: 0.0569073, transition_speed: 0.005}",
+    "accuracy.tolerance=1e-5",
+]
+
+
+def touched(times, settings=None):
+    """A made-up run of the paper's mechanism, whose link touched walls so many times."""
+    run = results.tilting_link()
+    columns = np.zeros((6, times))
+    columns[1] = run.time[-1]  # until when it touches: else it would swing free
+    history = SleeveHistory(
+        ("wall",), (1.0,), np.zeros((len(run.time), 1)), Touches(np.zeros(times, int), *columns), 0
+    )
+    settings = {"tolerance": 1e-5} if settings is None else settings
+    accuracy = {"step": 1e-4} if "step" in settings else {"tolerance": 1e-5}
+    scene = run.scene.changed(accuracy=type(run.scene.accuracy).model_validate(accuracy))
+    return replace(
+        run,
+        scene=scene,
+        settings=settings,
+        sleeves={"sleeve": history},
+        events=(),
+        warnings=(),
+        outcome=Outcome(True, float(run.time[-1])),
+    )
+
+
+def off_by(run, off, begin=0.5):
+    """The run, but from an instant on so far off (m)."""
+    poses = run.poses.copy()
+    poses[run.time >= begin, :, 0] += off
+    return replace(run, poses=poses)
+
+
+# --- what is told
+
+
+def test_a_run_that_will_be_millimetres_off_is_told_from_which_instant_on():
+    """A count of touches was silent: there are fewer than a hundred.
+
+    A run with local tolerances of 1e-13 is 1e-5 m away from 0.183 s on, 5e-5 m at 0.19 s.
+    """
+    scene = load_scene(MODELS / "clearance.yaml", [*RATTLING, "run.turns=0.44"])
+    run = simulate(scene, "lagrangian")
+    assert len(run.sleeves["sleeve"].touches.end) < 100
+    assert run.error.exceeds_from == pytest.approx(0.183, abs=0.01)
+    assert 2e-5 < run.error.largest < 5e-4
+    (told,) = run.warnings
+    assert told.startswith(f"from t = {run.error.exceeds_from:.4g} s on link.end and lever.end may")
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_right_run_is_not_warned_of_because_of_its_touches(engine):
+    scene = load_scene(
+        MODELS / "clearance.yaml",
+        ["bodies.link.rods=2", "run.turns=0.3", "accuracy.tolerance=2e-4"],
+    )
+    run = simulate(scene, engine)
+    assert len(run.sleeves["sleeve"].touches.end) > 2
+    assert run.warnings == ()
+    assert 0 < run.error.largest < 2e-4
+    assert run.error.exceeds_from is None
+
+
+def test_what_is_told_of_a_neighbour_that_parts():
+    run = touched(3)
+    found = measured_by(run, lambda scene: off_by(run, 1e-3)).result
+    (told,) = found.warnings
+    assert told == (
+        "from t = 0.5 s on link.end may be off by more than 1e-05 m, in the end by "
+        "0.0017 m, as a neighbouring run shows: errors multiply "
+        "(3 touches of the walls of 'sleeve')"
+    )
+    assert "within 1e-05 m up to t = 0.5 s; off by 0.0017 m in the end" in run_text(found)
+
+
+def test_nothing_is_told_of_a_neighbour_that_agrees():
+    run = touched(200)
+    found = measured_by(run, lambda scene: off_by(run, 1e-7))
+    assert found.result.warnings == ()
+    assert found.neighbour is not None
+    assert "at most, of 1e-05 m allowed" in run_text(found.result)
+
+
+def test_a_neighbour_that_stops_measures_no_further():
+    run = touched(3)
+    part = results.first_samples(run, 31)
+    part = replace(part, outcome=Outcome(False, float(part.time[-1]), "broke"))
+    (told,) = measured_by(run, lambda scene: part).result.warnings
+    assert f"up to t = {part.time[-1]:.4g} s only, where the neighbouring run stopped" in told
+
+
+# --- when a neighbour is run
+
+
+def test_a_few_touches_ask_for_no_neighbour():
+    assert unmeasured(touched(2)).error is None
+    assert unmeasured(touched(3)).error.missing == NOT_MEASURED
+
+
+def test_a_burst_of_one_strike_asks_for_no_neighbour():
+    run = touched(1)
+    for count in (3, 4):
+        bounces = [Event(0.1 + k / 100, "contact begins", "strike") for k in range(count)]
+        told = multiplying(replace(run, events=tuple(bounces)))
+        assert told == ("" if count == 3 else "4 strikes of 'strike' in a row")
+
+
+def test_a_run_that_stopped_is_left_as_it_is():
+    stopped = replace(touched(9), outcome=Outcome(False, 0.1, "broke"))
+    assert measured_by(stopped, lambda scene: 1 / 0).result is stopped
+
+
+@pytest.mark.parametrize(
+    ("settings", "factor", "changed"),
+    [
+        ({"tolerance": 1e-6}, 0.1, {"tolerance": 1e-7}),
+        (
+            {"relative_tolerance": 1e-10, "absolute_tolerance": 1e-12},
+            0.1,
+            {"relative_tolerance": 1e-11, "absolute_tolerance": 1e-13},
+        ),
+        (
+            {"relative_tolerance": 3e-14, "absolute_tolerance": 1e-16},
+            10.0,
+            {"relative_tolerance": 3e-13, "absolute_tolerance": 1e-15},
+        ),
+        (
+            {"tolerance": 1e-5, "steps_per_contact": 60.0},
+            0.25,
+            {"tolerance": 2.5e-6, "steps_per_contact": 120},
+        ),
+        ({"step": 1e-4}, 0.25, {"step": 5e-5}),
+    ],
+)
+def test_a_neighbour_is_more_accurate_where_it_can_be(settings, factor, changed):
+    run = touched(3, settings)
+    assert neighbouring(run) == factor
+    found = retuned(run.scene, run, factor).accuracy.model_dump()
+    assert {key: found[key] for key in changed} == pytest.approx(changed)
+
+
+# --- no neighbour
+
+
+def test_without_measuring_the_result_says_that_its_error_is_not_known():
+    settings = ["bodies.link.rods=2", "run.turns=0.3", "accuracy.tolerance=2e-4"]
+    run = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
+    assert run.error == MeasuredError(missing=NOT_MEASURED)
+    assert f"not measured: {NOT_MEASURED}" in run_text(run)
+
+
+def interrupted(scene):
+    raise KeyboardInterrupt
+
+
+def broken_off(scene):
+    return replace(touched(3), outcome=Outcome(False, 0.1, INTERRUPTED))
+
+
+def late(scene):
+    raise LateInterruptError(touched(3))
+
+
+@pytest.mark.parametrize("again", [interrupted, broken_off, late])
+def test_ctrl_c_in_the_neighbour_keeps_the_run_and_says_that_nothing_was_measured(again):
+    run = touched(3)
+    with pytest.raises(LateInterruptError) as caught:
+        measured_by(run, again)
+    kept = caught.value.result
+    assert kept.outcome.completed
+    assert kept.error.missing == "the neighbouring run was interrupted"
+    assert kept.error.largest == inf
+    (told,) = kept.warnings
+    assert told.startswith("how far S and levers are off was not measured")
+
+
+def test_too_little_memory_for_the_neighbour_costs_nothing():
+    def again(scene):
+        raise MemoryError
+
+    assert "not enough memory" in measured_by(touched(3), again).result.error.missing
+
+
+def test_the_error_is_kept_with_the_run(tmp_path):
+    run = touched(3)
+    for again in (lambda scene: off_by(run, 1e-3), lambda scene: run):
+        found = measured_by(run, again).result
+        save(found, tmp_path)
+        assert load(tmp_path).error == found.error
+    save(unmeasured(run), tmp_path)
+    assert load(tmp_path).error == MeasuredError(missing=NOT_MEASURED)
+
+
+# --- at a terminal
+
+
+@pytest.mark.parametrize(("option", "runs"), [([], 2), (["--no-horizon"], 1), (["--horizon"], 2)])
+def test_simulate_runs_a_neighbour_unless_told_not_to(option, runs, run_of, capsys):
+    made = []
+
+    def fake(scene, engine="exudyn", progress=None):
+        made.append(scene)
+        run = touched(3)
+        return unmeasured(run if len(made) == 1 else off_by(run, 1e-3))
+
+    run_of(fake)
+    model = str(MODELS / "clearance.yaml")
+    assert main(["simulate", model, "--no-plots", "--out=here", *option]) == 0
+    said = capsys.readouterr()
+    assert len(made) == runs
+    kept = load(Path("here"))
+    if runs == 1:
+        assert f"positions       not measured: {NOT_MEASURED}" in said.out
+        assert kept.error.missing == NOT_MEASURED
+    else:
+        assert "warning: from t = 0.5 s on" in said.err
+        assert kept.error.exceeds_from == 0.5
+    assert ("can be trusted pointwise" in said.out) == (option == ["--horizon"])
