@@ -23,7 +23,7 @@ from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, within_body
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 
-SINGULAR = 1e-12  # of the largest: a smaller singular value of the rest is rounding
+SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
 _LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1}  # rows in m of what can hang in the tree
 _TIED = ("weld", "sleeve")  # joints whose last row ties the angles of their parts
@@ -58,7 +58,6 @@ class LeastMotion:
     ) -> None:
         self._constraints = constraints
         self._tree = tree
-        self._roots = roots
         hung = _hang(mechanism, constraints, tree, demand)
         self._offset = hung.offset
         self._eliminate(roots @ roots.transpose(0, 2, 1), hung)
@@ -68,6 +67,7 @@ class LeastMotion:
         self._allowed = self._swept(self._as_columns(self._slopes))
         weighted = np.einsum("pji,pjk->kpi", roots, self._allowed)
         self._weighted = weighted.reshape(self._slopes.shape)
+        self._lengths = _lengths(mechanism, self._slopes, roots)
 
     # --- the tree ---------------------------------------------------------------------------
 
@@ -135,7 +135,7 @@ class LeastMotion:
         moved = self._swept(pushed[:, :, None], self._offset)[:, :, 0]
         if not len(self._rest):
             return moved
-        lefts, sizes, _ = self._singular()
+        lefts, sizes = self._singular()
         missing = self._right - self._slopes @ moved.ravel()
         found: FloatArray = moved + self._allowed @ (lefts @ (lefts.T @ missing / sizes**2))
         return found
@@ -147,7 +147,7 @@ class LeastMotion:
         """
         rows = np.concatenate(points)
         moved = self._swept(self._as_columns(rows)).reshape(self._slopes.shape[1], len(rows))
-        lefts, sizes, _ = self._singular()
+        lefts, sizes = self._singular()
         held = rows @ self._allowed.reshape(self._slopes.T.shape) @ (lefts / sizes)
         found, first = [], 0
         for point in points:
@@ -161,9 +161,7 @@ class LeastMotion:
         """Number of rows that earlier ones imply, by the joints that have some; few rests only."""
         starts = self._constraints.first_rows
         joints = np.searchsorted(starts, self._rest, side="right") - 1
-        own = np.einsum("pij,kpj->kpi", np.linalg.inv(self._roots), self._rest_by_part())
-        lengths = np.linalg.norm(own.reshape(self._slopes.shape), axis=1, keepdims=True)
-        rows = self._weighted / np.maximum(lengths, 1e-300)
+        rows = self._weighted / np.maximum(self._lengths[:, None], 1e-300)
         found: dict[int, int] = {}
         missing = len(rows) - _rank(rows)
         known = 0
@@ -177,14 +175,26 @@ class LeastMotion:
             known = rank
         return found
 
-    def _rest_by_part(self) -> FloatArray:
-        return self._slopes.reshape(len(self._rest), self._constraints.count, 3)
+    def _singular(self) -> tuple[FloatArray, FloatArray]:
+        """Left singular vectors and values of what the tree leaves free of the rest."""
+        left, sizes, _ = np.linalg.svd(self._weighted, full_matrices=False)
+        kept = sizes > SINGULAR * self._lengths.max(initial=0.0)
+        return left[:, kept], sizes[kept]
 
-    def _singular(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Singular value decomposition of the rest, by what the tree leaves free of it."""
-        left, sizes, right = np.linalg.svd(self._weighted, full_matrices=False)
-        kept = sizes > SINGULAR * sizes.max(initial=0.0)
-        return left[:, kept], sizes[kept], right[kept]
+
+def _lengths(mechanism: Mechanism, rows: FloatArray, roots: FloatArray) -> FloatArray:
+    """Lengths of rows by the metric as if there were no joints: what is left of them may be none.
+
+    Parts without a metric of their own move with the first part of their body, and count as it.
+    """
+    speaker = np.arange(len(roots))
+    for parts in mechanism.bodies.values():
+        speaker[list(parts)] = [i if roots[i].any() else parts[0] for i in parts]
+    own = np.einsum(
+        "pij,kpj->kpi", np.linalg.inv(roots[speaker]), rows.reshape(len(rows), len(roots), 3)
+    )
+    found: FloatArray = np.linalg.norm(own.reshape(rows.shape), axis=1)
+    return found
 
 
 def _rank(rows: FloatArray) -> int:
