@@ -28,6 +28,7 @@ ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
 """Paths ("*" stands for any step) with the keys beside them that they exclude."""
 
 WIDEST_EXCERPT = 100
+MOST_SHOWN = 50  # mistakes: more than anybody mends before the next check
 LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 
 
@@ -118,9 +119,14 @@ class SceneError(Exception):
         return (place.line, place.column)
 
     def __str__(self) -> str:
-        blocks = [_show(self.document, mistake) for mistake in self.mistakes]
-        if len(blocks) > 1:
-            blocks.append(f"{len(blocks)} mistakes")
+        lines = split_lines(self.document.text)
+        shown = self.mistakes[:MOST_SHOWN]
+        blocks = [_show(self.document, lines, mistake) for mistake in shown]
+        count = len(self.mistakes)
+        if count > len(shown):
+            blocks.append(f"{count} mistakes; the first {len(shown)} are shown")
+        elif count > 1:
+            blocks.append(f"{count} mistakes")
         return "\n".join(blocks)
 
 
@@ -293,7 +299,7 @@ def _without(document: Document, path: KeyPath, *, keep_data: bool = False) -> D
 # How a mistake is shown
 
 
-def _show(document: Document, mistake: Mistake) -> str:
+def _show(document: Document, lines: Sequence[str], mistake: Mistake) -> str:
     setting = document.setting_of(mistake.path)
     place = None if setting is not None else document.place_of(mistake)
     where = document.name
@@ -303,15 +309,14 @@ def _show(document: Document, mistake: Mistake) -> str:
         where = f"{document.name}:{place.line}:{place.column}"
     shown = [": ".join(part for part in (where, dotted(mistake.path), mistake.message) if part)]
     if place:
-        shown += _excerpt(document.text, place)
+        shown += _excerpt(lines, place)
     if mistake.hint:
         shown.append(f"hint: {mistake.hint}")
     return "\n".join(shown)
 
 
-def _excerpt(text: str, place: Place) -> list[str]:
+def _excerpt(lines: Sequence[str], place: Place) -> list[str]:
     """Return the line of a place and the carets below it."""
-    lines = split_lines(text)
     if not 0 < place.line <= len(lines):
         return []
     line = "".join(letter if letter.isprintable() else " " for letter in lines[place.line - 1])

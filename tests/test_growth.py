@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exudyn_flexlink import source
 from exudyn_flexlink.chain import Beam, discretise
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.mechanism import sample_bytes
 from exudyn_flexlink.report import check_text
-from exudyn_flexlink.source import parse_document
+from exudyn_flexlink.source import SceneError, parse_document
+from exudyn_flexlink.yaml_reader import split_lines
 
 MODELS = Path(__file__).parents[1] / "models"
 SOLVERS = ("cholesky", "cond", "eigh", "eigvalsh", "inv", "lstsq", "matrix_rank", "pinv", "qr",
@@ -118,3 +121,68 @@ def test_frequencies_are_those_of_the_matrices(count: int) -> None:
     mass, stiffness = chain.mass_matrix(np.zeros(10))[1:, 1:], chain.stiffness_matrix()[1:, 1:]
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)[:count]
     assert chain.cantilever_frequencies(count) == pytest.approx(np.sqrt(squares), rel=1e-9)
+
+
+# --- samples ----------------------------------------------------------------------------------
+
+
+def refused(*settings: str) -> str:
+    with pytest.raises(SceneError) as caught:
+        load_scene(MODELS / "smooth.yaml", settings)
+    return str(caught.value)
+
+
+def test_samples_are_limited_by_the_memory_they_take() -> None:
+    end = 4 * np.pi / 5  # four turns at 10 rad/s
+    few, many = "bodies.link.rods=5", "bodies.link.rods=100"
+    load_scene(MODELS / "smooth.yaml", [few, f"run.sample={end / 5e5}"])
+    told = refused(many, f"run.sample={end / 5e5}")
+    assert "run.sample: would keep 5e+05 samples, 13 GB; 149532 of 26750 bytes fit" in told
+    assert "a run.sample of at least 1.7e-05 s, or a smaller run.turns" in told
+
+
+def test_walls_count_among_what_a_sample_holds() -> None:
+    held = {
+        model: sample_bytes(assemble_scene(load_scene(MODELS / f"{model}.yaml")).mechanism)
+        for model in ("no_clearance", "clearance")
+    }
+    assert held["clearance"] > 1.3 * held["no_clearance"]
+
+
+# --- mistakes ---------------------------------------------------------------------------------
+
+
+def many_mistakes(count: int) -> str:
+    bodies = "".join(f"  b{i}: {{type: rod, lenght: 5 N}}\n" for i in range(count))
+    joints = "".join(
+        f"  j{i}: {{type: revolute, points: [ground, c{i}.start], at: [0, 0]}}\n"
+        for i in range(count)
+    )
+    return f"title: t\nbodies:\n{bodies}joints:\n{joints}run: {{duration: 1}}\n"
+
+
+def told_of(count: int) -> str:
+    with pytest.raises(SceneError) as caught:
+        scene_of(parse_document(many_mistakes(count), "test"))
+    return str(caught.value)
+
+
+def test_of_many_mistakes_the_first_are_shown_and_all_are_counted() -> None:
+    lines = told_of(100).splitlines()
+    assert lines[-1] == "401 mistakes; the first 50 are shown"
+    assert sum(line.startswith("test:") for line in lines) == 50
+
+
+def test_reporting_mistakes_grows_with_their_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    split = 0
+
+    def counted(text: str) -> list[str]:
+        nonlocal split
+        split += len(text)
+        return split_lines(text)
+
+    monkeypatch.setattr(source, "split_lines", counted)
+    told_of(100)
+    assert split <= 2 * len(many_mistakes(100))
+    few, many, more = (calls_of(lambda n=n: told_of(n)) for n in (200, 400, 600))
+    assert more - many < 1.2 * (many - few)
