@@ -252,19 +252,33 @@ def _step(  # noqa: PLR0913
     """Return the path of `step` in `holder`; the error of a step that leads nowhere."""
     problem = ""
     real: KeyPath = (*above, step)
+    inner: Any = None
     if isinstance(holder, list):
-        if step.isdecimal() and int(step[:9]) < len(holder):
-            real = (*above, int(step))
-        else:
+        at = _place_in(holder, step)
+        if at is None:
             problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
-    elif step not in holder and above and not last and _is_of_file(document, above):
+        else:
+            real, inner = (*above, at), holder[at]
+    elif step in holder:
+        inner = holder[step]
+    elif above and not last and _is_of_file(document, above):
         problem = f"no '{step}' in '{dotted(above)}'{did_you_mean(step, holder)}"
-    elif not last and step in holder and not isinstance(holder[step], (dict, list)):
+    else:
+        inner = {}
+    if not (problem or last or isinstance(inner, (dict, list))):
         problem = f"'{dotted(real)}' is one value, nothing is below it"
     if problem:
         hint = "" if isinstance(holder, list) else "there are: " + ", ".join(holder)
         raise _setting_error(document, real, text, Mistake(real, problem, hint))
     return real
+
+
+def _place_in(holder: Sequence[Any], step: str) -> int | None:
+    """Place in a list that a step names, such as '1'; None if it names none."""
+    digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
+    if not step.isdecimal() or len(digits) > len(str(len(holder))) or int(digits) >= len(holder):
+        return None
+    return int(digits)
 
 
 def _is_of_file(document: Document, path: KeyPath) -> bool:

@@ -1,7 +1,8 @@
 """How work grows with the size of a model, counted in operations: never by the clock."""
 
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,10 @@ import pytest
 
 from exudyn_flexlink import source
 from exudyn_flexlink.chain import Beam, discretise
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.effects import with_impact
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.lagrangian.contacts import Contact
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import sample_bytes
 from exudyn_flexlink.report import check_text
@@ -186,3 +191,86 @@ def test_reporting_mistakes_grows_with_their_number(monkeypatch: pytest.MonkeyPa
     assert split <= 2 * len(many_mistakes(100))
     few, many, more = (calls_of(lambda n=n: told_of(n)) for n in (200, 400, 600))
     assert more - many < 1.2 * (many - few)
+
+
+# --- runs that can't go on ----------------------------------------------------------------------
+
+
+def test_elastic_bounces_without_end_stop_with_the_contact() -> None:
+    settings = ["contacts.strike.law.restitution=1", "run.turns=2"]
+    scene = with_impact(load_scene(MODELS / "no_clearance.yaml", settings), "impulse")
+    result = simulate(scene, "lagrangian")
+    told = result.outcome.reason
+    assert not result.outcome.completed
+    assert told.startswith("contact 'strike' bounces on the spot: 1000 impacts within")
+    assert "restitution" in result.outcome.advice
+    assert len(result.time) > 100
+    assert len(result.events) < 3000
+
+
+def bounced(restitution: float, speeds: Iterable[float]) -> str:
+    scene = with_impact(
+        load_scene(
+            MODELS / "no_clearance.yaml", [f"contacts.strike.law.restitution={restitution}"]
+        ),
+        "impulse",
+    )
+    contact = Contact(assemble_scene(scene).mechanism.contacts[0], [])
+    told = [contact.endless(0.001 * i, speed, 1e-6) for i, speed in enumerate(speeds)]
+    return next((text for text in told if text), "")
+
+
+def test_bounces_end_where_restitution_ends_them_or_they_stay_high() -> None:
+    sunk = [1.0, *[1e-4] * 1500]
+    assert bounced(1.0, sunk)
+    assert bounced(0.9999999, sunk)
+    assert not bounced(0.999, sunk)
+    assert not bounced(0.0, sunk)
+    assert not bounced(1.0, [1.0] * 5000)
+    assert not bounced(1.0, [1.0, *[1e-4] * 900] * 5)
+
+
+@pytest.mark.parametrize("settings", [["gravity=[0, -1e20]"], ["run.turns=1e12"]])
+def test_a_run_that_makes_no_step_is_a_result_of_its_start(settings: list[str]) -> None:
+    result = simulate(load_scene(MODELS / "smooth.yaml", settings))
+    assert not result.outcome.completed
+    assert result.outcome.advice
+    assert result.time.tolist() == [0.0]
+    assert np.isfinite(result.poses).all()
+    assert result.energy.kinetic.shape == (1,)
+
+
+def test_a_state_that_overflows_ends_a_run_with_what_came_before() -> None:
+    settings = ["accuracy.relative_tolerance=10"]
+    result = simulate(load_scene(MODELS / "no_clearance.yaml", settings), "lagrangian")
+    assert not result.outcome.completed
+    assert "no number any more" in result.outcome.reason
+    assert np.isfinite(result.poses).all()
+
+
+# --- settings that lead nowhere -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("joints.crank.at.0.x=1", "'joints.crank.at.0' is one value, nothing is below it"),
+        ("joints.crank.points.0.1=x", "'joints.crank.points.0' is one value"),
+        ("curves.track.curves.0000000009=foo", "'curves.track.curves' has 2 entries"),
+        ("curves.track.curves." + "9" * 5000 + "=foo", "'curves.track.curves' has 2 entries"),
+    ],
+)
+def test_settings_through_what_is_no_section_are_refused(setting: str, told: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(told)):
+        load_scene(MODELS / "no_clearance.yaml", [setting])
+
+
+def test_entries_of_a_list_may_have_zeros_in_front() -> None:
+    load_scene(MODELS / "no_clearance.yaml", ["curves.track.curves.000000000001=ellipse"])
+
+
+def test_a_target_beyond_all_tolerances_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["accuracy", str(MODELS / "smooth.yaml"), "--target", "1e30"])
+    assert ended.value.code == 2
+    assert "--target: invalid length in m value: '1e30'" in capsys.readouterr().err

@@ -214,5 +214,7 @@ def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[st
     """Constraints of each joint and drive that those before it imply already, where there are."""
     joints = constraint_rows(mechanism, q, places, np.zeros(len(mechanism.speed_motors)))
     demand = Demand(np.zeros(len(joints)), turns={})
-    motion = LeastMotion(mechanism, joints, spanning_tree(mechanism), scale_roots(mechanism), demand)
+    motion = LeastMotion(
+        mechanism, joints, spanning_tree(mechanism), scale_roots(mechanism), demand
+    )
     return {joints.names[joint]: count for joint, count in motion.surplus().items()}

@@ -223,9 +223,7 @@ class _Hung:
     filling: FloatArray
 
 
-def _hang(
-    mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand: Demand
-) -> _Hung:
+def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand: Demand) -> _Hung:
     """Solve each joint of the tree for its part: lengths first, the angle in the third row."""
     count = constraints.count
     own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
@@ -270,7 +268,9 @@ def _ties(
     return ties
 
 
-def _turns(tree: Spanning, ties: Mapping[int, float], told: Mapping[int, float]) -> dict[int, float]:
+def _turns(
+    tree: Spanning, ties: Mapping[int, float], told: Mapping[int, float]
+) -> dict[int, float]:
     """Turns of all parts that those told leave no choice, along the ties to either side."""
     turns = dict(told)
     for part in reversed(tree.order):
