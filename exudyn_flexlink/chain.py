@@ -128,7 +128,7 @@ class Chain:
         """
         if not 1 <= count <= len(self.hinges):
             raise ValueError(f"a chain of {len(self.hinges)} hinges has no {count} frequencies")
-        # By the angles of the hinges, of unit stiffness each, the lowest frequencies are the largest
+        # By the hinges' angles, scaled to unit stiffness, the lowest frequencies are the largest
         # eigenvalues of the mass matrix: a block of twice as many vectors holds them after a few
         # products, since those of a bending chain fall off with the fourth power of their number.
         roots = np.sqrt([hinge.stiffness for hinge in self.hinges])[:, None]
@@ -142,7 +142,7 @@ class Chain:
         return np.asarray(1 / np.sqrt(values[::-1][:count]))
 
     def _mass_of_bent(self, bends: FloatArray) -> FloatArray:
-        """Mass matrix of the straight, clamped chain by its hinges' angles, times (hinges, columns).
+        """Mass matrix of the straight, clamped chain by hinge angles, times (hinges, columns).
 
         By running sums along the chain, which a long one makes faster than the matrix.
         """

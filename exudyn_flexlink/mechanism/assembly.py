@@ -189,11 +189,11 @@ class _Moving:
         wanted = self.wanted[:count]
         right = np.zeros(len(self._constraints))
         right[self._driven :] = np.nan
-        turns = {}
+        turns: dict[int, float] = {}
         for speed in wanted:
             if speed.row is not None:
                 right[speed.row] = speed.value
-            else:
+            if speed.turning is not None:
                 turns[speed.turning] = speed.value
         roots = np.tile(np.eye(3), (len(self._q), 1, 1))
         if rigid:  # then the first part of a body speaks for it

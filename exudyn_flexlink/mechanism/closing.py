@@ -41,8 +41,8 @@ class Start:
 class CannotAssembleError(ValueError):
     """The joints can't all close: `joint` is the one that stays open most.
 
-    `gap` (m) and `turn` (rad) are what is missing in all joints together: least squares spreads
-    the opening of a loop over all of its joints.
+    `gap` (m) and `turn` (rad) are what is missing in all joints together. A loop opens at the
+    joint that closes it, once the others have put its parts one to another.
     """
 
     def __init__(self, joint: str, kind: str, gap: float, turn: float) -> None:

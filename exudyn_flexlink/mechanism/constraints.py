@@ -13,7 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    Mechanism,
+    Motor,
+    Pin,
+    Slide,
+    Slot,
+    Weld,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
@@ -72,7 +81,7 @@ class Constraints:
     def times(self, v: FloatArray) -> FloatArray:
         """Jacobian times velocities (parts, 3): (rows,)."""
         moved = np.vstack([v, np.zeros((1, 3))])  # GROUND, -1, is the last: it does not move
-        return np.einsum("rij,rij->r", self.slopes, moved[self.parts])
+        return np.asarray(np.einsum("rij,rij->r", self.slopes, moved[self.parts]))
 
     def jacobian(self, rows: IntArray | None = None) -> FloatArray:
         """Jacobian by the coordinates of all parts, (rows, 3 parts), of all rows or of those given.
@@ -86,7 +95,7 @@ class Constraints:
         return dense[:, : self.count].reshape(len(rows), 3 * self.count)
 
     def with_fixed(self, fixed: Sequence[tuple[int, int]]) -> Constraints:
-        """Add a row for each part and coordinate (0, 1, 2: x, y, angle): that is one of no joint."""
+        """Add a row of no joint for each part and coordinate (0, 1, 2: x, y, angle)."""
         slopes = np.zeros((len(fixed), 2, 3))
         for row, (_, axis) in enumerate(fixed):
             slopes[row, 1, axis] = 1.0
@@ -117,6 +126,9 @@ def constraint_rows(
     motors = () if motor_angles is None else mechanism.speed_motors
     kinds = ("revolute",) * len(pins) + ("weld",) * len(welds) + ("sleeve",) * len(slides)
     kinds += ("slot",) * len(slots) + ("drive",) * len(motors)
+    joints: tuple[Pin | Weld | Slide | Slot | Motor, ...]
+    joints = (*pins, *welds, *slides, *slots, *motors)
+    names = tuple(joint.name for joint in joints)
     angles = np.zeros(0) if motor_angles is None else motor_angles
     blocks = [
         _attached(pins, q),
@@ -127,7 +139,7 @@ def constraint_rows(
     ]
     residual, parts, slopes = (np.concatenate(part) for part in zip(*blocks, strict=True))
     return Constraints(
-        tuple(joint.name for joint in (*pins, *welds, *slides, *slots, *motors)),
+        names,
         kinds,
         np.cumsum([0, *(_ROWS[kind] for kind in kinds)]),
         residual,
@@ -212,16 +224,15 @@ def _slid(slides: Sequence[Slide], q: FloatArray) -> _Block:
 
 def _joined(lengths: _Block, angles: _Block) -> _Block:
     """Rows of joints that have some in m and then one in rad, joint by joint."""
-    count = len(angles[0])
+    if not len(angles[0]):
+        return lengths
     residual, parts, slopes = (
         np.concatenate(
-            [a.reshape(count, -1, *a.shape[1:]), b.reshape(count, 1, *b.shape[1:])], axis=1
+            [a.reshape(len(b), -1, *a.shape[1:]), b.reshape(len(b), 1, *b.shape[1:])], axis=1
         ).reshape(-1, *a.shape[1:])
-        if count
-        else a
         for a, b in zip(lengths, angles, strict=True)
     )
-    return residual, parts, slopes
+    return residual, parts.astype(int), slopes
 
 
 def _slotted(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block:

@@ -104,7 +104,7 @@ def _moving(
     """Motions that differ least by their mass; without `right` the joints hold what they hold."""
     constraints = constraints_at(mechanism, q, places)
     right = np.zeros(len(constraints)) if right is None else right
-    roots = np.linalg.cholesky(mass_blocks(mechanism, q))
+    roots = np.asarray(np.linalg.cholesky(mass_blocks(mechanism, q)), dtype=np.float64)
     return LeastMotion(
         mechanism, constraints, spanning_tree(mechanism), roots, Demand(right, turns={})
     )

@@ -110,7 +110,7 @@ class LeastMotion:
                 forces[parent] += self._follow[part].T @ forces[part]
                 if offset is not None:
                     forces[parent] -= back[part, :, None]
-        moved = self._yield @ forces
+        moved: FloatArray = self._yield @ forces
         if offset is not None:
             moved += self._settle @ offset[:, :, None]
         for part in self._tree.order:
@@ -121,7 +121,7 @@ class LeastMotion:
 
     def _as_columns(self, rows: FloatArray) -> FloatArray:
         """Rows over all coordinates as forces: (parts, 3, rows)."""
-        return rows.T.reshape(self._constraints.count, 3, len(rows))
+        return np.asarray(rows.T.reshape(self._constraints.count, 3, len(rows)))
 
     # --- with the rest ----------------------------------------------------------------------
 
