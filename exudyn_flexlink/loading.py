@@ -22,12 +22,14 @@ from exudyn_flexlink.mechanism import (
     face_length,
     least_tolerance,
     pairs,
+    sample_bytes,
+    sample_interval,
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
 
 CLOSED = 1e-9  # m or rad: less is not worth a word
-MOST_SAMPLES = 10_000_000
+MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 
 
@@ -129,12 +131,20 @@ def assemble_scene(scene: Scene) -> Assembly:
 
 
 def _samples_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """A sampling interval so short that the samples would not fit into memory."""
-    end = end_of_run(scene, assembly.mechanism)
-    if scene.run.sample is None or end <= MOST_SAMPLES * scene.run.sample:
+    """So many samples that they would not fit into memory."""
+    run, end = scene.run, end_of_run(scene, assembly.mechanism)
+    each = sample_bytes(assembly.mechanism)
+    most, count = MOST_MEMORY // each, end / sample_interval(scene, assembly.mechanism, end)
+    if count <= most:
         return []
-    message = f"would keep {end / scene.run.sample:.2g} samples; at most {MOST_SAMPLES:.0e}"
-    return [Mistake(("run", "sample"), message, "a longer interval, or a shorter run")]
+    key = "sample" if run.sample is not None else "duration" if run.turns is None else "turns"
+    message = (
+        f"would keep {count:.2g} samples, {count * each / 1e9:.2g} GB; {most} of {each} bytes fit "
+        f"into {MOST_MEMORY / 1e9:.0f} GB"
+    )
+    shorter = "run.duration" if run.turns is None else "run.turns"
+    hint = f"a run.sample of at least {end / most:.2g} s, or a smaller {shorter}"
+    return [Mistake(("run", key), message, hint)]
 
 
 def _tolerance_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:

@@ -28,6 +28,7 @@ ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
 """Paths ("*" stands for any step) with the keys beside them that they exclude."""
 
 WIDEST_EXCERPT = 100
+MOST_SHOWN = 50  # mistakes: more than anybody mends before the next check
 LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 
 
@@ -118,9 +119,14 @@ class SceneError(Exception):
         return (place.line, place.column)
 
     def __str__(self) -> str:
-        blocks = [_show(self.document, mistake) for mistake in self.mistakes]
-        if len(blocks) > 1:
-            blocks.append(f"{len(blocks)} mistakes")
+        lines = split_lines(self.document.text)
+        shown = self.mistakes[:MOST_SHOWN]
+        blocks = [_show(self.document, lines, mistake) for mistake in shown]
+        count = len(self.mistakes)
+        if count > len(shown):
+            blocks.append(f"{count} mistakes; the first {len(shown)} are shown")
+        elif count > 1:
+            blocks.append(f"{count} mistakes")
         return "\n".join(blocks)
 
 
@@ -253,19 +259,33 @@ def _step(  # noqa: PLR0913
     """Return the path of `step` in `holder`; the error of a step that leads nowhere."""
     problem = ""
     real: KeyPath = (*above, step)
+    inner: Any = None
     if isinstance(holder, list):
-        if step.isdecimal() and int(step[:9]) < len(holder):
-            real = (*above, int(step))
-        else:
+        at = _place_in(holder, step)
+        if at is None:
             problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
-    elif step not in holder and above and not last and _is_of_file(document, above):
+        else:
+            real, inner = (*above, at), holder[at]
+    elif step in holder:
+        inner = holder[step]
+    elif above and not last and _is_of_file(document, above):
         problem = f"no '{step}' in '{dotted(above)}'{did_you_mean(step, holder)}"
-    elif not last and step in holder and not isinstance(holder[step], (dict, list)):
+    else:
+        inner = {}
+    if not (problem or last or isinstance(inner, (dict, list))):
         problem = f"'{dotted(real)}' is one value, nothing is below it"
     if problem:
         hint = "" if isinstance(holder, list) else "there are: " + ", ".join(holder)
         raise _setting_error(document, real, text, Mistake(real, problem, hint))
     return real
+
+
+def _place_in(holder: Sequence[Any], step: str) -> int | None:
+    """Place in a list that a step names, such as '1'; None if it names none."""
+    digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
+    if not step.isdecimal() or len(digits) > len(str(len(holder))) or int(digits) >= len(holder):
+        return None
+    return int(digits)
 
 
 def _is_of_file(document: Document, path: KeyPath) -> bool:
@@ -300,7 +320,7 @@ def _without(document: Document, path: KeyPath, *, keep_data: bool = False) -> D
 # How a mistake is shown
 
 
-def _show(document: Document, mistake: Mistake) -> str:
+def _show(document: Document, lines: Sequence[str], mistake: Mistake) -> str:
     setting = document.setting_of(mistake.path)
     place = None if setting is not None else document.place_of(mistake)
     where = document.name
@@ -310,15 +330,14 @@ def _show(document: Document, mistake: Mistake) -> str:
         where = f"{document.name}:{place.line}:{place.column}"
     shown = [": ".join(part for part in (where, dotted(mistake.path), mistake.message) if part)]
     if place:
-        shown += _excerpt(document.text, place)
+        shown += _excerpt(lines, place)
     if mistake.hint:
         shown.append(f"hint: {mistake.hint}")
     return "\n".join(shown)
 
 
-def _excerpt(text: str, place: Place) -> list[str]:
+def _excerpt(lines: Sequence[str], place: Place) -> list[str]:
     """Return the line of a place and the carets below it."""
-    lines = split_lines(text)
     if not 0 < place.line <= len(lines):
         return []
     line = "".join(letter if letter.isprintable() else " " for letter in lines[place.line - 1])

@@ -13,8 +13,8 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     contact_mass,
 )
+from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.dynamics import applied_forces, mass_matrix
-from exudyn_flexlink.mechanism.kinematics import constraint_rows
 from exudyn_flexlink.source import parse_document
 
 GRAVITY = 9.81

@@ -11,8 +11,8 @@ from exudyn_flexlink.mechanism import (
     constraint_rows,
     joint_residuals,
 )
+from exudyn_flexlink.mechanism.constraints import Rows
 from exudyn_flexlink.mechanism.kinematics import (
-    Rows,
     anchor_jacobian,
     anchor_position,
     anchor_velocity,

@@ -10,11 +10,12 @@ from exudyn_flexlink.mechanism.assembly import (
 )
 from exudyn_flexlink.mechanism.build import beam_of, build_mechanism, chain_of
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
+from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
 from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length, swing_times
 from exudyn_flexlink.mechanism.dynamics import (
     accelerations,
     applied_forces,
-    constraint_jacobian,
+    constraints_at,
     contact_mass,
     mass_matrix,
     mobility,
@@ -25,8 +26,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
     anchor_velocity,
-    constraint_rows,
-    joint_residuals,
     rate_of_jacobian_times_velocity,
 )
 from exudyn_flexlink.mechanism.model import (
@@ -45,7 +44,13 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
-from exudyn_flexlink.mechanism.sampling import kept_interval, sample_times, wanted_interval
+from exudyn_flexlink.mechanism.sampling import (
+    kept_interval,
+    sample_bytes,
+    sample_interval,
+    sample_times,
+    wanted_interval,
+)
 from exudyn_flexlink.mechanism.schedule import (
     WALL_SHARE,
     TurnGoal,
@@ -94,8 +99,8 @@ __all__ = [
     "build_curves",
     "build_mechanism",
     "chain_of",
-    "constraint_jacobian",
     "constraint_rows",
+    "constraints_at",
     "contact_mass",
     "contact_step",
     "cut_short",
@@ -115,6 +120,8 @@ __all__ = [
     "pair_sides",
     "pairs",
     "rate_of_jacobian_times_velocity",
+    "sample_bytes",
+    "sample_interval",
     "sample_times",
     "solve_saddle",
     "swing_times",

@@ -13,12 +13,14 @@ from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
     Start,
     positions,
-    scales,
-    spread,
+    scale_roots,
 )
-from exudyn_flexlink.mechanism.dynamics import accelerations, constraint_jacobian
-from exudyn_flexlink.mechanism.kinematics import angle_of, constraint_rows
+from exudyn_flexlink.mechanism.constraints import constraint_rows
+from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
+from exudyn_flexlink.mechanism.kinematics import angle_of
+from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import Mechanism, Slide
+from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
 
@@ -104,7 +106,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     v = _velocities(_without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
-    rank = len(constraint_jacobian(mechanism, q, places)) - sum(surplus.values())
+    rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
     return Assembly(mechanism, State(q, v, a, places), q.size - rank, surplus)
 
 
@@ -128,42 +130,81 @@ def _velocities(
 
     A flexible body moves as if it were rigid, unless the joints can't have that.
     """
-    jacobian = constraint_jacobian(mechanism, q, places)
-    motors = mechanism.speed_motors
-    wanted = _given(start)
-    given = np.zeros((len(wanted), q.size))
-    for row, (part, axis, _) in enumerate(wanted):
-        given[row, 3 * part + axis] = 1.0
-    rows = np.vstack([jacobian, given])
-    right = np.zeros(len(rows))
-    driven = len(jacobian) - len(motors)
-    right[driven : len(jacobian)] = [motor.ramp.at(0.0) for motor in motors]
-    right[len(jacobian) :] = [value for _, _, value in wanted]
-    for moved in (spread(mechanism, q), np.eye(q.size)):
-        least, follows = _least(rows @ moved, right)
+    motion = _Moving(mechanism, q, places, start)
+    for rigid in (True, False):
+        v, follows = motion.least(len(motion.wanted), rigid)
         if follows:
-            return np.asarray((moved @ least).reshape(q.shape))
-    reach = range(driven + 1, len(rows))
-    first = next((i for i in reach if not _least(rows[:i], right[:i])[1]), len(rows))
-    if first <= len(jacobian):
-        raise CannotMoveError(motors[first - driven - 1].name)
-    part, axis, _ = wanted[first - len(jacobian) - 1]
-    raise CannotMoveError(None, part, axis)
+            return v
+    # The first that contradicts: with those before it the parts can move, with it they can't.
+    can, cannot = 0, len(motion.wanted)
+    while cannot - can > 1:
+        middle = (can + cannot) // 2
+        can, cannot = (middle, cannot) if motion.least(middle)[1] else (can, middle)
+    raise motion.wanted[cannot - 1].error
 
 
-def _given(start: Start) -> list[tuple[int, int, float]]:
-    """Part, axis (0, 1, 2: x, y, angle) and value of every velocity that is given."""
-    return [
-        *((part, 2, speed) for part, speed in start.speeds.items()),
-        *((part, axis, v[axis]) for part, v in start.velocities.items() for axis in (0, 1)),
-    ]
+@dataclass(frozen=True)
+class _Wanted:
+    """A speed at time 0: of a motor's row, or of a coordinate of a part; who contradicts it."""
+
+    value: float
+    error: CannotMoveError
+    row: int | None = None
+    turning: int | None = None
 
 
-def _least(rows: FloatArray, right: FloatArray) -> tuple[FloatArray, bool]:
-    """Least velocities with ``rows @ v = right`` as far as possible, and whether it is."""
-    least = np.asarray(np.linalg.lstsq(rows, right, rcond=1e-11)[0])
-    violated = np.abs(rows @ least - right).max(initial=0.0)
-    return least, bool(violated <= 1e-9 * max(1.0, float(np.abs(right).max(initial=0.0))))
+class _Moving:
+    """Velocities of a mechanism under more or fewer of the speeds that are wanted."""
+
+    def __init__(
+        self, mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start
+    ) -> None:
+        joints = constraints_at(mechanism, q, places)
+        along = [(part, axis) for part in start.velocities for axis in (0, 1)]
+        self._mechanism, self._q = mechanism, q
+        self._constraints = joints.with_fixed(along)
+        self._tree = spanning_tree(mechanism)
+        self._driven = len(joints) - len(mechanism.speed_motors)
+        self.wanted = [
+            *(
+                _Wanted(motor.ramp.at(0.0), CannotMoveError(motor.name), row=self._driven + i)
+                for i, motor in enumerate(mechanism.speed_motors)
+            ),
+            *(
+                _Wanted(speed, CannotMoveError(None, part, 2), turning=part)
+                for part, speed in start.speeds.items()
+            ),
+            *(
+                _Wanted(
+                    start.velocities[part][axis],
+                    CannotMoveError(None, part, axis),
+                    row=len(joints) + i,
+                )
+                for i, (part, axis) in enumerate(along)
+            ),
+        ]
+
+    def least(self, count: int, rigid: bool = False) -> tuple[FloatArray, bool]:
+        """Least velocities with the first `count` speeds, as far as possible, and whether it is."""
+        wanted = self.wanted[:count]
+        right = np.zeros(len(self._constraints))
+        right[self._driven :] = np.nan
+        turns: dict[int, float] = {}
+        for speed in wanted:
+            if speed.row is not None:
+                right[speed.row] = speed.value
+            if speed.turning is not None:
+                turns[speed.turning] = speed.value
+        roots = np.tile(np.eye(3), (len(self._q), 1, 1))
+        if rigid:  # then the first part of a body speaks for it
+            firsts = [parts[0] for parts in self._mechanism.bodies.values()]
+            roots[np.setdiff1d(np.arange(len(roots)), firsts)] = 0.0
+        demand = Demand(right, turns, rigid)
+        motion = LeastMotion(self._mechanism, self._constraints, self._tree, roots, demand)
+        v = motion.nearest()
+        violated = np.nanmax(np.abs(self._constraints.times(v) - right), initial=0.0)
+        largest = max((abs(speed.value) for speed in wanted), default=0.0)
+        return v, bool(violated <= 1e-9 * max(1.0, largest))
 
 
 # --- redundant constraints --------------------------------------------------------------------
@@ -171,26 +212,9 @@ def _least(rows: FloatArray, right: FloatArray) -> tuple[FloatArray, bool]:
 
 def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
     """Constraints of each joint and drive that those before it imply already, where there are."""
-    motors = np.zeros(len(mechanism.speed_motors))
-    joints = list(constraint_rows(mechanism, q, places, motors))
-    scaled = [joint.jacobian * scales(mechanism) for joint in joints]
-    missing = sum(map(len, scaled)) - _rank(scaled)
-    found: dict[str, int] = {}
-    known = 0
-    for i, joint in enumerate(joints):
-        if sum(found.values()) == missing:
-            break
-        rank = _rank(scaled[: i + 1])
-        if rank < known + len(scaled[i]):
-            found[joint.name] = known + len(scaled[i]) - rank
-        known = rank
-    return found
-
-
-def _rank(scaled: list[FloatArray]) -> int:
-    """Number of independent constraints, counted on rows of length 1 by scaled coordinates."""
-    if not scaled:
-        return 0
-    rows = np.vstack(scaled)
-    rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    return int(np.linalg.matrix_rank(rows, tol=1e-9))
+    joints = constraint_rows(mechanism, q, places, np.zeros(len(mechanism.speed_motors)))
+    demand = Demand(np.zeros(len(joints)), turns={})
+    motion = LeastMotion(
+        mechanism, joints, spanning_tree(mechanism), scale_roots(mechanism), demand
+    )
+    return {joints.names[joint]: count for joint, count in motion.surplus().items()}

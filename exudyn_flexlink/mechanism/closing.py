@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from heapq import heapify, heappop, heappush
 from itertools import pairwise
 
 import numpy as np
@@ -11,13 +12,11 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
-from exudyn_flexlink.mechanism.kinematics import (
-    Rows,
-    anchor_position,
-    constraint_rows,
-    stack,
-)
+from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
+from exudyn_flexlink.mechanism.kinematics import anchor_position
+from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Slot
+from exudyn_flexlink.mechanism.spanning import spanning_tree, within_body
 
 FloatArray = NDArray[np.float64]
 
@@ -42,8 +41,8 @@ class Start:
 class CannotAssembleError(ValueError):
     """The joints can't all close: `joint` is the one that stays open most.
 
-    `gap` (m) and `turn` (rad) are what is missing in all joints together: least squares spreads
-    the opening of a loop over all of its joints.
+    `gap` (m) and `turn` (rad) are what is missing in all joints together. A loop opens at the
+    joint that closes it, once the others have put its parts one to another.
     """
 
     def __init__(self, joint: str, kind: str, gap: float, turn: float) -> None:
@@ -61,7 +60,7 @@ def positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArra
     from a few where those parts are turned whose angle nothing tells.
     """
     held = _held_angles(mechanism, start)
-    flexible = len({part.body for part in mechanism.parts}) < len(mechanism.parts)
+    flexible = len(mechanism.bodies) < len(mechanism.parts)
     errors: list[CannotAssembleError] = []
     for straight in (True, False) if flexible else (True,):
         for turned in (0.0, *KICKS):
@@ -79,8 +78,7 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
         return start
     known = _known_angles(mechanism, start)
     guesses = dict(start.guesses)
-    for i, body in enumerate(dict.fromkeys(part.body for part in mechanism.parts)):
-        chain = mechanism.parts_of(body)
+    for i, chain in enumerate(mechanism.bodies.values()):
         waves = np.cos(np.linspace(0, np.pi, len(chain))) if not straight else np.ones(len(chain))
         if len(chain) > 1 and not straight:
             base = known.get(chain[0], 0.0)
@@ -106,20 +104,46 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
     turned = _known_angles(mechanism, start)
     q[:, 2] = [turned.get(i, 0.0) for i in range(len(q))]
     placed = {GROUND}
-    joints: list[tuple[Anchor, Anchor]] = [
-        (joint.first, joint.second) for joint in mechanism.attachments
-    ]
+    pinned = _Loose([(joint.first, joint.second) for joint in mechanism.attachments])
     slides = [(slide.guide, slide.rod) for slide in mechanism.slides]
     slides += [(channel.guide, node_anchor(channel, 0)) for channel in mechanism.channels]
     while True:
         # Loose ends are pinned first: a slide or a slot leaves a freedom that a pin would fix.
-        if any(_attach(q, placed, first, second) for first, second in joints):
-            continue
+        pinned.attach(q, placed)
         if _attach_slides(mechanism, q, placed, slides):
             continue
         if any(_attach_slot(q, placed, slot) for slot in mechanism.slots):
             continue
         return q
+
+
+class _Loose:
+    """Pairs of anchors of which one part may have its place already: the other is put to it.
+
+    Always the first such pair is next; the work grows with their number, not with its square.
+    """
+
+    def __init__(self, pairs: Sequence[tuple[Anchor, Anchor]]) -> None:
+        self._pairs = pairs
+        self._of_part: dict[int, list[int]] = {}
+        for i, (first, second) in enumerate(pairs):
+            for part in (first.part, second.part):
+                self._of_part.setdefault(part, []).append(i)
+        self._seen: set[int] = set()  # parts whose pairs are in the queue, or were
+
+    def attach(self, q: FloatArray, placed: set[int]) -> None:
+        """Place every part that pairs lead to from those in `placed`, and add it to them."""
+        queue = self._next(placed - self._seen)
+        heapify(queue)
+        while queue:
+            first, second = self._pairs[heappop(queue)]
+            if _attach(q, placed, first, second):
+                for i in self._next({first.part, second.part} - self._seen):
+                    heappush(queue, i)
+
+    def _next(self, parts: set[int]) -> list[int]:
+        self._seen |= parts
+        return [i for part in parts for i in self._of_part.get(part, ())]
 
 
 def _known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
@@ -141,9 +165,8 @@ def _pass_on_all(mechanism: Mechanism, known: dict[int, float]) -> None:
             _pass_on(known, weld.first.part, weld.second.part, weld.angle)
         for slide in mechanism.slides:
             _pass_on(known, slide.guide.part, slide.rod.part, 0.0)
-        for body in dict.fromkeys(part.body for part in mechanism.parts):
-            chain = mechanism.parts_of(body)
-            for first, second in pairwise(chain):
+        for chain in mechanism.bodies.values():
+            for first, second in (*pairwise(chain), *pairwise(chain[::-1])):
                 _pass_on(known, first, second, 0.0)
         if len(known) == before:
             return
@@ -221,12 +244,14 @@ def _close(
     """
     q = _straightened(mechanism, q) if straight else q
     places = np.array([_first_place(slot, q) for slot in mechanism.slots])
-    rows: list[Rows] = []
+    tree = spanning_tree(mechanism)
+    joints = constraint_rows(mechanism, q, places)
     for _ in range(ITERATIONS):
-        rows = list(constraint_rows(mechanism, q, places))
-        if max((np.abs(row.residual).max() for row in rows), default=0.0) < 1e-14:
+        if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
-        step = _step(mechanism, q, rows, held, straight)
+        roots = _whole_roots(mechanism, q) if straight else scale_roots(mechanism)
+        demand = Demand(-joints.residual, dict.fromkeys(held, 0.0), straight)
+        step = _shortened(LeastMotion(mechanism, joints, tree, roots, demand).nearest())
         q = q + step
         q = _straightened(mechanism, q) if straight else q
         places = np.array(
@@ -235,27 +260,18 @@ def _close(
                 for slot, place in zip(mechanism.slots, places, strict=True)
             ]
         )
+        joints = constraint_rows(mechanism, q, places)
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
-    _refuse_open(rows)
+    _refuse_open(joints)
     return q, np.array(
         [_in_first_lap(s, q, p) for s, p in zip(mechanism.slots, places, strict=True)]
     )
 
 
-def _step(
-    mechanism: Mechanism, q: FloatArray, rows: list[Rows], held: set[int], straight: bool
-) -> FloatArray:
-    """Least change of coordinates that closes the linearised joints, (parts, 3)."""
-    residual, jacobian = stack(rows, len(q))
-    free = spread(mechanism, q) if straight else np.eye(q.size)
-    free = free * (np.abs(free[[3 * part + 2 for part in held]]).sum(axis=0) == 0)
-    scale = scales(mechanism)
-    weight = np.sqrt(np.sum((free / scale[:, None]) ** 2, axis=0))
-    by = free / np.where(weight > 0, weight, 1.0)
-    step = (by @ np.linalg.lstsq(jacobian @ by, -residual, rcond=1e-12)[0]).reshape(q.shape)
-    # Far from closed a full step may overshoot: no part turns more than half a radian at once.
-    return np.asarray(step * min(1.0, 0.5 / max(np.abs(step[:, 2]).max(), 1e-300)))
+def _shortened(step: FloatArray) -> FloatArray:
+    """Far from closed a full step may overshoot: no part turns more than half a radian at once."""
+    return step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), 1e-300))
 
 
 def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:
@@ -263,20 +279,20 @@ def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:
     q = q.copy()
     for pin in mechanism.pins:
         first, second = pin.first.part, pin.second.part
-        if GROUND in (first, second):
-            continue
-        if mechanism.parts[first].body == mechanism.parts[second].body:
+        if within_body(mechanism, first, second):
             q[second, 2] = q[first, 2]
             q[second, :2] += anchor_position(pin.first, q) - anchor_position(pin.second, q)
     return q
 
 
-def _refuse_open(rows: list[Rows]) -> None:
-    worst = max(rows, key=lambda row: float(np.abs(row.residual).max()), default=None)
-    if worst is not None and np.abs(worst.residual).max() > CLOSED:
-        gap = sum(float(np.linalg.norm(row.lengths)) for row in rows)
-        turn = sum(float(np.abs(row.angles).sum()) for row in rows)
-        raise CannotAssembleError(worst.name, worst.kind, gap, turn)
+def _refuse_open(joints: Constraints) -> None:
+    if np.abs(joints.residual).max(initial=0.0) <= CLOSED:
+        return
+    rows = list(joints)
+    worst = max(rows, key=lambda row: float(np.abs(row.residual).max()))
+    gap = sum(float(np.linalg.norm(row.lengths)) for row in rows)
+    turn = sum(float(np.abs(row.angles).sum()) for row in rows)
+    raise CannotAssembleError(worst.name, worst.kind, gap, turn)
 
 
 def _in_first_lap(slot: Slot, q: FloatArray, place: float) -> float:
@@ -302,20 +318,19 @@ def _first_place(slot: Slot, q: FloatArray) -> float:
     return place if place > start else float(slot.curve.nearest(point, near=end))
 
 
-def scales(mechanism: Mechanism) -> FloatArray:
-    """Lengths for positions and 1 for angles, so that a least step weighs both alike."""
-    return np.array([(p.reach, p.reach, 1.0) for p in mechanism.parts]).ravel()
+def scale_roots(mechanism: Mechanism) -> FloatArray:
+    """Metric, see `LeastMotion`, that weighs the reach of each part and a radian alike."""
+    scales = np.array([(1 / part.reach, 1 / part.reach, 1.0) for part in mechanism.parts])
+    return scales[:, :, None] * np.eye(3)
 
 
-def spread(mechanism: Mechanism, q: FloatArray) -> FloatArray:
-    """Matrix from velocities of whole bodies, rigid, to those of parts, (3 parts, 3 bodies)."""
-    bodies = list(dict.fromkeys(part.body for part in mechanism.parts))
-    matrix = np.zeros((q.size, 3 * len(bodies)))
-    for i, part in enumerate(mechanism.parts):
-        body = bodies.index(part.body)
-        first = mechanism.parts_of(part.body)[0]
-        arm = q[i, :2] - q[first, :2]
-        block = np.eye(3)
-        block[0, 2], block[1, 2] = -arm[1], arm[0]
-        matrix[3 * i : 3 * i + 3, 3 * body : 3 * body + 3] = block
-    return matrix
+def _whole_roots(mechanism: Mechanism, q: FloatArray) -> FloatArray:
+    """As `scale_roots` for bodies that move as one: the first part of each counts for all of it."""
+    roots = np.zeros((len(q), 3, 3))
+    for parts in mechanism.bodies.values():
+        first = parts[0]
+        reaches = np.array([mechanism.parts[i].reach for i in parts])
+        arms = np.hypot(*(q[list(parts), :2] - q[first, :2]).T) / reaches
+        along, turning = np.sqrt(np.sum(reaches**-2.0)), np.sqrt(np.sum(arms**2 + 1.0))
+        roots[first] = np.diag([along, along, turning])
+    return roots

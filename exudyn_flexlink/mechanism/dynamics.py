@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.channels import node_anchor
+from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     angle_of,
-    constraint_rows,
     rate_of_jacobian_times_velocity,
     slot_place,
-    stack,
 )
+from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
+
+
+def mass_blocks(mechanism: Mechanism, q: FloatArray) -> FloatArray:
+    """Mass matrix of every part by itself, (parts, 3, 3): kg, kg m, kg m^2."""
+    blocks = np.zeros((len(q), 3, 3))
+    for block, part, angle in zip(blocks, mechanism.parts, q[:, 2].tolist(), strict=True):
+        c, s = cos(angle), sin(angle)
+        x, y = part.centre
+        block[0, 0] = block[1, 1] = part.mass
+        block[0, 2] = block[2, 0] = part.mass * (-s * x - c * y)
+        block[1, 2] = block[2, 1] = part.mass * (c * x - s * y)
+        block[2, 2] = part.inertia_about_origin
+    return blocks
 
 
 def mass_matrix(mechanism: Mechanism, q: FloatArray) -> FloatArray:
     """Mass matrix of all parts, (3 parts, 3 parts): kg, kg m, kg m^2."""
     matrix = np.zeros((3 * len(q), 3 * len(q)))
-    for i, part in enumerate(mechanism.parts):
-        c, s = cos(q[i, 2]), sin(q[i, 2])
-        x, y = part.centre
-        coupling = part.mass * np.array([-s * x - c * y, c * x - s * y])
-        block = matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
-        block[0, 0] = block[1, 1] = part.mass
-        block[:2, 2] = block[2, :2] = coupling
-        block[2, 2] = part.inertia_about_origin
+    for i, block in enumerate(mass_blocks(mechanism, q)):
+        matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = block
     return matrix
 
 
@@ -67,11 +74,10 @@ def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> N
         forces[first, 2] -= torque
 
 
-def constraint_jacobian(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
-    """Jacobian of all constraints with the motors', (rows, 3 parts), slots at their foot points."""
+def constraints_at(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> Constraints:
+    """All constraints with the motors', slots at their foot points, searched from `places`."""
     feet = np.array([slot_place(s, q, p) for s, p in zip(mechanism.slots, places, strict=True)])
-    motors = np.zeros(len(mechanism.speed_motors))
-    return stack(list(constraint_rows(mechanism, q, feet, motors)), len(q))[1]
+    return constraint_rows(mechanism, q, feet, np.zeros(len(mechanism.speed_motors)))
 
 
 def accelerations(
@@ -79,20 +85,29 @@ def accelerations(
 ) -> FloatArray:
     """Accelerations (parts, 3) that satisfy equations of motion and joints, without contacts.
 
-    Solves ``[M J^T; J 0] [a; lambda] = [f; -dJ/dt v - c_tt]``; redundant joints are allowed.
+    Those of ``M a = f``, changed as little as ``J a = -dJ/dt v - c_tt`` demands, by the measure of
+    the mass matrix; redundant joints are allowed.
     """
-
-    def jacobian_at(at: FloatArray) -> FloatArray:
-        return constraint_jacobian(mechanism, at, places)
-
-    jacobian = jacobian_at(q)
-    right = -rate_of_jacobian_times_velocity(jacobian_at, q, v)
+    right = -rate_of_jacobian_times_velocity(
+        lambda at: constraints_at(mechanism, at, places).times(v), q, v
+    )
     motors = [motor.ramp.rate(time) for motor in mechanism.speed_motors]
     if motors:
         right[-len(motors) :] += motors
     forces = applied_forces(mechanism, q, v, time)
-    solution = solve_saddle(mass_matrix(mechanism, q), jacobian, forces, right)
-    return solution[: q.size].reshape(q.shape)
+    return _moving(mechanism, q, places, right).nearest(forces)
+
+
+def _moving(
+    mechanism: Mechanism, q: FloatArray, places: FloatArray, right: FloatArray | None = None
+) -> LeastMotion:
+    """Motions that differ least by their mass; without `right` the joints hold what they hold."""
+    constraints = constraints_at(mechanism, q, places)
+    right = np.zeros(len(constraints)) if right is None else right
+    roots = np.asarray(np.linalg.cholesky(mass_blocks(mechanism, q)), dtype=np.float64)
+    return LeastMotion(
+        mechanism, constraints, spanning_tree(mechanism), roots, Demand(right, turns={})
+    )
 
 
 def contact_mass(
@@ -103,12 +118,9 @@ def contact_mass(
     ``1 / (largest mobility of the point + largest mobility of the face)`` with every joint kept,
     whatever the direction: it bounds the duration of an impact from below, hence the step.
     """
-    jacobian = constraint_jacobian(mechanism, q, places)
-    mass = mass_matrix(mechanism, q)
-    point, start, end = (
-        mobility(mass, jacobian, anchor_jacobian(anchor, q))
-        for anchor in (contact.point, contact.start, contact.end)
-    )
+    anchors = (contact.point, contact.start, contact.end)
+    rows = [anchor_jacobian(anchor, q) for anchor in anchors]
+    point, start, end = _moving(mechanism, q, places).mobilities(rows)
     return 1.0 / max(point + max(start, end), 1e-300)
 
 
@@ -116,33 +128,21 @@ def channel_mass(
     mechanism: Mechanism, channel: Channel, q: FloatArray, places: FloatArray
 ) -> float:
     """Least mass in kg that any node of the link and the guide oppose to a contact between them."""
-    jacobian = constraint_jacobian(mechanism, q, places)
-    mass = mass_matrix(mechanism, q)
     guide = channel.guide
     end = Anchor(guide.part, guide.x + channel.length, guide.y)
     nodes = [node_anchor(channel, i) for i in range(len(channel.rods) + 1)]
     rows = [anchor_jacobian(anchor, q) for anchor in (*nodes, guide, end)]
-    found = mobilities(mass, jacobian, rows)
+    found = _moving(mechanism, q, places).mobilities(rows)
     return 1.0 / max(max(found[:-2]) + max(found[-2:]), 1e-300)
 
 
 def mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:
-    """Largest acceleration of a point per unit force on it, joints kept, 1/kg."""
-    return mobilities(mass, jacobian, [rows])[0]
+    """Largest acceleration of a point per unit force on it, joints kept, 1/kg.
 
-
-def mobilities(mass: FloatArray, jacobian: FloatArray, points: Sequence[FloatArray]) -> list[float]:
-    """Mobility of every point, given by its rows (directions, coordinates), 1/kg.
-
-    All at once, since with many rods it is the factorising that takes time.
+    The point is given by its rows (directions, coordinates).
     """
-    forces = np.concatenate(points).T
-    moved = solve_saddle(mass, jacobian, forces, np.zeros((len(jacobian), forces.shape[1])))
-    parts = np.split(moved[: len(mass)], np.cumsum([len(rows) for rows in points])[:-1], axis=1)
-    return [
-        float(np.linalg.eigvalsh(rows @ part).max())
-        for rows, part in zip(points, parts, strict=True)
-    ]
+    moved = solve_saddle(mass, jacobian, rows.T, np.zeros((len(jacobian), len(rows))))
+    return float(np.linalg.eigvalsh(rows @ moved[: len(mass)]).max())
 
 
 def solve_saddle(

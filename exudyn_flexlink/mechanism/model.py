@@ -7,7 +7,9 @@ or a point of the ground. Both engines, and the checks that need none, read this
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
@@ -166,6 +168,14 @@ class Mechanism:
         """Return the same mechanism with other springs."""
         return replace(self, springs=springs)
 
+    @cached_property
+    def bodies(self) -> Mapping[str, tuple[int, ...]]:
+        """Indices of the parts of every body of the scene, in order."""
+        found: dict[str, list[int]] = {}
+        for i, part in enumerate(self.parts):
+            found.setdefault(part.body, []).append(i)
+        return {body: tuple(parts) for body, parts in found.items()}
+
     def parts_of(self, body: str) -> list[int]:
         """Indices of the parts of a body of the scene, in order."""
-        return [i for i, part in enumerate(self.parts) if part.body == body]
+        return list(self.bodies[body])

@@ -11,6 +11,7 @@ from math import floor, hypot, inf, isfinite, log10, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.mechanism.channels import pairs
 from exudyn_flexlink.mechanism.contacts import swing_times
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.scene import Scene
@@ -21,23 +22,38 @@ FEWEST = 2000  # of a run, however short: enough for any figure
 PER_TURN = 500  # of a drive, or of what turns as the run starts
 PER_SWING = 20  # of a struck lever on its springs, and of a pendulum as long as a part
 UNKNOWN = 10  # times as many in a run that turns end before its time, nobody knows when
-MOST_NUMBERS = 2e7  # that samples hold in all: 160 MB
-OTHERS = 20  # numbers of a sample beside poses and rates: energies, reactions, contacts
+KEPT_MEMORY = 1e9  # bytes that samples may take where the scene does not say how many
+BYTES_OF_SAMPLE, BYTES_OF_PART, BYTES_OF_PAIR, BYTES_OF_CONTACT = 1500, 250, 40, 100
 
 
 def sample_times(scene: Scene, mechanism: Mechanism, end: float) -> FloatArray:
     """Even instants from 0 to the end, which is one of them, s."""
-    interval = scene.run.sample or kept_interval(scene, mechanism, end)
+    interval = sample_interval(scene, mechanism, end)
     count = int(end / interval * (1 + 1e-12))
     grid = interval * np.arange(count + 1)
     # An end that is on the grid but for rounding takes the grid's place.
     return np.append(grid if end - grid[-1] > 1e-9 * interval else grid[:-1], end)
 
 
+def sample_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
+    """Time between two samples of a run that ends at `end`, s; a round one if not given."""
+    return scene.run.sample or kept_interval(scene, mechanism, end)
+
+
+def sample_bytes(mechanism: Mechanism) -> int:
+    """Memory that a sample takes until the run is saved, bytes: what both engines need at most.
+
+    Measured from 10 to 40 rods, with and without walls, from one count of samples to another.
+    """
+    walls = sum(len(pairs(channel)) for channel in mechanism.channels)
+    kept = BYTES_OF_PART * len(mechanism.parts) + BYTES_OF_PAIR * walls
+    return BYTES_OF_SAMPLE + kept + BYTES_OF_CONTACT * len(mechanism.contacts)
+
+
 def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
     """Time between samples, s, round: what the motion needs, or more if those were too many."""
     wanted = _round(wanted_interval(scene, mechanism, end), down=True)
-    least = end * (6 * len(mechanism.parts) + OTHERS) / MOST_NUMBERS
+    least = end * sample_bytes(mechanism) / KEPT_MEMORY
     return wanted if wanted >= least else _round(least, down=False)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from exudyn_flexlink.scene.base import GROUND, split_point
@@ -13,7 +14,7 @@ from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.forces import Contact, Drive, SpeedDrive, Spring
 from exudyn_flexlink.scene.joints import Joint, RevoluteJoint, SleeveJoint, SlotJoint, WeldJoint
 from exudyn_flexlink.scene.run import Initial, Run
-from exudyn_flexlink.source import KeyPath, Mistake, did_you_mean
+from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
 
 _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
 _NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints": "joint"}
@@ -94,13 +95,18 @@ class _Check:
 
     def __init__(self, parts: Parts) -> None:
         self.parts = parts
+        self._unknown = 0
 
     def missing(self, path: KeyPath, section: str, name: str) -> Iterator[Mistake]:
         known = getattr(self.parts, section)
-        if known is not None and name not in known:
-            message = f"unknown {_NOUNS[section]} '{name}'{did_you_mean(name, known)}"
-            listed = ", ".join(known)
-            yield Mistake(path, message, f"{section}: {listed}" if known else f"no {section} given")
+        if known is None or name in known:
+            return
+        # Every unknown name compared with every known one: more are reported than are shown.
+        self._unknown += 1
+        near = did_you_mean(name, known) if self._unknown <= MOST_SHOWN else ""
+        names = [*islice(known, MOST_SHOWN), *(["..."] if len(known) > MOST_SHOWN else [])]
+        hint = f"{section}: {', '.join(names)}" if known else f"no {section} given"
+        yield Mistake(path, f"unknown {_NOUNS[section]} '{name}'{near}", hint)
 
     def get(self, section: str, name: str) -> Any:
         return (getattr(self.parts, section) or {}).get(name)

@@ -22,7 +22,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     anchor_jacobian,
     applied_forces,
-    constraint_jacobian,
+    constraints_at,
     joint_residuals,
     mass_matrix,
     mobility,
@@ -107,7 +107,7 @@ class BeamCoordinates:
             shape = beam.link.shape
             weight = shape.elastic.mass * np.outer(shape.weight_rows(), self._gravity)
             forces[beam.columns] += weight.ravel()
-        right = -rate_of_jacobian_times_velocity(self._joints, q, v)
+        right = -rate_of_jacobian_times_velocity(lambda at: self._joints(at) @ v, q, v)
         motors = [motor.ramp.rate(0.0) for motor in self.mechanism.speed_motors]
         if motors:
             right[-len(motors) :] += motors
@@ -117,7 +117,8 @@ class BeamCoordinates:
     def _joints(self, q: FloatArray) -> FloatArray:
         """Jacobian of all joints and motors, (rows, coordinates)."""
         poses, _ = self._at_one(q, q)
-        return constraint_jacobian(self.mechanism, poses, self._state.places) @ self._spread(q)
+        joints = constraints_at(self.mechanism, poses, self._state.places)
+        return joints.jacobian() @ self._spread(q)
 
     def _mass(self, q: FloatArray) -> FloatArray:
         poses, _ = self._at_one(q, q)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,10 @@ from exudyn_flexlink.mechanism import FaceContact, face_length
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
+
+SUNK = 1e-2  # of the fastest approach of a contact: what slower ones do is no motion to be seen
+MOST_SUNK = 1000  # sunk impacts in a row: some seconds of work
+MOST_LEFT = 100_000  # that restitution may still need to end them: some minutes
 
 
 class Side(Enum):
@@ -38,6 +43,9 @@ class Contact:
     peak: float = 0.0
     _before: tuple[float, float] | None = None  # gap and its rate at the last look
     _begun: tuple[float, float] = (0.0, 0.0)  # impulse and loss when the contact began
+    _fastest: float = 0.0  # approach, m/s
+    _sunk: int = 0  # impacts in a row far slower than that
+    _since: float = 0.0  # time of the first of them
     length: float = field(init=False)
     rigid: bool = field(init=False)
 
@@ -96,6 +104,27 @@ class Contact:
     def hit(self, t: float, touch: FloatArray, details: dict[str, float]) -> None:
         """The point strikes the face and bounces."""
         self._tell(t, "impact", touch, details)
+
+    def endless(self, t: float, approach_speed: float, rest_speed: float) -> str:
+        """Say so if the contact has bounced on the spot for long, and restitution won't end it.
+
+        The bounces of an elastic contact that is pressed get ever shorter but never end, since no
+        speed is lost; those of restitution e end after ``ln(v / rest_speed) / ln(1 / e)`` more.
+        """
+        if approach_speed >= SUNK * self._fastest:
+            self._fastest, self._sunk = max(self._fastest, approach_speed), 0
+            return ""
+        self._since = t if self._sunk == 0 else self._since
+        self._sunk += 1
+        restitution = self.face.law.restitution
+        left = log(max(approach_speed / rest_speed, 1.0))
+        if self._sunk < MOST_SUNK or restitution == 0 or left < -MOST_LEFT * log(restitution):
+            return ""
+        return (
+            f"contact '{self.face.name}' bounces on the spot: {self._sunk} impacts within "
+            f"{t - self._since:.2g} s, at {approach_speed:.2g} m/s, and a restitution of "
+            f"{restitution:g} won't end them"
+        )
 
     def _tell(self, t: float, kind: str, touch: FloatArray, more: dict[str, float]) -> None:
         gap, place, rate = (float(value) for value in touch[:3])

@@ -114,13 +114,15 @@ class Loop:
                 complaint = solver.step()
             if solver.status == "failed":
                 raise StuckError(str(complaint))
+            _require_numbers(solver.y)
             dense = _Lazy(solver)
             found = self._first_event(solver, dense)
             end = float(solver.t if found is None else found[0])
             self._count(float(end - solver.t_old))
+            state = np.array(solver.y) if found is None else dense(end)
+            _require_numbers(state)
             self.observer.before(end, dense)
-            self.time = end
-            self.state = np.array(solver.y) if found is None else dense(end)
+            self.time, self.state = end, state
             if found is not None:
                 return self._cross(self.state, found[1], began)
             self.observer.after(end, solver.y, False)
@@ -135,6 +137,7 @@ class Loop:
         if self._at_once > MOST_AT_ONCE:
             raise StuckError("events follow one another at one instant")
         y = self.system.cross(self.time, np.array(y), which)
+        _require_numbers(y)
         self.observer.after(self.time, y, True)
         return y
 
@@ -149,6 +152,12 @@ class Loop:
         if self.system.quiet(solver.t - solver.t_old, solver.t, solver.y):
             return None
         return first_event(self.system, dense, solver.t_old, solver.t)
+
+
+def _require_numbers(y: FloatArray) -> None:
+    """Refuse a state that overflowed, which a tolerance may be loose enough to let pass."""
+    if not np.isfinite(y).all():
+        raise StuckError("the state is no number any more: the tolerance is too loose")
 
 
 def first_event(system: Hybrid, dense: Dense, begin: float, end: float) -> tuple[float, int] | None:

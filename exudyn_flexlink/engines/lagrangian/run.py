@@ -20,7 +20,7 @@ from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation
-from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
+from exudyn_flexlink.engines.lagrangian.events import EVENT_TIME, Loop, StuckError
 from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
@@ -154,10 +154,18 @@ def solve(prepared: Prepared) -> str:
         except DeadCentreError as error:
             complaint = str(error)
         except StuckError as error:
-            complaint = system.trouble or f"no step is short enough ({error})"
+            complaint = system.trouble or f"no step is short enough ({error}{_last(system, loop)})"
     recorder.keep_last(loop.time, loop.state)
     recorder.flush()
     return complaint
+
+
+def _last(system: System, loop: Loop | March) -> str:
+    """Name what happened last, where that was at the instant at which the run stands still."""
+    event = system.events[-1] if system.events else None
+    if event is None or loop.time - event.time > EVENT_TIME:
+        return ""
+    return f"; the last was '{event.kind}' of '{event.name}'"
 
 
 def _bends(mechanism: Mechanism) -> list[float]:

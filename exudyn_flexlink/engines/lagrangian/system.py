@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     state_rate,
     touches,
 )
-from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
+from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.engines.lagrangian.walls import wall_states
@@ -35,6 +35,7 @@ FloatArray = NDArray[np.float64]
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
 ROUNDING_OF_TURNS = 1e-9  # rad
 LOOKS_AT_WALLS = 0.5  # of the half period of a wall's stiffness: the longest step with walls
+LOSE_SPEED = "a smaller restitution, which ends the bounces, or a law with stiffness"
 ROUNDS = 50  # of impacts that follow from one
 
 
@@ -325,6 +326,9 @@ class System:
         y, hit, work = self._jump(t, y, k, e)
         if not over:
             contact.hit(t, touch, _details(hit, work))
+            endless = contact.endless(t, hit.approach_speed, REST_SPEED)
+            if endless:
+                self.stop(endless, LOSE_SPEED)
             totals = self._contact_totals(y, k)
             touch[2] = hit.separation_speed
         y = self._settle(t, y, k)

@@ -71,6 +71,7 @@ class Recorder:
         self._notes: list[int] = []  # steps of the block made before each note
         self._reached = np.zeros(2 + 2 * len(model.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
+        self._begun: Evaluation | None = None
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
@@ -79,6 +80,7 @@ class Recorder:
         held = Held(*whole[1:7])
         self._check([held], self._reached[None, :], [self._acting()])
         self._on_curves = []
+        self._begun = at
         self._keep(whole.t, held, 0, 0.0)
 
     def take(self, step: Step, end: Held) -> None:
@@ -126,6 +128,8 @@ class Recorder:
         """Work off the block: integrals over its steps, what its samples lack, checks."""
         steps = self._steps
         if not steps:
+            if not self.totals:
+                self._without_steps()
             return
         shape = (len(steps), STAGES + 1, -1)
         nodes = [node for step in steps for node in (step.begin, *step.stages)]
@@ -159,6 +163,17 @@ class Recorder:
         motion = found.poses.reshape(shape), found.rates.reshape(shape)
         pressed = np.array(self._pressed, dtype=bool).reshape(len(lengths), -1)
         self.seeker.take(begins, lengths, motion, pressed)
+
+    def _without_steps(self) -> None:
+        """What the sample at time 0 lacks, where not even a first step was made."""
+        if self._begun is None:
+            return
+        free = self.model.accelerations(self._begun)[None, :]
+        at = [self._begun.kept]
+        self.accelerations.append(self.model.whole_accelerations(at, free))
+        self.left.append(self.model.left_over(at, free))
+        self.totals.append(self._reached[None, :])
+        self._between, self._kept = [], []
 
     def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
         """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""

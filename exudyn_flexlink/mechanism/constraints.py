@@ -1,0 +1,276 @@
+"""The constraints of all joints at once: residuals, and slopes by the two parts of each.
+
+No constraint binds more than two parts, so that its slopes are six numbers however many parts the
+mechanism has. Coordinates ``q`` have shape (parts, 3), see `kinematics`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    Mechanism,
+    Motor,
+    Pin,
+    Slide,
+    Slot,
+    Weld,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int_]
+
+_ROWS = {"revolute": 2, "weld": 3, "sleeve": 2, "slot": 1, "drive": 1}
+_LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1, "slot": 1, "drive": 0}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Residual (m or rad) and Jacobian (rows, 3 parts) of one joint's constraints."""
+
+    name: str
+    kind: str
+    residual: FloatArray
+    jacobian: FloatArray
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Those of the residuals that are in m."""
+        return self.residual[: _LENGTHS[self.kind]]
+
+    @property
+    def angles(self) -> FloatArray:
+        """Those of the residuals that are in rad; they follow the lengths."""
+        return self.residual[_LENGTHS[self.kind] :]
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """Constraints of every joint, in the mechanism's order.
+
+    Joint j has the rows ``first_rows[j]`` to ``first_rows[j + 1]``. `residual` (rows,) is in m or
+    rad; `parts` (rows, 2) are the joint's first and second part, GROUND for none, and `slopes`
+    (rows, 2, 3) the derivatives of the residual by their coordinates. `count` is the number of
+    parts.
+    """
+
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    first_rows: IntArray
+    residual: FloatArray
+    parts: IntArray
+    slopes: FloatArray
+    count: int
+
+    def __len__(self) -> int:
+        return len(self.residual)
+
+    def __iter__(self) -> Iterator[Rows]:
+        """Joint by joint, each with its own part of the Jacobian."""
+        for j, (name, kind) in enumerate(zip(self.names, self.kinds, strict=True)):
+            rows = np.arange(self.first_rows[j], self.first_rows[j + 1])
+            yield Rows(name, kind, self.residual[rows], self.jacobian(rows))
+
+    def times(self, v: FloatArray) -> FloatArray:
+        """Jacobian times velocities (parts, 3): (rows,)."""
+        moved = np.vstack([v, np.zeros((1, 3))])  # GROUND, -1, is the last: it does not move
+        return np.asarray(np.einsum("rij,rij->r", self.slopes, moved[self.parts]))
+
+    def jacobian(self, rows: IntArray | None = None) -> FloatArray:
+        """Jacobian by the coordinates of all parts, (rows, 3 parts), of all rows or of those given.
+
+        It is as wide as the mechanism has parts: for a few rows at a time.
+        """
+        rows = np.arange(len(self)) if rows is None else rows
+        dense = np.zeros((len(rows), self.count + 1, 3))
+        for side in (0, 1):
+            dense[np.arange(len(rows)), self.parts[rows, side]] += self.slopes[rows, side]
+        return dense[:, : self.count].reshape(len(rows), 3 * self.count)
+
+    def with_fixed(self, fixed: Sequence[tuple[int, int]]) -> Constraints:
+        """Add a row of no joint for each part and coordinate (0, 1, 2: x, y, angle)."""
+        slopes = np.zeros((len(fixed), 2, 3))
+        for row, (_, axis) in enumerate(fixed):
+            slopes[row, 1, axis] = 1.0
+        parts = np.array([(-1, part) for part, _ in fixed], dtype=int).reshape(-1, 2)
+        return Constraints(
+            self.names,
+            self.kinds,
+            self.first_rows,
+            np.append(self.residual, np.zeros(len(fixed))),
+            np.concatenate([self.parts, parts]),
+            np.concatenate([self.slopes, slopes]),
+            self.count,
+        )
+
+
+def constraint_rows(
+    mechanism: Mechanism,
+    q: FloatArray,
+    places: FloatArray,
+    motor_angles: FloatArray | None = None,
+) -> Constraints:
+    """Constraints of every joint at `q`, in the mechanism's order.
+
+    `places` are the slots' curve parameters, next to the anchors. `motor_angles` (rad) are what the
+    speed motors prescribe; None leaves the motors out.
+    """
+    pins, welds, slides, slots = mechanism.pins, mechanism.welds, mechanism.slides, mechanism.slots
+    motors = () if motor_angles is None else mechanism.speed_motors
+    kinds = ("revolute",) * len(pins) + ("weld",) * len(welds) + ("sleeve",) * len(slides)
+    kinds += ("slot",) * len(slots) + ("drive",) * len(motors)
+    joints: tuple[Pin | Weld | Slide | Slot | Motor, ...]
+    joints = (*pins, *welds, *slides, *slots, *motors)
+    names = tuple(joint.name for joint in joints)
+    angles = np.zeros(0) if motor_angles is None else motor_angles
+    blocks = [
+        _attached(pins, q),
+        _welded(welds, q),
+        _slid(slides, q),
+        _slotted(slots, q, places),
+        _turned([(motor.first, motor.second) for motor in motors], angles, q),
+    ]
+    residual, parts, slopes = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    return Constraints(
+        names,
+        kinds,
+        np.cumsum([0, *(_ROWS[kind] for kind in kinds)]),
+        residual,
+        parts,
+        slopes,
+        len(q),
+    )
+
+
+# --- rows of one kind -------------------------------------------------------------------------
+
+_Block = tuple[FloatArray, IntArray, FloatArray]  # residual, parts, slopes of some rows
+
+
+@dataclass(frozen=True)
+class _Anchored:
+    """Anchors at one place: their parts, positions, and arms (m) from the parts' origins."""
+
+    parts: IntArray
+    at: FloatArray
+    arms: FloatArray
+
+    @staticmethod
+    def of(anchors: Sequence[Anchor], q: FloatArray) -> _Anchored:
+        parts = np.array([anchor.part for anchor in anchors], dtype=int)
+        own = np.array([(anchor.x, anchor.y) for anchor in anchors]).reshape(-1, 2)
+        pose = np.vstack([q, np.zeros((1, 3))])[parts]  # GROUND, -1, stands at 0
+        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+        arms = np.stack([c * own[:, 0] - s * own[:, 1], s * own[:, 0] + c * own[:, 1]], axis=1)
+        return _Anchored(parts, pose[:, :2] + arms, arms)
+
+    def slopes(self, directions: FloatArray) -> FloatArray:
+        """Derivatives of the positions along directions (anchors, 2): (anchors, 3)."""
+        across = np.stack([-self.arms[:, 1], self.arms[:, 0]], axis=1)
+        turning = np.sum(directions * across, axis=1, keepdims=True)
+        return np.concatenate([directions, turning], axis=1)
+
+
+def _attached(joints: Sequence[Pin | Weld], q: FloatArray) -> _Block:
+    """Gap of each joint's two anchors, along x and y."""
+    first = _Anchored.of([joint.first for joint in joints], q)
+    second = _Anchored.of([joint.second for joint in joints], q)
+    slopes = np.empty((len(joints), 2, 2, 3))
+    for axis in (0, 1):
+        along = np.zeros((len(joints), 2))
+        along[:, axis] = 1.0
+        slopes[:, axis, 0], slopes[:, axis, 1] = -first.slopes(along), second.slopes(along)
+    parts = np.stack([first.parts, second.parts], axis=1)
+    return (second.at - first.at).ravel(), parts.repeat(2, axis=0), slopes.reshape(-1, 2, 3)
+
+
+def _turned(pairs: Sequence[tuple[int, int]], angles: FloatArray, q: FloatArray) -> _Block:
+    """Angle of the second part of each pair relative to the first, less what it should be."""
+    parts = np.array(pairs, dtype=int).reshape(-1, 2)
+    turned = np.append(q[:, 2], 0.0)[parts]
+    slopes = np.zeros((len(parts), 2, 3))
+    slopes[:, 0, 2], slopes[:, 1, 2] = -1.0, 1.0
+    return turned[:, 1] - turned[:, 0] - angles, parts, slopes
+
+
+def _welded(welds: Sequence[Weld], q: FloatArray) -> _Block:
+    angles = np.array([weld.angle for weld in welds])
+    pairs = [(weld.first.part, weld.second.part) for weld in welds]
+    return _joined(_attached(welds, q), _turned(pairs, angles, q))
+
+
+def _slid(slides: Sequence[Slide], q: FloatArray) -> _Block:
+    """Offset of each rod's anchor from its guide's axis, and angle between rod and guide."""
+    guide = _Anchored.of([slide.guide for slide in slides], q)
+    rod = _Anchored.of([slide.rod for slide in slides], q)
+    angle = np.append(q[:, 2], 0.0)[guide.parts]
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    between = rod.at - guide.at
+    slopes = np.stack([-guide.slopes(normal), rod.slopes(normal)], axis=1)
+    slopes[:, 0, 2] -= np.sum(along * between, axis=1)
+    parts = np.stack([guide.parts, rod.parts], axis=1)
+    pairs = list(zip(guide.parts, rod.parts, strict=True))
+    offset = (np.sum(normal * between, axis=1), parts, slopes)
+    return _joined(offset, _turned(pairs, np.zeros(len(slides)), q))
+
+
+def _joined(lengths: _Block, angles: _Block) -> _Block:
+    """Rows of joints that have some in m and then one in rad, joint by joint."""
+    if not len(angles[0]):
+        return lengths
+    residual, parts, slopes = (
+        np.concatenate(
+            [a.reshape(len(b), -1, *a.shape[1:]), b.reshape(len(b), 1, *b.shape[1:])], axis=1
+        ).reshape(-1, *a.shape[1:])
+        for a, b in zip(lengths, angles, strict=True)
+    )
+    return residual, parts.astype(int), slopes
+
+
+def _slotted(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block:
+    """Distance of each anchor from its curve, along the curve's normal."""
+    normals = np.array([s.curve.normal(u) for s, u in zip(slots, places, strict=True)])
+    points = np.array([s.curve.point(u) for s, u in zip(slots, places, strict=True)])
+    normals, points = normals.reshape(-1, 2), points.reshape(-1, 2)
+    anchored = _Anchored.of([slot.anchor for slot in slots], q)
+    slopes = np.zeros((len(slots), 2, 3))
+    slopes[:, 1] = anchored.slopes(normals)
+    parts = np.stack([np.full(len(slots), GROUND), anchored.parts], axis=1)
+    return np.sum(normals * (anchored.at - points), axis=1), parts, slopes
+
+
+# --- many instants ----------------------------------------------------------------------------
+
+
+def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
+    """Largest violation (m or rad) of each joint at many instants, (instants, joints).
+
+    `q` is (instants, parts, 3), `places` (instants, slots) the slots' curve parameters next to
+    their anchors. Motors are left out.
+    """
+    residuals = []
+    for joint in mechanism.attachments:
+        gap = anchor_position(joint.second, q) - anchor_position(joint.first, q)
+        residuals.append(np.hypot(gap[..., 0], gap[..., 1]))
+        if isinstance(joint, Weld):
+            turned = angle_of(joint.second.part, q) - angle_of(joint.first.part, q)
+            residuals.append(np.abs(turned - joint.angle))
+    for slide in mechanism.slides:
+        angle = angle_of(slide.guide.part, q)
+        between = anchor_position(slide.rod, q) - anchor_position(slide.guide, q)
+        across = np.cos(angle) * between[..., 1] - np.sin(angle) * between[..., 0]
+        residuals += [np.abs(across), np.abs(angle_of(slide.rod.part, q) - angle)]
+    for k, slot in enumerate(mechanism.slots):
+        point, derivative, _ = slot.curve.derivatives(places[:, k])
+        away = anchor_position(slot.anchor, q) - point
+        across = derivative[:, 0] * away[:, 1] - derivative[:, 1] * away[:, 0]
+        residuals.append(np.abs(across) / np.hypot(derivative[:, 0], derivative[:, 1]))
+    return np.stack(residuals, axis=-1) if residuals else np.zeros((len(q), 0))

@@ -1,0 +1,284 @@
+"""The motion closest to a wanted one that all joints allow: Gauss's principle of least constraint.
+
+One problem in many dresses: accelerations (the metric is the mass matrix), velocities of least
+size, the least step that closes the joints, the mobility of a point, the number of independent
+constraints. The parts of the spanning tree are eliminated one by one, from its ends to its roots,
+as articulated bodies (R. Featherstone, Rigid Body Dynamics Algorithms, chapter 7), so that the work
+grows with the number of parts, not with its cube. Only the joints that the tree leaves over, slots
+and drives are solved together, by least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.constraints import Constraints
+from exudyn_flexlink.mechanism.model import GROUND, Mechanism
+from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, within_body
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int_]
+
+SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
+INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
+_LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1}  # rows in m of what can hang in the tree
+_TIED = ("weld", "sleeve")  # joints whose last row ties the angles of their parts
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a motion shall do: ``J x = right``, rows with NaN left out; some parts turn as told.
+
+    `turns` gives angles, or angular speeds, of parts; `rigid` keeps the parts of a body in line.
+    """
+
+    right: FloatArray
+    turns: Mapping[int, float]
+    rigid: bool = False
+
+
+class LeastMotion:
+    """Motions x (parts, 3) that satisfy a demand and minimise ``(x - f) W (x - f) / 2``.
+
+    `roots` (parts, 3, 3) are those of W, part by part: ``W = roots roots^T``. A body that moves as
+    one may have a metric for one of its parts and zeros for the others.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        constraints: Constraints,
+        tree: Spanning,
+        roots: FloatArray,
+        demand: Demand,
+    ) -> None:
+        self._constraints = constraints
+        self._tree = tree
+        hung = _hang(mechanism, constraints, tree, demand)
+        self._offset = hung.offset
+        self._eliminate(roots @ roots.transpose(0, 2, 1), hung)
+        self._rest = _left_over(constraints, tree, demand.right)
+        self._slopes = constraints.jacobian(self._rest)
+        self._right = demand.right[self._rest]
+        self._allowed = self._swept(self._as_columns(self._slopes))
+        weighted = np.einsum("pji,pjk->kpi", roots, self._allowed)
+        self._weighted = weighted.reshape(self._slopes.shape)
+        self._lengths = _lengths(mechanism, self._slopes, roots)
+
+    # --- the tree ---------------------------------------------------------------------------
+
+    def _eliminate(self, metric: FloatArray, hung: _Hung) -> None:
+        """Let every part, from the ends of the tree, follow its parent as is best for all beyond.
+
+        Part b follows with ``x_b = follow_b x_parent + settle_b offset_b + yield_b forces_b``.
+        """
+        own = metric.copy()
+        same = np.eye(3)
+        self._follow = np.zeros_like(metric)
+        self._settle = np.zeros_like(metric)
+        self._yield = np.zeros_like(metric)
+        self._beyond = np.zeros_like(metric)  # metric of all beyond a joint, as its near end has it
+        for part in reversed(self._tree.order):
+            free = hung.free[part]
+            pushed = own[part] @ free
+            gain = free @ np.linalg.inv(free.T @ pushed + hung.filling[part])
+            self._yield[part] = gain @ free.T
+            settle = self._settle[part] = same - gain @ pushed.T
+            self._follow[part] = settle @ hung.carried[part]
+            self._beyond[part] = settle.T @ own[part]
+            parent = self._tree.parents[part]
+            if parent != GROUND:
+                carried = hung.carried[part]
+                own[parent] += carried.T @ self._beyond[part] @ carried
+        self._carried = hung.carried
+
+    def _swept(self, forces: FloatArray, offset: FloatArray | None = None) -> FloatArray:
+        """Motion that forces (parts, 3, columns) cause in the tree, the rest of joints left out.
+
+        `offset` (parts, 3) is what each joint of the tree demands; None: nothing moves by itself.
+        """
+        forces = forces.copy()
+        if offset is not None:
+            back = np.einsum("pji,pjk,pk->pi", self._carried, self._beyond, offset)
+        for part in reversed(self._tree.order):
+            parent = self._tree.parents[part]
+            if parent != GROUND:
+                forces[parent] += self._follow[part].T @ forces[part]
+                if offset is not None:
+                    forces[parent] -= back[part, :, None]
+        moved: FloatArray = self._yield @ forces
+        if offset is not None:
+            moved += self._settle @ offset[:, :, None]
+        for part in self._tree.order:
+            parent = self._tree.parents[part]
+            if parent != GROUND:
+                moved[part] += self._follow[part] @ moved[parent]
+        return moved
+
+    def _as_columns(self, rows: FloatArray) -> FloatArray:
+        """Rows over all coordinates as forces: (parts, 3, rows)."""
+        return np.asarray(rows.T.reshape(self._constraints.count, 3, len(rows)))
+
+    # --- with the rest ----------------------------------------------------------------------
+
+    def nearest(self, forces: FloatArray | None = None) -> FloatArray:
+        """Motion (parts, 3) of least cost, with `forces` ``W f`` (3 parts,) towards the wanted one.
+
+        Where the rest of the joints contradict each other, it satisfies them in least squares.
+        """
+        shape = (self._constraints.count, 3)
+        pushed = np.zeros(shape) if forces is None else forces.reshape(shape)
+        moved = self._swept(pushed[:, :, None], self._offset)[:, :, 0]
+        if not len(self._rest):
+            return moved
+        lefts, sizes = self._singular()
+        missing = self._right - self._slopes @ moved.ravel()
+        found: FloatArray = moved + self._allowed @ (lefts @ (lefts.T @ missing / sizes**2))
+        return found
+
+    def mobilities(self, points: Sequence[FloatArray]) -> list[float]:
+        """Largest acceleration per unit force of each point, joints kept; W is the mass: 1/kg.
+
+        A point is given by its rows (directions, 3 parts).
+        """
+        rows = np.concatenate(points)
+        moved = self._swept(self._as_columns(rows)).reshape(self._slopes.shape[1], len(rows))
+        lefts, sizes = self._singular()
+        held = rows @ self._allowed.reshape(self._slopes.T.shape) @ (lefts / sizes)
+        found, first = [], 0
+        for point in points:
+            mine = slice(first, first + len(point))
+            mobility = point @ moved[:, mine] - held[mine] @ held[mine].T
+            found.append(float(np.linalg.eigvalsh(mobility).max()))
+            first += len(point)
+        return found
+
+    def surplus(self) -> dict[int, int]:
+        """Number of rows that earlier ones imply, by the joints that have some; few rests only."""
+        starts = self._constraints.first_rows
+        joints = np.searchsorted(starts, self._rest, side="right") - 1
+        rows = self._weighted / np.maximum(self._lengths[:, None], 1e-300)
+        found: dict[int, int] = {}
+        missing = len(rows) - _rank(rows)
+        known = 0
+        for joint in dict.fromkeys(joints.tolist()):
+            if sum(found.values()) == missing:
+                break
+            upto = int(np.searchsorted(joints, joint, side="right"))
+            count, rank = upto - int(np.searchsorted(joints, joint)), _rank(rows[:upto])
+            if rank < known + count:
+                found[joint] = known + count - rank
+            known = rank
+        return found
+
+    def _singular(self) -> tuple[FloatArray, FloatArray]:
+        """Left singular vectors and values of what the tree leaves free of the rest."""
+        left, sizes, _ = np.linalg.svd(self._weighted, full_matrices=False)
+        kept = sizes > SINGULAR * self._lengths.max(initial=0.0)
+        return left[:, kept], sizes[kept]
+
+
+def _lengths(mechanism: Mechanism, rows: FloatArray, roots: FloatArray) -> FloatArray:
+    """Lengths of rows by the metric as if there were no joints: what is left of them may be none.
+
+    Parts without a metric of their own move with the first part of their body, and count as it.
+    """
+    speaker = np.arange(len(roots))
+    for parts in mechanism.bodies.values():
+        speaker[list(parts)] = [i if roots[i].any() else parts[0] for i in parts]
+    own = np.einsum(
+        "pij,kpj->kpi", np.linalg.inv(roots[speaker]), rows.reshape(len(rows), len(roots), 3)
+    )
+    found: FloatArray = np.linalg.norm(own.reshape(rows.shape), axis=1)
+    return found
+
+
+def _rank(rows: FloatArray) -> int:
+    return int(np.linalg.matrix_rank(rows, tol=INDEPENDENT)) if len(rows) else 0
+
+
+def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> IntArray:
+    """Rows of which something is demanded and that are not of the tree."""
+    of_tree = np.zeros(len(constraints), dtype=bool)
+    for joint in tree.joints:
+        if joint != NOTHING:
+            of_tree[constraints.first_rows[joint] : constraints.first_rows[joint + 1]] = True
+    return np.flatnonzero(~of_tree & ~np.isnan(right))
+
+
+@dataclass(frozen=True)
+class _Hung:
+    """How each part moves on its parent: ``x = carried x_parent + offset + free u``, any u.
+
+    Arrays (parts, 3, 3) and (parts, 3); `filling` has ones where a column of `free` is empty.
+    """
+
+    carried: FloatArray
+    offset: FloatArray
+    free: FloatArray
+    filling: FloatArray
+
+
+def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand: Demand) -> _Hung:
+    """Solve each joint of the tree for its part: lengths first, the angle in the third row."""
+    count = constraints.count
+    own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
+    ties = _ties(mechanism, constraints, tree, demand)
+    turns = _turns(tree, ties, demand.turns)
+    for part, joint in enumerate(tree.joints):
+        if joint != NOTHING:
+            first = int(constraints.first_rows[joint])
+            rows = slice(first, first + _LENGTHS[constraints.kinds[joint]])
+            side = int(constraints.parts[first, 1] == part)
+            lengths = slice(0, rows.stop - rows.start)
+            own[part, lengths] = constraints.slopes[rows, side]
+            parents[part, lengths] = constraints.slopes[rows, 1 - side]
+            right[part, lengths] = demand.right[rows]
+        if part in turns:
+            own[part, 2, 2], right[part, 2] = 1.0, turns[part]
+        elif part in ties:
+            own[part, 2, 2], parents[part, 2, 2], right[part, 2] = 1.0, -1.0, ties[part]
+    left, sizes, directions = np.linalg.svd(own)
+    held = np.any(own != 0, axis=2).sum(axis=1)[:, None] > np.arange(3)  # by singular value
+    inverse = np.where(held, 1.0 / np.where(held, sizes, 1.0), 0.0)
+    solved = directions.transpose(0, 2, 1) @ (inverse[:, :, None] * left.transpose(0, 2, 1))
+    free = np.where(held[:, None, :], 0.0, directions.transpose(0, 2, 1))
+    filling = held[:, :, None] * np.eye(3)
+    return _Hung(-solved @ parents, (solved @ right[:, :, None])[:, :, 0], free, filling)
+
+
+def _ties(
+    mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand: Demand
+) -> dict[int, float]:
+    """How much more than its parent a part turns, where the joint between them says so."""
+    ties: dict[int, float] = {}
+    for part, joint in enumerate(tree.joints):
+        if joint == NOTHING:
+            continue
+        if constraints.kinds[joint] in _TIED:
+            row = int(constraints.first_rows[joint + 1]) - 1
+            second = constraints.parts[row, 1] == part
+            ties[part] = float(demand.right[row]) * (1.0 if second else -1.0)
+        elif demand.rigid and within_body(mechanism, part, tree.parents[part]):
+            ties[part] = 0.0
+    return ties
+
+
+def _turns(
+    tree: Spanning, ties: Mapping[int, float], told: Mapping[int, float]
+) -> dict[int, float]:
+    """Turns of all parts that those told leave no choice, along the ties to either side."""
+    turns = dict(told)
+    for part in reversed(tree.order):
+        parent = tree.parents[part]
+        if part in turns and part in ties and parent != GROUND:
+            turns.setdefault(parent, turns[part] - ties[part])
+    for part in tree.order:
+        parent = tree.parents[part]
+        if part in ties and (parent in turns or parent == GROUND):
+            turns.setdefault(part, ties[part] + (0.0 if parent == GROUND else turns[parent]))
+    return turns
