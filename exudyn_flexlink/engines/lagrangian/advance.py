@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.clock import CLOCK
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.course import Course, Equations, Instant, guide_at, rate_at
@@ -18,6 +19,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     Work,
     estimate,
     factor,
+    factor_real,
     finish,
     guess,
     iterate,
@@ -25,7 +27,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     work_for,
 )
 from exudyn_flexlink.engines.lagrangian.rail import FINE
-from exudyn_flexlink.engines.lagrangian.stiffness import slopes
+from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
 from exudyn_flexlink.engines.lagrangian.watch import Watched, uneventful
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +36,7 @@ FULL, THERE, LOOK, STUCK = 0, 1, 2, 3  # why `advance` ended
 
 SAFETY = 0.9
 LEAST, MOST = 0.2, 5.0  # times the last step
-SHORTEST = 1e-14  # s
+SHORTEST = 1e-14  # s, where the clock tells that apart
 STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE = range(7)  # of `Buffer.memory`
 
 
@@ -56,6 +58,12 @@ class Buffer(NamedTuple):
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,) of P on the piece
     memory: FloatArray  # (7,) what the next call goes on with
+
+
+@compiled
+def _shortest(t: float) -> float:
+    """Least step at t, s."""
+    return max(SHORTEST, CLOCK * t)
 
 
 @compiled
@@ -107,6 +115,28 @@ def _slip(h: float, method: Method, work: Work) -> float:
 
 
 @compiled
+def _slackest(
+    at: Instant,
+    h: float,
+    pressing: FloatArray,
+    equations: Equations,
+    means: tuple[Method, Work],
+) -> FloatArray:
+    """How contacts press (c, 3), `pressing` so at the step's start, where they do it least.
+
+    A contact that creeps is a stiff damper: it wipes out errors, and the filter of the estimate
+    must know that. But the damper fades while the point speeds up to lift off, and what it no
+    longer wipes out counts.
+    """
+    method, work = means
+    least: FloatArray = pressing.copy()
+    for i in range(len(work.states)):
+        stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
+        least[:] = np.minimum(least, pressing_at(stage, equations))
+    return least
+
+
+@compiled
 def _attempt(
     at: Instant,
     h: float,
@@ -123,11 +153,12 @@ def _attempt(
     method, control, work, memory = means
     stages, free = work.speeds.shape
     last, plain = known[0], not known[1]
-    by_q, by_v = slopes(at, equations)
+    pressing = pressing_at(at, equations)
+    by_q, by_v = slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
     allowed = (control.tolerance, control.tau)
     most = MOST
-    while h >= SHORTEST and h >= 1e-15 * at.t:
+    while h >= _shortest(at.t):
         factor(h, by_q, by_v, method, work)
         if plain:
             _start(h, method, work)
@@ -137,6 +168,9 @@ def _attempt(
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
+            if np.any(pressing):
+                slack = _slackest(at, h, pressing, equations, (method, work))
+                factor_real(h, *slopes(at, slack, equations), method, work)
             error = estimate(h, by_q, begin, control.tau, (method, scale, work))
             slipped = _slip(h, method, work) / control.tolerance
             error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
@@ -175,13 +209,15 @@ def advance(
     done, ended = 0, FULL
     while done < len(buffer.changes) and ended == FULL:
         ahead = stop - t
-        if ahead <= SHORTEST:
+        if ahead <= _shortest(t):
             ended = THERE
             break
         y = buffer.states[done]
         wanted = min(wanted, _longest(t, y, free, course, control))
         # The last step ends at the stop; the one before is no longer than what it leaves.
-        planned = ahead if wanted >= ahead * (1 - 1e-9) else min(wanted, max(ahead / 2, SHORTEST))
+        planned = ahead
+        if wanted < ahead * (1 - 1e-9):
+            planned = min(wanted, max(ahead / 2, _shortest(t)))
         if done > 0:  # a step's last stage is its end, where the iteration left its rates
             work.begin[:] = work.rates[stages - 1]
             work.way[0] = work.way[stages]

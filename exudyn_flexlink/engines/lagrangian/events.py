@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
+from exudyn_flexlink.engines.clock import instant
+
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
 
-EVENT_TIME = 1e-12  # s: to which events are located
+EVENT_TIME = 1e-12  # s: to which events are located, where the clock tells that apart
 LOOKS = 8  # guards are looked at so often within a step where something may happen
 HALVINGS = 40
 NOTHING = 1e-13  # m: a guard this little below zero is there by rounding
@@ -93,7 +95,7 @@ class Loop:
         self.state = y
         self.observer.after(self.time, y, False)
         for stop in stops:
-            while stop - self.time > EVENT_TIME and not self.system.over:
+            while stop - self.time > instant(stop, EVENT_TIME) and not self.system.over:
                 y = self._until_event(y, stop)
         return y
 
@@ -106,7 +108,7 @@ class Loop:
         )
         while solver.status == "running":
             # A trial step far too long may overflow: it is not a number, hence rejected.
-            with np.errstate(over="ignore", invalid="ignore"):
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 complaint = solver.step()
             if solver.status == "failed":
                 raise StuckError(str(complaint))
@@ -126,7 +128,8 @@ class Loop:
         return np.array(solver.y)
 
     def _cross(self, y: FloatArray, which: int, began: float) -> FloatArray:
-        self._at_once = self._at_once + 1 if self.time - began < EVENT_TIME else 0
+        at_once = self.time - began < instant(self.time, EVENT_TIME)
+        self._at_once = self._at_once + 1 if at_once else 0
         if self._at_once > MOST_AT_ONCE:
             raise StuckError("events follow one another at one instant")
         y = self.system.cross(self.time, np.array(y), which)
@@ -136,7 +139,7 @@ class Loop:
     def _count(self, done: float) -> None:
         self.steps += 1
         self.largest = max(self.largest, done)
-        if done > EVENT_TIME:
+        if done > instant(self.time, EVENT_TIME):
             self.smallest = min(self.smallest, done)
 
     def _first_event(self, solver: Any, dense: Dense) -> tuple[float, int] | None:

@@ -13,6 +13,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.clock import instant
 from exudyn_flexlink.engines.lagrangian.advance import (
     FULL,
     ITERATED,
@@ -81,7 +82,7 @@ class March:
         self._buffer.memory[STEP] = self.first_step
         self.recorder.after(self.time, y, False)
         for stop in stops:
-            while stop - self.time > EVENT_TIME and not self.system.over:
+            while stop - self.time > instant(stop, EVENT_TIME) and not self.system.over:
                 self._until_event(stop)
         return self.state
 
@@ -139,11 +140,12 @@ class March:
         at, which = found
         self.steps += 1
         self.largest = max(self.largest, at - begin)
-        if at - begin > EVENT_TIME:
+        if at - begin > instant(at, EVENT_TIME):
             self.smallest = min(self.smallest, at - begin)
         self.recorder.before(at, dense)
         self.time, y = at, dense(at)
-        self._at_once = self._at_once + 1 if at - began < EVENT_TIME else 0
+        at_once = at - began < instant(at, EVENT_TIME)
+        self._at_once = self._at_once + 1 if at_once else 0
         if self._at_once > MOST_AT_ONCE:
             raise StuckError("events follow one another at one instant")
         self.state = self.system.cross(at, y, which)

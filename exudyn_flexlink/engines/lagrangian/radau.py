@@ -111,13 +111,8 @@ def length_of(change: FloatArray, scale: Scale) -> float:
 @compiled
 def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
     """Factors of the real and of the complex matrices of a step h."""
+    factor_real(h, by_q, by_v, method, work)
     free = len(by_q)
-    mu = method.real / h
-    for i in range(free):
-        for j in range(free):
-            work.real[i, j] = -by_v[i, j] - by_q[i, j] / mu
-        work.real[i, i] += mu
-    decompose(work.real, work.rows[0])
     for p in range(len(method.pairs)):
         turning = method.pairs[p] / h
         inverse = 1.0 / turning
@@ -126,6 +121,18 @@ def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: W
                 work.pairs[p, i, j] = -by_v[i, j] - by_q[i, j] * inverse
             work.pairs[p, i, i] += turning
         decompose(work.pairs[p], work.rows[1 + p])
+
+
+@compiled
+def factor_real(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
+    """Factors of the real matrix alone, which filters the estimated error."""
+    free = len(by_q)
+    mu = method.real / h
+    for i in range(free):
+        for j in range(free):
+            work.real[i, j] = -by_v[i, j] - by_q[i, j] / mu
+        work.real[i, i] += mu
+    decompose(work.real, work.rows[0])
 
 
 @compiled

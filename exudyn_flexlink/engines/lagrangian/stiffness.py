@@ -23,16 +23,46 @@ FloatArray = NDArray[np.float64]
 
 
 @compiled
-def slopes(at: Instant, equations: Equations) -> tuple[FloatArray, FloatArray]:
-    """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y."""
+def slopes(
+    at: Instant, pressing: FloatArray, equations: Equations
+) -> tuple[FloatArray, FloatArray]:
+    """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y.
+
+    Contacts give way and damp as `pressing` (c, 3) says, see `pressing_at`.
+    """
     course, c = equations
     first = int(course.drive[0])
     q, v, root, _ = coordinates_at(at, equations)
     springs, dampers = -c.stiffness, -c.damping
-    _add_contacts((q, v, root), equations, (springs, dampers))
+    if np.any(pressing):
+        _add_contacts((q, v, root), pressing, equations, (springs, dampers))
     mass = mass_matrix(q, root, c)
     factorise(mass, first)
     return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
+
+
+@compiled
+def pressing_at(at: Instant, equations: Equations) -> FloatArray:
+    """How the force of each contact rises with depth and speed, its friction with slip (c, 3).
+
+    All are positive, in N/m, N s/m and N s/m; zero while a contact does not press.
+    """
+    course, c = equations
+    found = np.zeros((len(course.acting), 3))
+    if not np.any(course.acting == PENALTY):
+        return found
+    q, v, root, _ = coordinates_at(at, equations)
+    states, _, _ = touches(q, v, root, c)
+    for k in range(len(course.acting)):
+        if course.acting[k] != PENALTY:
+            continue
+        face, depth = c.faces[k], max(-states[k, 0], 0.0)
+        e2, rising = face[8] * face[8], np.tanh(-states[k, 2] / face[9])
+        slip = np.tanh(states[k, 3] / face[11])
+        found[k, 0] = face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
+        found[k, 1] = depth * face[7] * (1 - e2) / 2 * (1 - rising * rising) / face[9]
+        found[k, 2] = face[10] * depth * found[k, 0] * (1 - slip * slip) / face[11]
+    return found
 
 
 @compiled
@@ -58,30 +88,18 @@ def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatAr
 @compiled
 def _add_contacts(
     state: tuple[FloatArray, FloatArray, Root],
+    pressing: FloatArray,
     equations: Equations,
     into: tuple[FloatArray, FloatArray],
 ) -> None:
     """Add what penalty forces and friction give, along their present directions."""
     q, v, root = state
-    course, c = equations
     springs, dampers = into
-    pressed = False
-    for k in range(len(course.acting)):
-        pressed = pressed or course.acting[k] == PENALTY
-    if not pressed:
-        return
-    states, gradients, slides = touches(q, v, root, c)
-    for k in range(len(course.acting)):
-        if course.acting[k] != PENALTY:
-            continue
-        face = c.faces[k]
-        e2, rising = face[8] * face[8], np.tanh(-states[k, 2] / face[9])
-        spring = -face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
-        damper = states[k, 0] * face[7] * (1 - e2) / 2 * (1 - rising * rising) / face[9]
-        slip = np.tanh(states[k, 3] / face[11])
-        drag = face[10] * states[k, 0] * -spring * (1 - slip * slip) / face[11]
+    _, gradients, slides = touches(q, v, root, equations.c)
+    for k in range(len(pressing)):
+        spring, damper, drag = pressing[k, 0], pressing[k, 1], pressing[k, 2]
         for i in range(len(q)):
             for j in range(len(q)):
-                springs[i, j] += spring * gradients[k, i] * gradients[k, j]
-                dampers[i, j] += damper * gradients[k, i] * gradients[k, j]
-                dampers[i, j] += drag * slides[k, i] * slides[k, j]
+                springs[i, j] -= spring * gradients[k, i] * gradients[k, j]
+                dampers[i, j] -= damper * gradients[k, i] * gradients[k, j]
+                dampers[i, j] -= drag * slides[k, i] * slides[k, j]

@@ -107,9 +107,18 @@ class ContactShare(NamedTuple):
         """Forces (n,) against a change of the coordinates, at the start of the step."""
         return np.asarray(self.rows.T @ (self.start.stiffness * (self.rows @ change)))
 
-    def filtered(self, h: float, change: FloatArray) -> FloatArray:
-        """A change (n,) found by the real system without contacts, with them at their start."""
-        of_rates = self.start.stiffness * h / REAL + self.start.damping
+    def filtered(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
+        """A change (n,) found by the real system without contacts, with those `touching` in it.
+
+        A contact that creeps is a stiff damper: it wipes out errors, and the filter must know that.
+        But the damper fades while the point speeds up to lift off, and what it no longer wipes out
+        counts. So contacts damp as little as they do anywhere in the step: at its start, or at a
+        stage, where gaps and rates are `touching` (stages, c, 2).
+        """
+        stages = self.press(touching)
+        stiffness = np.minimum(self.start.stiffness, stages.stiffness.min(axis=0))
+        damping = np.minimum(self.start.damping, stages.damping.min(axis=0))
+        of_rates = stiffness * h / REAL + damping
         arm = self.arms[0].real
         system = np.eye(len(arm.T)) + (self.rows @ arm) * of_rates
         return np.asarray(

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 
-EVENT_TIME = 1e-13  # s: to which events are found
+EVENT_TIME = 1e-13  # s: to which events are found, where the clock tells that apart
 LOOKS = 8  # within a step in which a contact may have begun or ended
 NOTHING = 1e-14  # m: a gap this small is closed
 SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it

@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.clock import instant
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.reporting import (
@@ -33,7 +34,7 @@ from exudyn_flexlink.engines.exudyn.tree.radau import (
     NoConvergenceError,
     Step,
 )
-from exudyn_flexlink.engines.exudyn.tree.stepper import IN_CONTACT, SHORTEST, Stepper
+from exudyn_flexlink.engines.exudyn.tree.stepper import IN_CONTACT, Stepper
 
 FloatArray = NDArray[np.float64]
 
@@ -102,7 +103,7 @@ class TreeLoop:
             self._stepper = stepper = self._started()
             self.observer.begin(stepper.at)
             for stop in [*self.stops, self.end]:
-                while stop - self.time > SHORTEST * self.end and not self._over():
+                while stop - self.time > instant(stop, EVENT_TIME) and not self._over():
                     self._advance(stepper, stop)
         except DeadCentreError as error:
             return str(error), LOCKED_ADVICE
@@ -132,14 +133,15 @@ class TreeLoop:
         """Make one step, no further than to `stop`."""
         step = stepper.attempt(stop)
         found = stepper.finder.first(step)
-        if found is not None and found.time < step.t + EVENT_TIME:
+        close = instant(step.end, EVENT_TIME)
+        if found is not None and found.time < step.t + close:
             self._at_once += 1
             if self._at_once > MOST_AT_ONCE:
                 raise NoConvergenceError("events follow one another at one instant")
             self._cross(stepper, found)
             return
         self._at_once = 0
-        if found is not None and found.time < step.end - EVENT_TIME:
+        if found is not None and found.time < step.end - close:
             landed = stepper.landed(found)
             if landed is None:
                 return

@@ -11,9 +11,9 @@ of the size of q:
 
     (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
 
-The error is that of Hairer and Wanner's embedded formula, of order 5, filtered by the real matrix.
-Between steps speeds follow the polynomial through those of the start and of the stages, places its
-integral.
+The error is that of Hairer and Wanner's embedded formula, of order 5, filtered by the real matrix,
+with contacts as slack as they become within the step. Between steps speeds follow the polynomial
+through those of the start and of the stages, places its integral.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ class Radau:
             return None
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
-        errors = _error(start, state, w, moved, matrices)
+        errors = self._errors(start, state, w, moved, matrices)
         errors[1] *= self.tau if matrices.contacts is not None else FREE * self.tau
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
@@ -200,8 +200,7 @@ class Radau:
             turned = matrices.inverses @ (TO @ residual)[:, :, None]
             change = (FROM @ turned[:, :, 0]).real
             if matrices.contacts is not None:
-                touching = np.array([stage.touching for stage in self._stages])
-                change += matrices.contacts.share(h, change, touching)
+                change += matrices.contacts.share(h, change, self._touching())
             w += change
             size = h * self.problem.size(change)
             if before > 0:
@@ -227,6 +226,30 @@ class Radau:
         self._stages = stages
         return np.array([at.force - at.mass @ pushes[i] for i, at in enumerate(stages)])
 
+    def _touching(self) -> FloatArray:
+        """Gaps and their rates (stages, c, 2) of the contacts that act."""
+        return np.array([stage.touching for stage in self._stages])
+
+    def _errors(
+        self,
+        start: Evaluation,
+        state: State,
+        w: FloatArray,
+        moved: FloatArray,
+        matrices: _Matrices,
+    ) -> FloatArray:
+        """Estimated errors of coordinates and speeds (2, n)."""
+        h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
+        of_place = state.v + ERROR @ moved / h
+        push = start.force + start.mass @ (ERROR @ w) / h
+        pull = matrices.stiffness @ of_place
+        if contacts is not None:
+            pull += contacts.pull(of_place)
+        of_speed = real @ (push - (h / REAL) * pull)
+        if contacts is not None:
+            of_speed = contacts.filtered(h, of_speed, self._touching())
+        return np.array([(h / REAL) * (of_place + of_speed), of_speed])
+
 
 class _Matrices(NamedTuple):
     """Inverses of the iteration's systems for steps of length h, and the stiffness behind them."""
@@ -235,19 +258,3 @@ class _Matrices(NamedTuple):
     inverses: ComplexArray  # (systems, n, n), that of the real one first
     stiffness: FloatArray
     contacts: ContactShare | None
-
-
-def _error(
-    start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
-) -> FloatArray:
-    """Estimated errors of coordinates and speeds (2, n)."""
-    h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
-    of_place = state.v + ERROR @ moved / h
-    push = start.force + start.mass @ (ERROR @ w) / h
-    pull = matrices.stiffness @ of_place
-    if contacts is not None:
-        pull += contacts.pull(of_place)
-    of_speed = real @ (push - (h / REAL) * pull)
-    if contacts is not None:
-        of_speed = contacts.filtered(h, of_speed)
-    return np.array([(h / REAL) * (of_place + of_speed), of_speed])

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.clock import instant
 from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
@@ -18,7 +19,6 @@ from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau,
 
 FloatArray = NDArray[np.float64]
 
-SHORTEST = 1e-13  # of the run
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
 SHORTEST_LOOK = 1e-3  # of a contact's half period
@@ -29,7 +29,7 @@ LARGEST_TURN = 0.3  # rad per step of a guide: the search for the slot's point s
 class Stepper:
     """Where the integration of a tree is, and the steps from there; `h` (s) is the next one.
 
-    `half_periods` (s) are those of the contacts; no step is shorter than a part of `end` (s).
+    `half_periods` (s) are those of the contacts, `end` (s) is that of the run.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class Stepper:
         end: float,
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
-        self.half_periods, self.end = half_periods, end
+        self.half_periods = half_periods
         self.radau = Radau(model, coasting(model.assembly.mechanism, end))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
@@ -84,7 +84,7 @@ class Stepper:
                 h = left
             elif h > 0.5 * left:
                 h = left / 2
-            if h < SHORTEST * self.end and h < left:
+            if h < instant(self.time, EVENT_TIME) and h < left:
                 raise self._dead or NoConvergenceError(f"{h:.3g} s")
             step = self._step(h)
             if step is None or self._slips(step):
@@ -120,7 +120,7 @@ class Stepper:
                 return step
             contact, last = self.model.contacts[found.contact], step.stages[-1].kept
             late = contact.left_since(contact.touch(last.x, last.v))
-            if abs(late) < EVENT_TIME or not 0.5 * h < h - late < 1.5 * h:
+            if abs(late) < instant(self.time, EVENT_TIME) or not 0.5 * h < h - late < 1.5 * h:
                 return step
             h -= late
         return step
@@ -174,7 +174,9 @@ class Stepper:
     def _step(self, h: float) -> Step | None:
         self._dead = None
         try:
-            return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
+            # An iteration that goes astray may overflow: it is not a number, hence rejected.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
         except DeadCentreError as error:  # of a trial too long, or no step is short enough
             self._dead = error
             return None

@@ -1,0 +1,198 @@
+"""Random strikes through both engines: none may silently be off by more than the tolerance.
+
+Usage:
+    python scripts/random_strikes.py                      250 scenes, two at once, ten minutes or so
+    python scripts/random_strikes.py --count 20 --seed 7
+    python scripts/random_strikes.py --only 137           one of them, with its settings
+
+The paper's mechanism without clearance, of 1 to 12 rods, strikes a lever at 2 to 60 rad/s, with
+contacts of 1e3 to 1e6 N/m that return anything from nothing to all. S and the lever's tip of each
+engine's run are held, to the end, against the Lagrangian's at a hundredth of the tolerance. Where a
+run of Exudyn at a hundredth of the tolerance does not confirm that within half the tolerance, there
+is nothing to judge by. Off by more than the tolerance is told if a warning speaks of errors, of the
+tolerance or of energy; else it is silent. The exit code is 1 if an engine is silently wrong, or a
+run crashes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from exudyn_flexlink.cli.terminal import progress_bar
+from exudyn_flexlink.compare import compare
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.source import SceneError
+
+MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
+ENGINES = ("exudyn", "lagrangian")
+TOLERANCE, TIGHTER = 1e-6, 100.0  # m, times
+CONFIRMED = 0.5  # of the tolerance: what the two runs to judge by may differ by
+REACH = -0.11  # m: where S is farthest to the left in odd laps
+PLASTIC, ELASTIC = 0.15, 0.1  # shares of strikes that return nothing, and all
+OF_ACCURACY = ("error", "tolerance", "energy")  # warnings that say that numbers may be off
+
+RIGHT, TOLD, SILENT = "right", "over and told", "over SILENTLY"
+STOPPED, OPEN, CRASHED = "stopped and said why", "nothing to judge by", "CRASHED"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a scene by one engine: parts of the tolerance by which S and tip are off."""
+
+    engine: str
+    kind: str
+    point: float = 0.0
+    tip: float = 0.0
+    steps: int = 0
+    told: str = ""
+
+
+def draw(rng: np.random.Generator) -> list[str]:
+    """Settings that change the model."""
+
+    def spread(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    lever = spread(0.02, 0.04)
+    returned = rng.uniform(0, 1)
+    exact = rng.random()
+    if exact < PLASTIC:
+        returned = 0.0
+    elif exact > 1 - ELASTIC:
+        returned = 1.0
+    settings = {
+        "curves.track.curves": str(rng.choice(["[ellipse]", "[ellipse, egg]"])),
+        "joints.crank.at": f"[{rng.uniform(0.005, 0.028):.6g}, 0]",
+        "joints.pivot.at": f"[{REACH - lever * (1 - rng.uniform(0.02, 0.4)):.6g}, 0]",
+        "bodies.link.section": f"{{width: 10 mm, thickness: {spread(2e-4, 1e-3):.6g}}}",
+        "bodies.link.rods": f"{rng.integers(1, 13)}",
+        "bodies.link.hinges.stiffness": str(rng.choice(["paper", "beam"])),
+        "bodies.link.hinges.damping": f"{spread(2e-6, 2e-4):.6g}",
+        "bodies.lever.length": f"{lever:.6g}",
+        "bodies.lever.section": f"{{width: 10 mm, thickness: {spread(5e-4, 3e-3):.6g}}}",
+        "springs.lever_return.frequency": f"{spread(5, 200):.6g}",
+        "springs.lever_return.damping_ratio": f"{spread(0.01, 1):.6g}",
+        "drives.motor.value": f"{spread(2, 60):.6g}",
+        "contacts.strike.law.stiffness": f"{spread(1e3, 1e6):.6g}",
+        "contacts.strike.law.restitution": f"{returned:.6g}",
+        "run.turns": f"{rng.uniform(0.8, 2):.3g}",
+    }
+    return [f"{key}={value}" for key, value in settings.items()]
+
+
+def judge(settings: list[str]) -> list[Verdict]:
+    """Run a scene by both engines, and compare."""
+    warnings.simplefilter("error", RuntimeWarning)  # none may reach a user
+    runs = {}
+    try:
+        for part in (1.0, 1 / TIGHTER):
+            asked = f"accuracy.tolerance={part * TOLERANCE}"
+            scene = load_scene(MODEL, [*settings, asked])
+            for engine in ENGINES:
+                runs[engine, part] = simulate(scene, engine)
+    except (NotRepresentableError, SceneError) as error:
+        return [Verdict(engine, STOPPED, told=str(error).splitlines()[0]) for engine in ENGINES]
+    except Exception as error:  # what a user would see as a traceback is what is looked for here
+        told = f"{type(error).__name__}: {error}"
+        return [Verdict(engine, CRASHED, told=told) for engine in ENGINES]
+    exact, second = runs["lagrangian", 1 / TIGHTER], runs["exudyn", 1 / TIGHTER]
+    sure = max(_off(exact, second), default=np.inf) <= CONFIRMED
+    return [_verdict(engine, runs[engine, 1.0], exact, sure) for engine in ENGINES]
+
+
+def _verdict(engine: str, found: Result, exact: Result, sure: bool) -> Verdict:
+    steps = found.checks.steps
+    if not found.outcome.completed:
+        return Verdict(engine, STOPPED, steps=steps, told=found.outcome.reason)
+    told = [line for line in found.warnings if any(word in line for word in OF_ACCURACY)]
+    if not exact.outcome.completed:
+        return Verdict(engine, OPEN, steps=steps, told=exact.outcome.reason)
+    point, tip = _off(exact, found)
+    if max(point, tip) <= 1:
+        kind = RIGHT
+    elif not sure:
+        kind = TOLD if told else OPEN
+    else:
+        kind = TOLD if told else SILENT
+    return Verdict(engine, kind, point, tip, steps, told[0] if told else "")
+
+
+def _off(exact: Result, found: Result) -> tuple[float, ...]:
+    """Parts of the tolerance by which S and the lever's tip differ; nothing if one is not there."""
+    if not (exact.outcome.completed and found.outcome.completed):
+        return ()
+    deviation = compare(exact, found).deviation
+    lever = float(found.scene.bodies["lever"].length)
+    return deviation.largest / TOLERANCE, lever * deviation.largest_angle / TOLERANCE
+
+
+def verdicts_of(number: int, seed: int) -> list[Verdict]:
+    """Draw a scene by its number, and judge it."""
+    return judge(draw(np.random.default_rng([seed, number])))
+
+
+def verdicts(numbers: list[int], seed: int, jobs: int) -> Iterator[list[Verdict]]:
+    """Judge scenes side by side."""
+    with ProcessPoolExecutor(jobs) as pool:
+        yield from pool.map(partial(verdicts_of, seed=seed), numbers)
+
+
+def table(found: list[Verdict]) -> Iterator[str]:
+    """Lines that count the verdicts of each engine."""
+    kinds = [RIGHT, TOLD, SILENT, STOPPED, OPEN, CRASHED]
+    yield f"| engine | {' | '.join(kinds)} | largest of the right | steps |"
+    yield "|---" * (len(kinds) + 3) + "|"
+    for engine in ENGINES:
+        own = [verdict for verdict in found if verdict.engine == engine]
+        counts = Counter(verdict.kind for verdict in own)
+        right = [max(verdict.point, verdict.tip) for verdict in own if verdict.kind == RIGHT]
+        numbers = " | ".join(str(counts[kind]) for kind in kinds)
+        steps = sum(verdict.steps for verdict in own)
+        yield f"| {engine} | {numbers} | {max(right, default=0.0):.2g} | {steps} |"
+
+
+def main() -> int:
+    """Print the verdicts that are not right, and a table of all."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--count", type=int, default=250)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, help="number of one scene, with its settings")
+    parser.add_argument("--jobs", type=int, default=2, help="runs at once")
+    options = parser.parse_args()
+    numbers = list(range(options.count)) if options.only is None else [options.only]
+    if options.only is not None:
+        settings = draw(np.random.default_rng([options.seed, options.only]))
+        print(*(f"--set '{setting}'" for setting in settings), sep="\n")
+    found: list[Verdict] = []
+    with progress_bar(False, "judging") as progress:
+        for number, pair in zip(
+            numbers, verdicts(numbers, options.seed, options.jobs), strict=True
+        ):
+            found += pair
+            for one in pair:
+                if one.kind != RIGHT or options.only is not None:
+                    print(
+                        f"{number:4d} {one.engine} {one.kind}: S {one.point:.2g}, "
+                        f"tip {one.tip:.2g} tolerances, {one.steps} steps; {one.told}",
+                        flush=True,
+                    )
+            if progress is not None:
+                progress(len(found) / len(ENGINES) / len(numbers))
+    print(*table(found), sep="\n")
+    return 1 if any(one.kind in {SILENT, CRASHED} for one in found) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
