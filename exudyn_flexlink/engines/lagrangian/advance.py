@@ -9,8 +9,15 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.clock import CLOCK
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, Equations, Instant, guide_at, rate_at
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.course import (
+    Course,
+    Equations,
+    Instant,
+    coordinates_at,
+    guide_at,
+    rate_at,
+)
 from exudyn_flexlink.engines.lagrangian.equations import unpacked
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
@@ -28,16 +35,17 @@ from exudyn_flexlink.engines.lagrangian.radau import (
 )
 from exudyn_flexlink.engines.lagrangian.rail import FINE
 from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
-from exudyn_flexlink.engines.lagrangian.watch import Watched, uneventful
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
+from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
 
 FloatArray = NDArray[np.float64]
 
-FULL, THERE, LOOK, STUCK = 0, 1, 2, 3  # why `advance` ended
+FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 
 SAFETY = 0.9
 LEAST, MOST = 0.2, 5.0  # times the last step
 SHORTEST = 1e-14  # s, where the clock tells that apart
-STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE = range(7)  # of `Buffer.memory`
+STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, PAIR = range(8)  # of `memory`
 
 
 class Control(NamedTuple):
@@ -57,16 +65,16 @@ class Buffer(NamedTuple):
     states: FloatArray  # (m + 1, size)
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,) of P on the piece
-    memory: FloatArray  # (7,) what the next call goes on with
+    memory: FloatArray  # (8,) what the next call goes on with
 
 
-@compiled
+@inner
 def _shortest(t: float) -> float:
     """Least step at t, s."""
     return max(SHORTEST, CLOCK * t)
 
 
-@compiled
+@inner
 def _longest(t: float, y: FloatArray, free: int, course: Course, control: Control) -> float:
     speed = abs(guide_at(t, y, free, course)[1])
     if course.drive[0] != 0.0:
@@ -76,20 +84,20 @@ def _longest(t: float, y: FloatArray, free: int, course: Course, control: Contro
     return control.longest
 
 
-@compiled
+@inner
 def _factor_of_step(error: float, stages: int, iterations: int) -> float:
     """How much longer the next step may be, by the error in parts of the tolerance."""
     safety = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + iterations)
     return float(min(MOST, max(LEAST, safety * max(error, 1e-12) ** (-1.0 / (stages + 1)))))
 
 
-@compiled
+@inner
 def _trend(h: float, error: float, stages: int, memory: FloatArray) -> float:
     """Gustafsson: how much longer the next step may be if the trend of the last two goes on."""
     return float(h / memory[OLD_STEP] * (memory[OLD_ERROR] / error) ** (1.0 / (stages + 1)))
 
 
-@compiled
+@inner
 def _start(h: float, method: Method, work: Work) -> None:
     """Speeds to start the iteration with where no last step is known: of steady acceleration."""
     stages, free = work.speeds.shape
@@ -98,7 +106,7 @@ def _start(h: float, method: Method, work: Work) -> None:
             work.speeds[i, j] = method.nodes[i] * h * work.begin[free + j]
 
 
-@compiled
+@inner
 def _slip(h: float, method: Method, work: Work) -> float:
     """How far from P at the step's end the integral of its velocity takes it, m.
 
@@ -114,7 +122,7 @@ def _slip(h: float, method: Method, work: Work) -> float:
     return float(np.sqrt(x * x + y * y))
 
 
-@compiled
+@inner
 def _slackest(
     at: Instant,
     h: float,
@@ -122,7 +130,7 @@ def _slackest(
     equations: Equations,
     means: tuple[Method, Work],
 ) -> FloatArray:
-    """How contacts press (c, 3), `pressing` so at the step's start, where they do it least.
+    """How contacts press (.., 3), `pressing` so at the step's start, where they do it least.
 
     A contact that creeps is a stiff damper: it wipes out errors, and the filter of the estimate
     must know that. But the damper fades while the point speeds up to lift off, and what it no
@@ -136,7 +144,7 @@ def _slackest(
     return least
 
 
-@compiled
+@inner
 def _attempt(
     at: Instant,
     h: float,
@@ -187,6 +195,72 @@ def _attempt(
     return 0.0, 0.0, 0.0
 
 
+@inner
+def _cut(
+    part: float, y: FloatArray, changes: FloatArray, method: Method, scratch: FloatArray
+) -> None:
+    """Make of the `changes` (s, size) of a step from y those of a part of it: of its polynomial."""
+    for i in range(len(scratch)):
+        interpolate(part * method.nodes[i], y, changes, method.powers, scratch[i])
+    for i in range(len(scratch)):
+        changes[i] = scratch[i] - y
+
+
+@inner
+def _end_at_touch(
+    at: Instant,
+    whole: float,
+    changes: FloatArray,
+    equations: Equations,
+    means: tuple[Method, Control, Work, FloatArray],
+) -> tuple[float, int]:
+    """Cut a step where the first pair of link and guide begins or ceases to touch.
+
+    The step is made anew to end there, since its end is known to a higher order than what is
+    within, and then cut, or lengthened, by the little that is left. Return its length and the pair,
+    or `NONE`; `changes` (s, size) are changed.
+    """
+    method, control, work, memory = means
+    stages, free = work.speeds.shape
+    part, pair = first_change(Step(at, whole, changes, method.powers), equations)
+    if pair == NONE:
+        return whole, NONE
+    _cut(part, at.y, changes, method, work.states)
+    h = part * whole
+    if h < _shortest(at.t):
+        return h, pair
+    known = changes.copy()
+    for i in range(stages):
+        for j in range(free):
+            work.speeds[i, j] = changes[i, free + j]
+    by_q, by_v = slopes(at, pressing_at(at, equations), equations)
+    factor(h, by_q, by_v, method, work)
+    scale = scale_at(at, equations, control.reaches)
+    allowed = (control.tolerance, control.tau)
+    ended, iterations = iterate(at, h, allowed, equations, (method, scale, work))
+    memory[ITERATED] += iterations
+    if ended == SOLVED:
+        finish(at.y, h, method, work, changes)
+        part, again = nearby(pair, Step(at, h, changes, method.powers), equations)
+        if again != NONE:
+            _cut(part, at.y, changes, method, work.states)
+            return part * h, again
+    changes[:] = known
+    return h, pair
+
+
+@inner
+def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) -> Instant:
+    """Rates and P at the start of a step; of one that goes on from the last they are known."""
+    if going_on:  # a step's last stage is its end, where the iteration left its rates
+        stages = len(work.near)
+        work.begin[:] = work.rates[stages - 1]
+        work.way[0] = work.way[stages]
+        return at
+    near, _ = rate_at(at, equations, work.begin, work.way[0])
+    return Instant(at.t, at.y, near)
+
+
 @compiled
 def advance(
     stop: float,
@@ -218,14 +292,7 @@ def advance(
         planned = ahead
         if wanted < ahead * (1 - 1e-9):
             planned = min(wanted, max(ahead / 2, _shortest(t)))
-        if done > 0:  # a step's last stage is its end, where the iteration left its rates
-            work.begin[:] = work.rates[stages - 1]
-            work.way[0] = work.way[stages]
-            at = Instant(t, y, buffer.places[done])
-        else:
-            first = Instant(t, y, buffer.places[0])
-            near, _ = rate_at(first, equations, work.begin, work.way[0])
-            at = Instant(t, y, near)
+        at = _beginning(Instant(t, y, buffer.places[done]), done > 0, equations, work)
         known = (buffer.changes[max(done - 1, 0)], done > 0)
         h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))
         if h == 0.0:
@@ -233,17 +300,24 @@ def advance(
             break
         changes, end = buffer.changes[done], buffer.states[done + 1]
         finish(y, h, method, work, changes)
+        near, whole = work.near[stages - 1], h
+        if len(course.touching) > 0:
+            means = (method, control, work, memory)
+            h, pair = _end_at_touch(at, whole, changes, equations, means)
+            if pair != NONE:
+                memory[PAIR], ended = pair, TOUCH
+                near = coordinates_at(Instant(t + h, y + changes[stages - 1], near), equations)[3]
         end[:] = y + changes[stages - 1]
         t = stop if h == ahead else t + h
-        buffer.times[done + 1], buffer.places[done + 1] = t, work.near[stages - 1]
+        buffer.times[done + 1], buffer.places[done + 1] = t, near
         if done > 0:
             change = max(LEAST, min(change, change * _trend(h, error, stages, memory)))
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
         memory[STEPS] += 1
         done += 1
-        after = Instant(t, end, work.near[stages - 1])
+        after = Instant(t, end, near)
         if not uneventful(at, after, (changes, method.powers), equations, watched):
             ended = LOOK
-        wanted = max(h * change, wanted if h == ahead else 0.0)
+        wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
     memory[STEP] = wanted
     return done, ended

@@ -23,7 +23,16 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     Drive,
     State,
     accelerations,
+    chain_of,
     unpacked,
+)
+from exudyn_flexlink.engines.lagrangian.walls import (
+    GAP,
+    GAP_RATE,
+    SLIP,
+    depths_squared,
+    look,
+    pressing,
 )
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
 
@@ -46,6 +55,15 @@ class Block:
         steps = np.searchsorted(self.times, instants, side="left") - 1
         return self.places[np.clip(steps, 0, len(self.changes) - 1)]
 
+    def stages(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Instants, states, places before and weights (s) of all stages, (m s, ..)."""
+        lengths, count = np.diff(self.times), len(self.method.nodes)
+        instants = self.times[:-1, None] + lengths[:, None] * self.method.nodes
+        states = self.states[:-1, None] + self.changes
+        weights = lengths[:, None] * self.method.matrix[-1]
+        before = np.repeat(self.places[:-1], count)
+        return instants.ravel(), states.reshape(-1, states.shape[2]), before, weights.ravel()
+
 
 class Motions(NamedTuple):
     """The fields of `system.Motion`, of m instants; `u` is P's place on its piece."""
@@ -57,6 +75,7 @@ class Motions(NamedTuple):
     u: FloatArray  # (m,)
     motor: FloatArray  # (m,)
     forces: FloatArray  # (m, c)
+    pressed: FloatArray  # (m,): sum of the squares of how deep the link is in its walls, m^2
 
 
 @compiled
@@ -95,6 +114,7 @@ def motions_at(
         np.zeros(size),
         np.zeros(size),
         np.zeros((size, contacts)),
+        np.zeros(size),
     )
     for i in range(size):
         t, y = times[i], states[i]
@@ -102,12 +122,35 @@ def motions_at(
         found.q[i], found.v[i], found.u[i] = q, v, u
         for k in range(6):
             found.root[i, k] = root[k]
+        if np.any(course.touching):
+            found.pressed[i] = depths_squared(q, v, root, course.touching, chain_of(c))
         if with_forces:
             alpha = guide_at(t, y, count - first, course)[2]
             drive = Drive(first, alpha, torques_at(t, count, course))
-            a, motor, forces, _ = accelerations(State(q, v, root), drive, course.acting, c)
+            holding = (course.acting, course.touching)
+            a, motor, forces, _, _ = accelerations(State(q, v, root), drive, holding, c)
             found.a[i], found.motor[i] = a, motor
             for k in range(contacts):
                 penalty = course.acting[k] == PENALTY
                 found.forces[i, k] = max(forces[k], 0.0) if penalty else forces[k]
+    return found
+
+
+@compiled
+def wall_work(
+    times: FloatArray, states: FloatArray, places: FloatArray, course: Course
+) -> FloatArray:
+    """Return what `touching.Walls.take` takes, at instants as those of `motions_at`."""
+    equations = Equations(course, unpacked(course.data))
+    chain, touching = chain_of(equations.c), course.touching
+    found = np.zeros((len(times), len(touching), 3))
+    for i in range(len(times)):
+        q, v, root, _ = coordinates_at(Instant(times[i], states[i], places[i]), equations)
+        pairs = look(q, v, root, chain).pairs
+        for k in range(len(touching)):
+            if touching[k] != 0:
+                press, rub = pressing(pairs[k], chain[3])
+                found[i, k, 0] = press
+                found[i, k, 1] = -press * pairs[k, GAP_RATE] - rub * pairs[k, SLIP]
+                found[i, k, 2] = max(0.0, -pairs[k, GAP])
     return found
