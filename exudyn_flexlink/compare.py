@@ -180,7 +180,10 @@ class Comparison:
         if self.horizon is None:
             return None
         after = self.time >= self.horizon
-        return _statistics(self.first, after), _statistics(self.second, after)
+        one, other = (
+            _statistics(seen, self.point, self.time, after) for seen in (self.first, self.second)
+        )
+        return one, other
 
     def exceeds(self, tolerance: float) -> bool:
         """Whether the deviation up to the horizon exceeds `tolerance` (m), or can't be told."""
@@ -279,7 +282,8 @@ def common_times(first: Result, second: Result) -> FloatArray:
     end = float(min(first.time[-1], second.time[-1]))
     if end <= 0:
         return np.zeros(1)
-    grid = sample_times(scene, end_of_run(scene, build_mechanism(scene)))
+    mechanism = build_mechanism(scene)
+    grid = sample_times(scene, mechanism, end_of_run(scene, mechanism))
     kept = grid[grid < end * (1 - 1e-9)]
     return np.append(kept, end)
 
@@ -340,15 +344,19 @@ def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
     return one is not None and other is not None and abs(one - other) > SAME_STRIKE
 
 
-def _statistics(seen: Seen, part: NDArray[np.bool_]) -> Statistics:
-    position = seen.position[part]
+def _statistics(seen: Seen, point: str, time: FloatArray, part: NDArray[np.bool_]) -> Statistics:
+    """Statistics over a part of the instants; least and greatest are those of the run itself."""
+    position, (begin, end) = seen.position[part], time[part][[0, -1]].tolist()
     mean = position.mean(axis=0)
-    about = position - mean
-    levers = {body: angle[part] for body, angle in seen.angles.items()}
+    turns = [seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy"]
+    reached = [np.append(own.value, x) for own, x in zip(turns, position.T, strict=True)]
+    levers = {
+        body: lever.between(begin, np.nextafter(end, np.inf)) for body, lever in seen.levers.items()
+    }
     return Statistics(
         mean=mean,
-        rms=np.sqrt(np.mean(about**2, axis=0)),
-        least=about.min(axis=0),
-        greatest=about.max(axis=0),
-        levers={body: (float(a.min()), float(a.max())) for body, a in levers.items()},
+        rms=np.sqrt(np.mean((position - mean) ** 2, axis=0)),
+        least=np.array([x.min() for x in reached]) - mean,
+        greatest=np.array([x.max() for x in reached]) - mean,
+        levers={body: (own.least[0], own.greatest[0]) for body, own in levers.items()},
     )

@@ -18,7 +18,9 @@ from exudyn_flexlink.mechanism import (
     build_curves,
     build_mechanism,
     end_of_run,
+    extent,
     face_length,
+    least_tolerance,
     pairs,
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
@@ -65,6 +67,29 @@ def load_scene(
     return scene_of(load_document(Path(path)), settings, allow_outside)
 
 
+def require_length(name: str, length: float | None, scene: Scene) -> None:
+    """Refuse a length, such as an error that is allowed, that no two runs of a scene can keep.
+
+    Raises:
+        ImpossibleLengthError: rounding is larger, or the mechanism smaller.
+
+    """
+    assembly = assemble_scene(scene)
+    least, most = least_tolerance(assembly), extent(assembly)
+    if length is None or least <= length <= most:
+        return
+    why = (
+        f"is less than rounding allows; at least {least:g} m"
+        if length < least
+        else f"is more than the mechanism reaches; at most {most:.2g} m"
+    )
+    raise ImpossibleLengthError(f"{name}: {length:g} m {why}")
+
+
+class ImpossibleLengthError(ValueError):
+    """A length asked for beside the scene can't be kept; the text says which, and what can."""
+
+
 def scene_of(
     document: Document, settings: Iterable[str] = (), allow_outside: bool = False
 ) -> Scene:
@@ -72,9 +97,9 @@ def scene_of(
     checked = check_document(apply_settings(document, settings), allow_outside)
     scene = checked.to_scene(others=build_curves(checked.curves)[1])
     assembly = assemble_scene(scene)
-    too_many = _samples_mistakes(scene, assembly)
-    if too_many:
-        raise SceneError(scene.document, too_many)
+    beyond = [*_samples_mistakes(scene, assembly), *_tolerance_mistakes(scene, assembly)]
+    if beyond:
+        raise SceneError(scene.document, beyond)
     return scene
 
 
@@ -110,6 +135,16 @@ def _samples_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
         return []
     message = f"would keep {end / scene.run.sample:.2g} samples; at most {MOST_SAMPLES:.0e}"
     return [Mistake(("run", "sample"), message, "a longer interval, or a shorter run")]
+
+
+def _tolerance_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """A tolerance that no run can keep, since numbers are rounded."""
+    least, asked = least_tolerance(assembly), scene.accuracy.tolerance
+    if asked is None or asked >= least:
+        return []
+    far = f"numbers are rounded, in a mechanism that reaches {extent(assembly):.2g} m"
+    message = f"{asked:g} m is less than rounding allows"
+    return [Mistake(("accuracy", "tolerance"), message, f"at least {least:g} m: {far}")]
 
 
 def _start(scene: Scene, mechanism: Mechanism) -> Start:

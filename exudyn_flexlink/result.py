@@ -89,6 +89,45 @@ class SleeveHistory:
 
 
 @dataclass(frozen=True)
+class Extremes:
+    """Where a quantity turns: `time` (K,) s, never falling, and its `value` (K,) there.
+
+    From the polynomials of the run's own steps, whatever is sampled.
+    """
+
+    time: FloatArray
+    value: FloatArray
+
+    def between(self, begin: float, end: float) -> Extremes:
+        """Those from `begin` to `end` (s); may be none."""
+        inside = (self.time >= begin) & (self.time <= end)
+        return Extremes(self.time[inside], self.value[inside])
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """Smallest value and its instant (s).
+
+        Raises:
+            ValueError: there is none.
+
+        """
+        return self._at(int(np.argmin(self.value)))
+
+    @property
+    def greatest(self) -> tuple[float, float]:
+        """Largest value and its instant (s).
+
+        Raises:
+            ValueError: there is none.
+
+        """
+        return self._at(int(np.argmax(self.value)))
+
+    def _at(self, k: int) -> tuple[float, float]:
+        return float(self.value[k]), float(self.time[k])
+
+
+@dataclass(frozen=True)
 class EnergyHistory:
     """Energies in J at the samples.
 
@@ -126,13 +165,16 @@ class Checks:
 class Result:
     """One run, with the scene it belongs to: post-processing needs nothing else.
 
-    Samples are even in time, with the events' instants and some of every contact between them
-    (`time`, (N,) s, increasing).
+    Samples are even in time, as many as the motion needs, with the events' instants and some of
+    every contact between them (`time`, (N,) s, increasing).
     `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
     time derivatives; `part_names` names the parts, a flexible body's rods in order.
     `drive_torques` (N m, on the second part of each drive's joint), `joint_forces` (N, (N, 2),
     global axes, on the second point's body of a revolute joint) and `slot_forces` (N, (N, 2),
     global axes, on the point that runs in the slot) are by the scene's names.
+    `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
+    both ends of the run and every turn in between; of a contact the largest ``force_N`` and
+    ``penetration_m`` of each step that it pressed, none if it never did.
     """
 
     scene: Scene
@@ -150,6 +192,7 @@ class Result:
     contacts: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
     energy: EnergyHistory
+    extremes: Mapping[str, Extremes]
     events: tuple[Event, ...]
     checks: Checks
     warnings: tuple[str, ...]

@@ -229,14 +229,18 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
     data: dict[str, Any] = dict(document.data)
     holder: Any = data
     real: KeyPath = ()
+    made: dict[KeyPath, str] = {}  # sections that only this setting speaks of
     for step in path[:-1]:
         real = _step(document, holder, real, str(step), text)
-        inner = holder[real[-1]] if _has(holder, real[-1]) else {}
+        there = _has(holder, real[-1])
+        inner = holder[real[-1]] if there else {}
+        if not there:
+            made[real] = text
         holder[real[-1]] = holder = list(inner) if isinstance(inner, list) else dict(inner)
     real = _step(document, holder, real, str(path[-1]), text, last=True)
     holder[real[-1]] = value
     kept = _without(replace(document, data=data), real, keep_data=True)
-    return replace(kept, settings={**kept.settings, real: text})
+    return replace(kept, settings={**kept.settings, **made, real: text})
 
 
 def _has(holder: Any, step: str | int) -> bool:

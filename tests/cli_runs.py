@@ -1,5 +1,6 @@
 """How tests run the program, and what they put in the place of its engines."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -18,6 +19,8 @@ FRICTION = str(MODELS / "clearance_friction.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
 COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "schema")
+BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPATH": str(ROOT)}
+"""An environment with nothing that hides a mistake, as PYTHONUNBUFFERED does."""
 QUIET = ["--no-plots", "--quiet", "--out", "here"]
 
 Capture = pytest.CaptureFixture[str]

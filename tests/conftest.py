@@ -1,5 +1,6 @@
 """Fixtures that several files share."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,6 +9,8 @@ from cli_runs import Fake
 from studies import studied
 
 from exudyn_flexlink.accuracy import Study
+
+os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
 
 
 @pytest.fixture(scope="session")

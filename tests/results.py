@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from exudyn_flexlink.curves import intersect_ray
+from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Channel,
@@ -22,6 +23,7 @@ from exudyn_flexlink.result import (
     ContactHistory,
     EnergyHistory,
     Event,
+    Extremes,
     Outcome,
     Result,
     SleeveHistory,
@@ -182,11 +184,32 @@ def result_of(
         contacts=contacts,
         sleeves={c.name: _sleeve(c, q, v, time) for c in mechanism.channels},
         energy=energy,
+        extremes=_extremes(scene, time, (q, v), contacts),
         events=events,
         checks=Checks(residual, largest, 1e-12, 100, 250, 1e-5, 1e-4, float("inf"), 1e-5),
         warnings=("made up",),
         outcome=Outcome(True, float(time[-1])),
     )
+
+
+def with_its_extremes(result: Result) -> Result:
+    """The same run with the extremes of its samples, which a test has changed."""
+    motion = result.poses, result.rates
+    return replace(result, extremes=_extremes(result.scene, result.time, motion, result.contacts))
+
+
+def _extremes(scene: Scene, time, motion, contacts) -> dict[str, Extremes]:
+    """Those of the cubics between samples, as if each sample were a step."""
+    mechanism = build_mechanism(scene)
+    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, HERMITE)
+    steps = tuple(np.stack([x[:-1], x[1:]], axis=1) for x in motion)
+    pressed = np.zeros((len(time) - 1, len(mechanism.contacts)), dtype=bool)
+    seeker.take(time[:-1], np.diff(time), steps, pressed)
+    found = seeker.extremes()
+    for name, contact in contacts.items():
+        inside = contact.force > 0
+        found[f"{name}.force_N"] = Extremes(time[inside], contact.force[inside])
+    return found
 
 
 def _contact(contact, q, v, time, events) -> ContactHistory:
@@ -342,6 +365,10 @@ def first_samples(result: Result, count: int) -> Result:
             energy.dissipated[:count],
             energy.supplied[:count],
         ),
+        extremes={
+            name: own.between(-np.inf, result.time[count - 1])
+            for name, own in result.extremes.items()
+        },
         events=(),
     )
 

@@ -68,6 +68,15 @@ def test_a_wrong_setting_is_shown_as_given(capsys: Capture) -> None:
     )
 
 
+@pytest.mark.parametrize("more", ["", "foo.baz=2"])
+def test_a_setting_in_a_section_that_is_none_is_shown_as_given(more: str, capsys: Capture) -> None:
+    settings = [f"--set={setting}" for setting in ("foo.bar=1", more) if setting]
+    assert main(["check", NO_CLEARANCE, *settings]) == 2
+    said = capsys.readouterr().err
+    assert "--set foo.bar=1: foo: unknown key 'foo'\n" in said
+    assert "title:" not in said
+
+
 @pytest.mark.parametrize("arguments", [[], ["dance"], ["check"], ["check", RIGID, "--plots"]])
 def test_wrong_arguments_are_bad_input(arguments: list[str], capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -1,12 +1,16 @@
-"""The progress bar of a long run."""
+"""The progress of a long run, and rows that fit a terminal."""
 
+import io
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from cli_runs import NO_CLEARANCE, ROOT, python
+
+from exudyn_flexlink.cli.terminal import folded, tell
 
 # --- progress -------------------------------------------------------------------------------
 
@@ -31,12 +35,17 @@ sys.exit(cli.main(['simulate', sys.argv[2], '--no-plots', '--out', *sys.argv[3:]
 """
 
 
-def on_a_terminal(*arguments: str) -> str:
+def prepared(more: str) -> str:
+    """Return the program with some more lines before it is run."""
+    return PROGRESS.replace("cli.terminal.SOON", more + "cli.terminal.SOON")
+
+
+def on_a_terminal(*arguments: str, before: str = "") -> str:
     """What the program writes to stderr if that is a terminal."""
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
     with subprocess.Popen(
-        [sys.executable, "-c", PROGRESS, *arguments],
+        [sys.executable, "-c", prepared(before), *arguments],
         cwd=ROOT,
         stdout=subprocess.DEVNULL,
         stderr=theirs,
@@ -72,7 +81,42 @@ def test_a_short_or_quiet_run_shows_no_progress(
     assert seen.strip() == "warning: made up"
 
 
+def test_compiling_is_a_phase_of_its_own(tmp_path: Path) -> None:
+    compiles = "engines.compiles = lambda *_: 'once'\n"
+    seen = on_a_terminal("0.05", NO_CLEARANCE, str(tmp_path / "out"), before=compiles)
+    assert seen.index("compiling") < seen.index("simulating")
+    assert "left" in seen[seen.index("simulating") :]
+
+
+def test_a_long_piped_run_tells_its_progress_in_lines(tmp_path: Path) -> None:
+    """Here what is long is 0.2 s, and between two lines are at least 0.1 s."""
+    short = "cli.terminal.LONG, cli.terminal.BETWEEN_LINES = 0.2, 0.1\n"
+    arguments = ["0.05", NO_CLEARANCE, str(tmp_path / "out")]
+    *lines, warning = python("-c", prepared(short), *arguments).stderr.splitlines()
+    assert warning == "warning: made up"
+    assert 1 <= len(lines) <= 4
+    assert all(re.fullmatch(r"simulating: \d+ % after \d+ s", line) for line in lines)
+    quiet = python("-c", prepared(short), *arguments, "--quiet")
+    assert quiet.stderr == "warning: made up\n"
+
+
 def test_a_piped_run_shows_no_progress(tmp_path: Path) -> None:
     ran = python("-c", PROGRESS, "0.05", NO_CLEARANCE, str(tmp_path / "out"))
     assert ran.returncode == 0
     assert ran.stderr == "warning: made up\n"
+
+
+def test_rows_too_long_for_a_terminal_are_broken_between_words(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell of words\n"
+    told = "A sentence with a/path that stays\n  one  1.0\n  two  2.0  a cell\n      of words\n"
+    assert folded(text, 20) == told
+    assert folded(text, 80) == text
+    for terminal in (True, False):
+        stream = io.StringIO()
+        monkeypatch.setattr(stream, "isatty", lambda seen=terminal: seen)
+        monkeypatch.setattr("sys.stdout", stream)
+        monkeypatch.setenv("COLUMNS", "20")
+        tell(text)
+        assert stream.getvalue() == (told if terminal else text) + "\n"

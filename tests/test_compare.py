@@ -42,7 +42,7 @@ def shifted(result, by, after=0.0, engine="lagrangian"):
     """The same run with every part moved by (x, y) m and turned by an angle, from a time on."""
     poses = result.poses.copy()
     poses[result.time >= after] += by
-    return replace(result, poses=poses, engine=engine)
+    return results.with_its_extremes(replace(result, poses=poses, engine=engine))
 
 
 # --- deviation over time

@@ -1,7 +1,9 @@
 """Saved runs and time series that still load as files, but whose values can't be a run's."""
 
+import io
 import json
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -109,6 +111,20 @@ def test_time_that_does_not_go_on(change, capsys):
 def test_samples_at_one_instant_are_no_damage(capsys):
     change_array("rigid", "time", lambda time: put(50, time[49])(time))
     assert np.diff(load(Path("rigid")).time)[49] == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("extremes_0_value", put(1, NAN)),
+        ("extremes_0_value", lambda value: value[:-1]),
+        ("extremes_0_time", lambda time: time[::-1]),
+    ],
+)
+def test_damaged_extremes(key, change):
+    change_array("rigid", key, change)
+    with pytest.raises(StorageError, match="is damaged"):
+        load(Path("rigid"))
 
 
 @pytest.mark.parametrize(
@@ -240,3 +256,19 @@ def test_a_series_that_is_whole():
     np.testing.assert_array_equal(series.time, [0, 0.5])
     np.testing.assert_array_equal(series.position, [[1, 2], [4, 5]])
     np.testing.assert_array_equal(series.lever_angle, [3, 6])
+
+
+def test_an_array_whose_header_claims_more_than_there_is_memory(capsys):
+    """The file is to blame, not the length of the run."""
+    file = Path("rigid/result.npz")
+    with zipfile.ZipFile(file) as read:
+        members = {name: read.read(name) for name in read.namelist()}
+    header = io.BytesIO()
+    claimed = {"descr": "<f8", "fortran_order": False, "shape": (10**14,)}
+    np.lib.format.write_array_header_1_0(header, claimed)
+    with zipfile.ZipFile(file, "w") as written:
+        for name, content in members.items():
+            written.writestr(name, header.getvalue() if name == "time.npy" else content)
+    said = refused("rigid", capsys, "result.npz")
+    assert "too large for this machine: Unable to allocate" in said
+    assert "shorten" not in said

@@ -10,6 +10,7 @@ from threading import Thread
 
 import pytest
 import results
+from cli_runs import BARE
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
@@ -199,7 +200,7 @@ def test_a_terminal_that_is_closed_costs_nothing(piped, tmp_path):
     with subprocess.Popen(
         [sys.executable, "-c", CLOSED, NO_CLEARANCE, "--out", str(tmp_path / "o")],
         cwd=ROOT, stdin=theirs, stdout=subprocess.PIPE if piped else theirs, stderr=theirs,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"}, start_new_session=True,
+        env={**BARE, "TERM": "xterm"}, start_new_session=True,
     ) as process:  # fmt: skip
         os.close(theirs)
         seen = b""

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 import results
+from cli_runs import BARE
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
@@ -243,14 +245,47 @@ def test_an_output_that_is_full_or_closed():
     for line, code, said in [
         (f"{command} check '{SMOOTH}' > /dev/full", 1, "can't write to the output: No space left"),
         (f"{command} check '{SMOOTH}' >&- 2>&-", 0, ""),
+        (f"{command} check nowhere.yaml 2> /dev/full", 2, ""),
+        (f"{command} dance 2> /dev/full", 2, ""),
+        (f"{{ {command} check nowhere.yaml 3>&1 1>&2 2>&3 | true; }}", 2, ""),
     ]:
         ran = subprocess.run(
-            ["bash", "-c", line], capture_output=True, text=True, check=False, timeout=120,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            ["bash", "-o", "pipefail", "-c", line],
+            capture_output=True, text=True, check=False, timeout=120, env=BARE,
         )  # fmt: skip
         assert ran.returncode == code
         assert ran.stderr.startswith(said)
         assert "Traceback" not in ran.stderr
+
+
+FAILS = """
+import sys, time
+sys.path.insert(0, 'tests')
+from dataclasses import replace
+from results import rigid_link
+from exudyn_flexlink import cli, engines
+from exudyn_flexlink.result import Outcome
+
+def fake(scene, engine, progress):
+    time.sleep(float(sys.argv[1]))  # the reader has gone
+    return replace(rigid_link(scene=scene), outcome=Outcome(False, 0.5, 'it stalled'))
+
+engines.simulate = fake
+sys.exit(cli.main(['simulate', *sys.argv[2:]]))
+"""
+
+
+def test_a_failed_run_has_failed_for_a_reader_that_has_seen_enough_too(tmp_path):
+    pytest.importorskip("fcntl")  # pipes of a shell
+    run = [sys.executable, "-c", FAILS, "0.5", NO_CLEARANCE, "--no-plots", f"--out={tmp_path}/o"]
+    line = f"{shlex.join(run)} | true"
+    ran = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", line], cwd=ROOT,
+        capture_output=True, text=True, check=False, timeout=120, env=BARE,
+    )  # fmt: skip
+    assert ran.returncode == 1
+    assert ran.stderr.startswith("warning: made up\n")
+    assert "it stalled" in ran.stderr
 
 
 def test_letters_that_the_output_does_not_know():

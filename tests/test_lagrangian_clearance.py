@@ -113,7 +113,7 @@ def test_impulse_loss_peak_and_speed_of_each_touch(case):
         assert touches.impulse[i] == pytest.approx(impulse, rel=1e-4, abs=jump)
         lost, jump = -np.trapezoid(power, time), SAMPLE * np.abs(power).max()
         assert touches.energy_lost[i] == pytest.approx(lost, rel=1e-4, abs=jump)
-        assert touches.peak_force[i] == pytest.approx(press.max(), rel=1e-2)
+        assert touches.peak_force[i] == pytest.approx(press.max(), rel=1e-3)
         assert touches.approach_speed[i] == pytest.approx(-at.gap_rate[0], rel=1e-2)
 
 
@@ -273,3 +273,15 @@ def test_supported_rods_stay_near_the_axis_and_have_no_touches():
     assert deepest <= history.deepest * (1 + 1e-6)
     assert result.checks.largest_penetration == history.deepest
     assert result.checks.energy_residual < 1e-9 * result.checks.largest_kinetic_energy
+
+
+def test_largest_forces_of_touches_do_not_depend_on_the_steps():
+    """A force falls at once where the gap turns, between two stages of a step over half a touch."""
+    settings = ("run={duration: 0.2, sample: 1 ms}",)
+    coarse, fine = (
+        run(*settings, f"accuracy.tolerance={tolerance}").sleeves["sleeve"].touches
+        for tolerance in (1e-6, 1e-9)
+    )
+    assert coarse.pair.tolist() == fine.pair.tolist()
+    assert len(fine.pair) > 5
+    assert coarse.peak_force == pytest.approx(fine.peak_force, rel=3e-3)

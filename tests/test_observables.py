@@ -21,7 +21,9 @@ from exudyn_flexlink.observables import (
     turns,
     watched_point,
 )
-from exudyn_flexlink.result import Event
+from exudyn_flexlink.result import Event, Extremes
+
+NONE = Extremes(np.zeros(0), np.zeros(0))
 
 
 @pytest.fixture(scope="module")
@@ -248,18 +250,30 @@ def test_energy_residual_is_relative_to_the_kinetic_energy(rigid):
 # --- between samples
 
 
-def test_peaks_lie_between_samples():
-    time = np.linspace(0, 1, 21)
-    swing = LeverResponse("lever", time, np.sin(7 * time), 7 * np.cos(7 * time), 0 * time)
-    least, least_at = swing.least
-    assert least == pytest.approx(-1, abs=1e-4)
-    assert least_at == pytest.approx(3 * pi / 14, abs=1e-3)
-    assert swing.greatest[0] == pytest.approx(1, abs=1e-4)
+def swing(samples, until=1.0):
+    """A lever whose angle is sin(7 t), with its turns, and few samples."""
+    time, turns = np.linspace(0, until, samples), np.array([pi / 14, 3 * pi / 14])
+    angle, rate = np.sin(7 * time), 7 * np.cos(7 * time)
+    return LeverResponse("lever", time, angle, rate, 0 * time, Extremes(turns, np.array([1.0, -1])))
+
+
+def test_peaks_are_where_the_lever_turns_whatever_is_sampled():
+    for samples in (2, 3, 2001):
+        assert swing(samples).least == (-1, 3 * pi / 14)
+        assert swing(samples).greatest == (1, pi / 14)
+        assert abs(swing(samples).farthest) == 1
+
+
+def test_peaks_of_a_part_of_a_run_are_its_own_turns_and_its_ends():
+    assert swing(2001).between(0.3, 0.9).least == (-1, 3 * pi / 14)
+    assert swing(2001).between(0.0, 0.2).least == (0, 0)
+    assert swing(3).between(0.51, 0.6).farthest == 0  # no sample, no turn
 
 
 def test_an_impulse_between_samples_does_not_make_the_angle_overshoot():
     time = np.array([0.0, 0.1, 0.2])
-    hit = LeverResponse("lever", time, np.array([0, 0, 1.0]), np.array([0, 10.0, 10]), 0 * time)
+    angle, rate = np.array([0, 0, 1.0]), np.array([0, 10.0, 10])
+    hit = LeverResponse("lever", time, angle, rate, 0 * time, NONE)
     np.testing.assert_allclose(hit.angle_at(np.array([0.05, 0.1, 0.15])), [0, 0, 0.5])
 
 

@@ -22,6 +22,9 @@ class Oscillator:
     def evaluate(self, t, q, v):
         return Evaluation(self.mass, -self.stiffness @ q - self.damping @ v)
 
+    def evaluate_all(self, t, q, v):
+        return [self.evaluate(*at) for at in zip(t, q, v, strict=True)]
+
     def jacobians(self, at):
         return self.stiffness, self.damping
 
@@ -54,9 +57,20 @@ class Pressed(Oscillator):
         return np.eye(len(self.mass))[:1], self.press
 
 
+class LetGo(Pressed):
+    """What presses the mass on a face that returns nothing fades: it creeps, and then is off."""
+
+    e, pressing, lasts = 0.0, 2.5, 2e-3  # N, s
+
+    def evaluate(self, t, q, v):
+        at = super().evaluate(t, q, v)
+        at.force[0] -= self.pressing * (1 - t / self.lasts)
+        return at
+
+
 def advance(problem, q, v, h, count):
     """State after `count` steps, and the steps."""
-    radau = Radau(problem, SWING)
+    radau = Radau(problem, np.zeros((len(q), len(q))))
     at = problem.evaluate(0.0, q, v)
     state = State(q, v, np.linalg.solve(at.mass, at.force))
     steps = []
@@ -110,6 +124,29 @@ def test_a_force_that_leaps_is_solved_for():
     assert state.v[0] > 0 > v[0]
     assert abs(state.q[0] - exact_end[0]) < steps[0].error
     assert state.v[0] == pytest.approx(exact_end[1], rel=0.05)
+
+
+def test_what_a_contact_no_longer_damps_counts_as_error():
+    """Steps that begin while the mass creeps, a stiff damper, and end where it is gone.
+
+    None that would be good enough makes more than that, in its place or its speed.
+    """
+    problem, good_enough = LetGo([1e-3], [0.0], [0.0]), 1e-7
+
+    def rates(t, y):
+        return [y[1], problem.evaluate(t, y[:1], y[1:]).force[0] / 1e-3]
+
+    exactly = {"rtol": 1e-12, "atol": 1e-15, "method": "Radau"}
+    creeping = solve_ivp(rates, (0, 1.8e-3), [-2.5e-4, 0.0], dense_output=True, **exactly).sol
+    for begin in (1.5e-3, 1.6e-3, 1.7e-3, 1.8e-3):
+        for h in (2e-4, 4e-4, 6e-4):
+            y = creeping(begin)
+            at = problem.evaluate(begin, y[:1], y[1:])
+            state = State(y[:1], y[1:], at.force / 1e-3)
+            step = Radau(problem, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
+            off = step.finish[:2] - solve_ivp(rates, (begin, begin + h), y, **exactly).y[:, -1:]
+            if step.error <= good_enough:
+                assert max(abs(off[0, 0]), SWING * abs(off[1, 0])) <= good_enough
 
 
 def test_stiff_damping_dies_out_in_one_step():

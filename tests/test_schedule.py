@@ -1,21 +1,26 @@
 """Ramps, the end of a run and the instants it keeps."""
 
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from exudyn_flexlink.loading import assemble_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Ramp,
     contact_step,
     end_of_run,
     half_period,
+    kept_interval,
     sample_times,
     turn_goal,
+    wanted_interval,
 )
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
+
+MODELS = Path(__file__).parents[1] / "models"
 
 ROTOR = """title: rotor
 bodies:
@@ -92,21 +97,51 @@ def test_a_turn_goal_counts_turns_either_way() -> None:
 
 @pytest.mark.parametrize("end", [1.0, 0.37, 6 * pi / 4, 1e-4])
 def test_samples_are_even_and_reach_the_end(end: float) -> None:
-    times = sample_times(scene(), end)
+    found = scene()
+    times = sample_times(found, assemble_scene(found).mechanism, end)
     assert times[0] == 0
     assert times[-1] == end
     steps = np.diff(times)
     assert steps[:-1] == pytest.approx(steps[0], rel=1e-9)
     assert 0 < steps[-1] <= steps[0] * (1 + 1e-9)
-    assert 1000 <= len(times) <= 3500
+    assert 2000 <= len(times) <= 6000
     assert float(f"{steps[0]:.0e}") == pytest.approx(steps[0])  # a round number
 
 
 def test_samples_as_the_scene_asks() -> None:
     found = scene("run.sample=0.1")
-    assert sample_times(found, 0.3).tolist() == pytest.approx([0, 0.1, 0.2, 0.3])
-    assert sample_times(found, 0.35).tolist() == pytest.approx([0, 0.1, 0.2, 0.3, 0.35])
-    assert sample_times(found, 0.05).tolist() == pytest.approx([0, 0.05])
+    mechanism = assemble_scene(found).mechanism
+    for end, times in (
+        (0.3, [0, 0.1, 0.2, 0.3]),
+        (0.35, [0, 0.1, 0.2, 0.3, 0.35]),
+        (0.05, [0, 0.05]),
+    ):
+        assert sample_times(found, mechanism, end).tolist() == pytest.approx(times)
+
+
+@pytest.mark.parametrize("turns", [1, 4, 40, 500])
+def test_samples_are_even_per_turn_however_long_the_run(turns: int) -> None:
+    found = load_scene(MODELS / "no_clearance.yaml", [f"run.turns={turns}", "bodies.link.rods=3"])
+    mechanism = assemble_scene(found).mechanism
+    times = sample_times(found, mechanism, end_of_run(found, mechanism))
+    assert len(times) >= 500 * turns
+
+
+def test_samples_show_a_quick_lever_too() -> None:
+    quick = "springs.lever_return.frequency=200 Hz"
+    found = load_scene(MODELS / "no_clearance.yaml", ["run.turns=40", quick])
+    mechanism = assemble_scene(found).mechanism
+    times = sample_times(found, mechanism, end_of_run(found, mechanism))
+    assert times[1] <= 1 / 200 / 20
+
+
+def test_samples_that_would_fill_the_memory_are_thinned() -> None:
+    found = load_scene(MODELS / "no_clearance.yaml", ["run.turns=5000"])
+    mechanism = assemble_scene(found).mechanism
+    end = end_of_run(found, mechanism)
+    count = len(sample_times(found, mechanism, end))
+    assert count * 6 * len(mechanism.parts) < 2e7
+    assert kept_interval(found, mechanism, end) > wanted_interval(found, mechanism, end)
 
 
 def test_a_contact_sets_the_step() -> None:

@@ -100,8 +100,7 @@ def _peaks(result: Result, reference: Result, until: float) -> dict[str, float]:
 
 
 def _peak(result: Result, contact: str, until: float) -> float:
-    seen = lever_response(result, contact).between(-np.inf, np.nextafter(until, np.inf))
-    return max(seen.least[0], seen.greatest[0], key=abs)
+    return lever_response(result, contact).between(-np.inf, np.nextafter(until, np.inf)).farthest
 
 
 def agreement(reference: Result, check: Result) -> Horizon | None:

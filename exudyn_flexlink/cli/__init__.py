@@ -9,7 +9,6 @@ Whatever is slow to import is imported by the command that needs it: `check` mus
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from math import inf
@@ -21,7 +20,14 @@ from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.ending import Ending, ended_by_signals
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, prepare_streams
+from exudyn_flexlink.cli.terminal import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    complain,
+    prepare_streams,
+    release_streams,
+)
 
 EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
@@ -31,7 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program with the arguments of a command line; returns its exit code."""
     prepare_streams()
     with ended_by_signals() as ending:
-        return ending.code(_run(arguments, ending))
+        try:
+            return ending.code(_run(arguments, ending))
+        finally:
+            release_streams()
 
 
 def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
@@ -47,8 +56,6 @@ def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
     except MemoryError:
         return complain("not enough memory: shorten the run, or give a longer run.sample", FAILED)
     except OSError as error:  # of files the commands tell themselves: this is the output's
-        # Python must not complain once more as it flushes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if ending.asked:  # the terminal was closed
             return INTERRUPTED
         if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has seen enough

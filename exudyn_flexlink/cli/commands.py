@@ -7,7 +7,7 @@ import json
 import os
 from pathlib import Path
 
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, tell
 
 
 def check_command(options: argparse.Namespace) -> int:
@@ -22,7 +22,7 @@ def check_command(options: argparse.Namespace) -> int:
         assembly = assemble_scene(scene)
     except SceneError as error:
         return complain(str(error), BAD_INPUT)
-    print(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
+    tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
     return DONE
 
 

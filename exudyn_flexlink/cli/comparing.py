@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +28,7 @@ from exudyn_flexlink.cli.terminal import (
     complain,
     drawn,
     names_in,
+    tell,
 )
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horiz
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
+    from exudyn_flexlink.loading import ImpossibleLengthError
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError
 
@@ -56,7 +57,7 @@ def compare_command(options: argparse.Namespace) -> int:
         with place.written(force=options.force) as folder:
             found = _without_effects(options) if options.without else _both_engines(options)
             drew = _write(found, folder, options)
-    except (SceneError, StorageError, CannotCompareError) as error:
+    except (SceneError, StorageError, CannotCompareError, ImpossibleLengthError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingToCompareError as error:
         return complain(str(error), INTERRUPTED)
@@ -83,12 +84,15 @@ def _both_engines(options: argparse.Namespace) -> Found:
     """Compare Exudyn with the Lagrangian.
 
     Raises:
+        ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
         NothingToCompareError: interrupted before there was anything of both.
 
     """
     from exudyn_flexlink.compare import compare
+    from exudyn_flexlink.loading import require_length
 
     scene = read_scene(options, options.impact)
+    require_length("--tolerance", options.tolerance, scene)
     # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
     other = read_scene(options, "penalty")
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
@@ -102,10 +106,13 @@ def _both_engines(options: argparse.Namespace) -> Found:
 
 def _tightened(scene: Scene) -> Scene:
     """Return the scene with the tolerance of a judge, where it states one."""
+    from exudyn_flexlink.loading import assemble_scene
+    from exudyn_flexlink.mechanism import least_tolerance
+
     accuracy = scene.accuracy
     if accuracy.tolerance is None:
         return scene
-    tolerance = JUDGE * accuracy.tolerance
+    tolerance = max(JUDGE * accuracy.tolerance, least_tolerance(assemble_scene(scene)))
     return scene.changed(accuracy=accuracy.model_copy(update={"tolerance": tolerance}))
 
 
@@ -114,14 +121,16 @@ def _without_effects(options: argparse.Namespace) -> Found:
 
     Raises:
         CannotCompareError: there is nothing to compare.
+        ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
         NothingToCompareError: interrupted before there was anything of both.
 
     """
     from exudyn_flexlink.compare import compare_variants
-    from exudyn_flexlink.loading import load_scene
+    from exudyn_flexlink.loading import load_scene, require_length
 
     engine = options.engine or "exudyn"
     given = load_scene(options.model, options.settings, options.allow_outside)
+    require_length("--tolerance", options.tolerance, given)
     whole = changed(given, options.impact, [])
     effects = present(given, options.without)
     if not effects:
@@ -238,9 +247,8 @@ def _tell(found: Comparison, target: Path, options: argparse.Namespace, drew: in
     from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 
     if not options.quiet:
-        print(comparison_text(found))
-        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
-        sys.stdout.flush()  # so that what follows on stderr stands below it
+        tell(comparison_text(found))
+        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
     code = drew
     for seen in (found.first, found.second):
         for warning in seen.result.warnings:

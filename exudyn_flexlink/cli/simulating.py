@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from exudyn_flexlink.cli.terminal import (
     drawn,
     names_in,
     progress_bar,
+    tell,
 )
 
 if TYPE_CHECKING:
@@ -31,13 +32,6 @@ LAGRANGIAN_ALONE = (
     "relative and absolute tolerance are for '--engine lagrangian'; "
     "for Exudyn set accuracy.tolerance"
 )
-_ACCURACY = {
-    "tolerance": 0.0,
-    "step": 0.0,
-    "relative_tolerance": 3e-14,
-    "absolute_tolerance": 1e-20,
-}
-"""What decides the accuracy of a run, and the least that a scene may ask for."""
 
 
 def simulate_command(options: argparse.Namespace) -> int:
@@ -128,10 +122,20 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
 
     Steps in contact, which decide more than the tolerance once walls are touched, go along.
     """
+    from exudyn_flexlink.loading import assemble_scene
+    from exudyn_flexlink.mechanism import least_tolerance
+    from exudyn_flexlink.scene import ABSOLUTE_TOLERANCES, RELATIVE_TOLERANCES
+
     settings = result.settings
+    limits = {
+        "tolerance": (least_tolerance(assemble_scene(scene)), inf),
+        "step": (0.0, inf),
+        "relative_tolerance": RELATIVE_TOLERANCES,
+        "absolute_tolerance": ABSOLUTE_TOLERANCES,
+    }
     other: dict[str, float] = {
-        key: max(least, factor * float(settings[key]))
-        for key, least in _ACCURACY.items()
+        key: min(most, max(least, factor * float(settings[key])))
+        for key, (least, most) in limits.items()
         if key in settings
     }
     if "steps_per_contact" in settings:
@@ -196,11 +200,15 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
     return [name for name in wanted if name not in missing]
 
 
-COMPILING = "compiles the Lagrangian first, for a minute or two, once after installing"
+COMPILING = {
+    "once": "compiles the Lagrangian first, for a minute or two, once after installing",
+    "every run": "compiles the Lagrangian in memory first, for a minute or two, and will in every "
+    "run: no folder can be written to keep the code; NUMBA_CACHE_DIR may name one",
+}
 
 
 def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
-    """Run an engine, with a progress bar that says `what` is going on.
+    """Run an engine, and show its progress: `what` is going on.
 
     Raises:
         SceneError: the engine can't represent what the scene asks for; shown where it stands.
@@ -212,9 +220,11 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
     if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
         complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
     try:
-        if not options.quiet and engines.compiles(scene, engine):
-            complain(f"hint: {COMPILING}")
-        with progress_bar(options.quiet, what) as progress:
+        compiles = "none" if options.quiet else engines.compiles(scene, engine)
+        if compiles != "none":
+            complain(f"hint: {COMPILING[compiles]}")
+        before = "" if compiles == "none" else "compiling"
+        with progress_bar(options.quiet, what, before) as progress:
             return engines.simulate(scene, engine, progress)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
@@ -258,11 +268,10 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> in
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
     if not quiet:
-        print(run_text(result))
-        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        tell(run_text(result))
+        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
     if told:
-        print(told if quiet else f"\n{told}")
-    sys.stdout.flush()  # so that what follows on stderr stands below it
+        tell(told if quiet else f"\n{told}")
     for hint in () if quiet else idle_settings(result):
         complain(f"hint: {hint}")
     for warning in result.warnings:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import signal
-import sys
 import time
 from collections.abc import Callable
 from math import inf
@@ -20,10 +19,12 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     Bar,
+    Lines,
     complain,
     drawn,
     names_in,
     progress_bar,
+    tell,
 )
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     from exudyn_flexlink.accuracy import NothingRunError, judge
     from exudyn_flexlink.engines.interrupts import patience
+    from exudyn_flexlink.loading import ImpossibleLengthError, require_length
     from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError, save_accuracy
@@ -49,6 +51,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
     place = place_of(options, "-accuracy")
     try:
         scene = read_scene(options, options.impact)
+        require_length("--target", options.target, scene)
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written(force=options.force) as folder:
             runs = _runs(scene, options)
@@ -59,7 +62,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             code = INTERRUPTED if patient.pressed else DONE
             if code == DONE and not options.no_plots:
                 code = drawn(folder, lambda: _draw(found, folder))
-    except (SceneError, StorageError) as error:
+    except (SceneError, StorageError, ImpossibleLengthError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
         if runs.interrupted:
@@ -90,7 +93,7 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
 class Solver:
     """Runs scenes and shows the part of the budget that is used; stops runs that take too long."""
 
-    def __init__(self, bar: Bar | None, budget: float) -> None:
+    def __init__(self, bar: Bar | Lines | None, budget: float) -> None:
         self._bar, self._budget = bar, budget
         self._ends = time.monotonic() + budget
 
@@ -167,9 +170,8 @@ def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) ->
     from exudyn_flexlink.report import accuracy_text
 
     if not options.quiet:
-        print(accuracy_text(found))
-        print(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
-        sys.stdout.flush()  # so that what follows on stderr stands below it
+        tell(accuracy_text(found))
+        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
     if found.runs.interrupted:
         count = len(found.points)
         what = "setting that was" if count == 1 else "settings that were"

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SOON = 1.0  # s: a run shorter than this needs no progress bar
+LONG, BETWEEN_LINES = 10.0, 5.0  # s: a run shorter than `LONG` stays quiet where nobody watches
 
 
 def prepare_streams() -> None:
@@ -25,6 +28,37 @@ def prepare_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
+def release_streams() -> None:
+    """Write what stdout and stderr still hold, and drop what can't be written.
+
+    Python would try again as it ends, and end with code 120.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            _drop(stream)
+
+
+def _drop(stream: TextIO) -> None:
+    """Send what a stream holds, and all that is still written to it, nowhere."""
+    with suppress(io.UnsupportedOperation):  # a stream of an embedding program, without a file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def tell(text: str) -> None:
+    """Print results at once: what is said on stderr afterwards stands below them.
+
+    A reader who has seen enough, such as `head`, costs neither warnings nor the exit code.
+    """
+    if sys.stdout.isatty():
+        text = folded(text, shutil.get_terminal_size().columns)
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        _drop(sys.stdout)
+
+
 def complain(text: str, code: int = DONE) -> int:
     """Say something on stderr, and hand on the exit code that goes with it.
 
@@ -33,6 +67,24 @@ def complain(text: str, code: int = DONE) -> int:
     with suppress(OSError):
         print(text, file=sys.stderr)
     return code
+
+
+def folded(text: str, width: int) -> str:
+    """Break rows of tables, which are indented, between words where they are longer than `width`.
+
+    Sentences are left to the terminal: a command or a path in them can then be copied.
+    """
+    lines = []
+    for line in text.split("\n"):
+        indent = len(line) - len(line.lstrip(" "))
+        if not indent or len(line) <= width:
+            lines.append(line)
+            continue
+        lines += textwrap.wrap(
+            line, width, subsequent_indent=" " * (indent + 4), replace_whitespace=False,
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
+    return "\n".join(lines)
 
 
 def names_in(folder: Path) -> list[str]:
@@ -70,16 +122,47 @@ def _why(error: Exception) -> str:
 
 
 @contextmanager
-def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Bar | None]:
-    """Give a bar if there is someone at a terminal to see it, else None."""
-    if quiet or not sys.stderr.isatty():
+def progress_bar(
+    quiet: bool, what: str = "simulating", before: str = ""
+) -> Iterator[Bar | Lines | None]:
+    """Give a bar where somebody sees it, at a terminal; else lines, of long runs; None if `quiet`.
+
+    `before` says what goes on before any progress is known; empty if nothing does.
+    """
+    if quiet:
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield Lines(what)
         return
     bar = Bar(what)
     try:
+        if before:
+            bar.wait(before)
         yield bar
     finally:
         bar.close()
+
+
+class Lines:
+    """Now and then a line on stderr, for a log file, that appears only in runs over `LONG`."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._began = time.monotonic()
+        self._next = self._began + LONG
+
+    def __call__(self, done: float) -> None:
+        """Tell the part that is done, 0 to 1, if it is time to."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + BETWEEN_LINES
+        complain(f"{self._what}: {100 * done:.0f} % after {now - self._began:.0f} s")
+
+    def say(self, what: str) -> None:
+        """Say from now on that `what` is going on."""
+        self._what = what
 
 
 class Bar:
@@ -90,6 +173,7 @@ class Bar:
         self._began = time.monotonic()
         self._done = 0.0
         self._bar: Any = None
+        self._waiting = False
 
     def __call__(self, done: float) -> None:
         """Show the part that is done, 0 to 1."""
@@ -97,9 +181,18 @@ class Bar:
         if self._bar is None:
             if time.monotonic() - self._began < SOON:
                 return
-            self._open()
+            self._open(self._what)
         with suppress(OSError):  # the terminal is gone
-            self._bar.update(self._bar.task_ids[0], completed=done, description=self._what)
+            (task,) = self._bar.task_ids
+            if self._waiting:  # the time left counts from here
+                self._bar.reset(task, total=1.0)
+                self._waiting = False
+            self._bar.update(task, completed=done, description=self._what)
+
+    def wait(self, what: str) -> None:
+        """Show at once that `what` goes on, nobody knows for how long, until progress is made."""
+        self._waiting = True
+        self._open(what)
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
@@ -112,7 +205,7 @@ class Bar:
             with suppress(OSError):
                 self._bar.stop()
 
-    def _open(self) -> None:
+    def _open(self, what: str) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
         from rich.progress import TimeRemainingColumn as TimeLeft
@@ -120,6 +213,6 @@ class Bar:
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
         self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
                              transient=True)  # fmt: skip
-        self._bar.add_task(self._what, total=1.0)
+        self._bar.add_task(what, total=None if self._waiting else 1.0)
         with suppress(OSError):
             self._bar.start()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -78,12 +79,15 @@ def takes_tolerance(scene: Scene, engine: str) -> bool:
     return True if tells is None else bool(tells(scene))
 
 
-def compiles(scene: Scene, engine: str) -> bool:
-    """Tell whether an engine will begin by compiling, once after it was installed, for a minute.
+def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
+    """Tell whether an engine will begin by compiling, for a minute.
+
+    It does so once after it was installed; in every run where it can't keep the code on disk.
 
     Raises:
         SceneError: the scene can't be put together (never after `load_scene`).
 
     """
     tells = getattr(import_module(ENGINES[engine]), "compiles", None)
-    return False if tells is None else bool(tells(scene))
+    found: Literal["none", "once", "every run"] = "none" if tells is None else tells(scene)
+    return found

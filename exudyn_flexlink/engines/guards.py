@@ -13,9 +13,13 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     build_mechanism,
+    end_of_run,
     face_length,
+    kept_interval,
     swing_times,
+    wanted_interval,
 )
+from exudyn_flexlink.observables import crank_angle, crank_joint
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import SleeveJoint
 
@@ -37,6 +41,11 @@ FEW_REBOUNDS, LOCAL_REBOUNDS = 4, 8
 # rad of the guide while a link swings free of its walls: it may be as chaotic as a double pendulum.
 FREE_TURN, LOCAL_FREE_TURN = np.pi, 4 * np.pi
 MORE = "S and levers may be off by more than the tolerance; 'simulate --horizon' tells from when on"
+FEW_SAMPLES = 100  # a turn: a chord between two is 1/2000 of the radius off
+# Of the fastest motion: a point that slides off its face's end more slowly makes much time of a
+# small error of its place, and what springs back goes far in it. Measured on models/no_clearance at
+# 1e-6 m: at 0.01 rad/s, where it is 1e-3, S is 0.5 tolerances off right after, at 0.0015 rad/s 3.
+SLOW_SLIDE, LOCAL_SLOW_SLIDE = 1e-3, 1e-5
 CRAWL = 1e-10  # s: steps this short in a contact lead nowhere soon
 
 
@@ -47,10 +56,11 @@ def doubts(result: Result) -> list[str]:
 
 def limits(result: Result) -> list[str]:
     """Say what is doubtful about a run that smaller steps do not change."""
-    told = [*_iterations(result), *_crawling(result), *_rattling(result)]
+    told = [*_iterations(result), *_crawling(result), *_rattling(result), *_thin(result)]
     if any(event.kind == "contact begins" for event in result.events):
         mechanism = build_mechanism(result.scene)
         told += [*_overlaps(result, mechanism), *_bouncing(result, mechanism)]
+        told += _sliding_off(result, mechanism)
     return told
 
 
@@ -200,6 +210,29 @@ def _bouncing(result: Result, mechanism: Mechanism) -> Iterator[str]:
             yield f"contact '{name}' was made {count} times in a row, and errors add up: {MORE}"
 
 
+def _sliding_off(result: Result, mechanism: Mechanism) -> Iterator[str]:
+    """Points that crept along a face to its end let what they bent spring back all at once."""
+    fastest = float(np.sqrt(2 * _kinetic(result) / sum(part.mass for part in mechanism.parts)))
+    least = LOCAL_SLOW_SLIDE if "relative_tolerance" in result.settings else SLOW_SLIDE
+    begun: dict[str, Event] = {}
+    slowest: dict[str, tuple[float, float]] = {}
+    for event in result.events:
+        if event.kind == "contact begins":
+            begun[event.name] = event
+        elif event.kind == "leaves the face" and event.name in begun:
+            first = begun.pop(event.name)
+            way = abs(event.details["place"] - first.details["place"])
+            found = (way / max(event.time - first.time, 1e-300), event.time)
+            slowest[event.name] = min(slowest.get(event.name, found), found)
+    for name, (speed, at) in slowest.items():
+        if speed < least * fastest:
+            yield (
+                f"the point of contact '{name}' crept off its face's end at {at:.6g} s, at about "
+                f"{speed:.2g} m/s, and what was bent sprang back at {fastest:.2g} m/s or more: a "
+                f"small error of the place is one of the time, and errors multiply: {MORE}"
+            )
+
+
 def _free_turn(result: Result, name: str) -> float:
     """Largest angle (rad) by which a guide turned while nothing touched; 0 without play."""
     sleeve, joint = result.sleeves[name], result.scene.joints[name]
@@ -213,6 +246,23 @@ def _free_turn(result: Result, name: str) -> float:
     free = ends > begins
     turned = np.interp(ends, result.time, angle) - np.interp(begins, result.time, angle)
     return float(np.abs(turned[free]).max(initial=0.0))
+
+
+def _thin(result: Result) -> Iterator[str]:
+    """Say where samples are fewer than the motion asks for, or than turns that nobody foresaw."""
+    scene, mechanism = result.scene, build_mechanism(result.scene)
+    if scene.run.sample is not None:
+        return
+    end = end_of_run(scene, mechanism)
+    kept, wanted = (of(scene, mechanism, end) for of in (kept_interval, wanted_interval))
+    angle = crank_angle(result) if crank_joint(scene) else np.zeros(1)
+    made = abs(float(angle[-1] - angle[0])) / (2 * np.pi)
+    apart = f"samples are {kept:.3g} s apart"
+    less = "figures and tables show less of it, peaks are what they are; 'run.sample' sets them"
+    if kept > wanted * (1 + 1e-9):
+        yield f"{apart}, since the run is long, where its motion asks for {wanted:.3g} s: {less}"
+    elif made > 1 and result.outcome.time / kept < FEW_SAMPLES * made:
+        yield f"{apart}, which is {result.outcome.time / kept / made:.3g} a turn: {less}"
 
 
 def _in_a_row(result: Result) -> dict[str, int]:

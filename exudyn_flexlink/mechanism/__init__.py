@@ -44,6 +44,8 @@ from exudyn_flexlink.mechanism.model import (
     Weld,
 )
 from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
+from exudyn_flexlink.mechanism.sampling import kept_interval, sample_times, wanted_interval
 from exudyn_flexlink.mechanism.schedule import (
     WALL_SHARE,
     TurnGoal,
@@ -52,7 +54,6 @@ from exudyn_flexlink.mechanism.schedule import (
     end_of_run,
     formulation,
     half_period,
-    sample_times,
     turn_goal,
     wall_half_period,
 )
@@ -100,11 +101,14 @@ __all__ = [
     "cut_short",
     "deepest_allowed",
     "end_of_run",
+    "extent",
     "face_length",
     "formulation",
     "half_period",
     "is_tree",
     "joint_residuals",
+    "kept_interval",
+    "least_tolerance",
     "mass_matrix",
     "mobility",
     "node_anchor",
@@ -117,4 +121,5 @@ __all__ = [
     "turn_goal",
     "turning",
     "wall_half_period",
+    "wanted_interval",
 ]

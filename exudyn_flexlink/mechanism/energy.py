@@ -59,5 +59,5 @@ class EnergyMeter:
 
 
 def turning(first: int, second: int, v: FloatArray) -> FloatArray:
-    """Angular speed of the second part relative to the first, rad/s, (instants,)."""
+    """Angle (or angular speed) of the second part relative to the first, (...,)."""
     return angle_of(second, v) - angle_of(first, v)

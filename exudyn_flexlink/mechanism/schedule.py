@@ -1,12 +1,9 @@
-"""When a run ends, which instants it keeps, and how short its contacts are."""
+"""When a run ends, and how short its contacts are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, log10, pi
-
-import numpy as np
-from numpy.typing import NDArray
+from math import inf, pi
 
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly
@@ -16,9 +13,6 @@ from exudyn_flexlink.mechanism.model import GROUND, Channel, FaceContact, Mechan
 from exudyn_flexlink.mechanism.tree import is_tree
 from exudyn_flexlink.scene import Scene
 
-FloatArray = NDArray[np.float64]
-
-SAMPLES = 2000  # about so many, where the scene does not say
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
 
 
@@ -93,19 +87,6 @@ def formulation(scene: Scene, mechanism: Mechanism) -> str:
     if asked != "auto":
         return asked
     return "tree" if scene.accuracy.step is None and is_tree(mechanism) else "joints"
-
-
-def sample_times(scene: Scene, end: float) -> FloatArray:
-    """Even instants from 0 to the end, which is one of them, s; a round interval if not given."""
-    interval = scene.run.sample
-    if interval is None:
-        raw = end / SAMPLES
-        power = 10.0 ** np.floor(log10(raw))
-        interval = float(power * min((1, 2, 5, 10), key=lambda m: abs(m - raw / power)))
-    count = int(end / interval * (1 + 1e-12))
-    grid = interval * np.arange(count + 1)
-    # An end that is on the grid but for rounding takes the grid's place.
-    return np.append(grid if end - grid[-1] > 1e-9 * interval else grid[:-1], end)
 
 
 def half_period(assembly: Assembly, contact: FaceContact) -> float:

@@ -1,13 +1,18 @@
-"""A mechanism as a tree of links: one coordinate for each joint, instead of three for each part.
+"""A mechanism as a spanning tree of links, and the closures of what the tree leaves over.
 
-Pins and slides that form no loop span the tree, from the ground outwards; a part that nothing holds
-hangs on two slides and a hinge without mass. What is left of the constraints fixes coordinates:
-a speed motor that of its hinge, a slot that of the slide which carries its point.
+Parts that are welded together move as one group. Pins and slides span the tree of groups, from the
+ground outwards, with one coordinate for each joint; a group that nothing holds hangs on two slides
+and a hinge without mass. A speed motor fixes the coordinate of its hinge. What is left of the
+joints closes loops: those constraints tie coordinates of the tree to one another.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.model import (
     GROUND,
@@ -17,6 +22,7 @@ from exudyn_flexlink.mechanism.model import (
     Pin,
     Slide,
     Slot,
+    Weld,
 )
 
 HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
@@ -33,18 +39,33 @@ class NoTreeError(ValueError):
 
 
 @dataclass(frozen=True)
+class Frame:
+    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link ROOT is the ground."""
+
+    link: int
+    x: float = 0.0
+    y: float = 0.0
+    angle: float = 0.0
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Return a point of the frame in the link's axes."""
+        c, s = cos(self.angle), sin(self.angle)
+        return self.x + c * x - s * y, self.y + s * x + c * y
+
+
+@dataclass(frozen=True)
 class Link:
     """One joint and what it carries.
 
-    `parent` is a link (ROOT: the ground), `offset` (m) the joint's place in the parent's axes; the
-    link's own frame stands at `origin` (m) of the part that it carries, None if it carries none.
+    `parent` is a link (ROOT: the ground), `offset` (m) the joint's place in the parent's axes and
+    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries.
     """
 
     parent: int
     kind: str
     offset: tuple[float, float]
-    part: int | None
-    origin: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    parts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -63,20 +84,40 @@ class GuidedSlot:
     aside: float
 
 
+@dataclass(frozen=True)
+class Ride:
+    """A slot whose point carries a group that nothing else holds: its slides along x and y."""
+
+    slot: Slot
+    along: tuple[int, int]
+
+
+Closure = Pin | Slide | Slot | Motor
+
+
 @dataclass
 class TreeLayout:
-    """Links in order, parents first, and which coordinates are not free."""
+    """Links in order, parents first, which coordinates are fixed, and what closes loops.
+
+    `frames` are those of the parts' origins, by part. `pins` has the link of each pin of the tree,
+    and whether its second part is on that link's side. `slots` are those that a guide's angle
+    alone decides, `rides` those whose place on their curve takes the place of two slides; there are
+    some of either only where no other joint closes a loop.
+    """
 
     links: list[Link] = field(default_factory=list)
-    of_part: dict[int, int] = field(default_factory=dict)
+    frames: dict[int, Frame] = field(default_factory=dict)
     motors: dict[int, tuple[Motor, float]] = field(default_factory=dict)  # by link, with its sign
     slots: list[GuidedSlot] = field(default_factory=list)
-    pins: dict[str, tuple[int, bool]] = field(default_factory=dict)  # link; pin.second is on it
+    rides: list[Ride] = field(default_factory=list)
+    closures: list[Closure] = field(default_factory=list)
+    pins: dict[str, tuple[int, bool]] = field(default_factory=dict)
 
     @property
     def free(self) -> list[int]:
-        """Coordinates that neither a motor nor a slot fixes."""
+        """Coordinates of the tree that neither a motor nor a slot fixes."""
         fixed = {*self.motors, *(slot.sliding for slot in self.slots)}
+        fixed |= {link for ride in self.rides for link in ride.along}
         return [i for i in range(len(self.links)) if i not in fixed]
 
     def path(self, link: int) -> list[int]:
@@ -87,45 +128,51 @@ class TreeLayout:
             link = self.links[link].parent
         return found[::-1]
 
+    def frame(self, part: int) -> Frame:
+        """Frame of a part's origin, also of the ground's."""
+        return Frame(ROOT) if part == GROUND else self.frames[part]
+
+    def place(self, anchor: Anchor) -> tuple[int, float, float]:
+        """Link of an anchor, and its place (m) in the link's axes."""
+        frame = self.frame(anchor.part)
+        return (frame.link, *frame.place(anchor.x, anchor.y))
+
+    def turn(self, part: int) -> float:
+        """Angle of a part where all coordinates are 0, rad."""
+        frame = self.frame(part)
+        return frame.angle + sum(self.links[i].turn for i in self.path(frame.link))
+
+    def turning_row(self, first: int, second: int) -> NDArray[np.float64]:
+        """Derivative (links,) of part `second`'s angle against `first` by the coordinates."""
+        row = np.zeros(len(self.links))
+        row[self.hinges(second)] += 1.0
+        row[self.hinges(first)] -= 1.0
+        return row
+
+    def hinges(self, part: int) -> list[int]:
+        """Links whose angles add up to that of a part."""
+        path = self.path(self.frame(part).link)
+        return [i for i in path if self.links[i].kind == HINGE]
+
 
 def tree_layout(mechanism: Mechanism) -> TreeLayout:
-    """Find the tree of a mechanism.
+    """Find the spanning tree of a mechanism.
 
     Raises:
-        NoTreeError: joints form a loop, or there is something that a tree can't have.
+        NoTreeError: there is something that a tree can't have.
 
     """
-    _refuse(mechanism)
-    layout = TreeLayout()
-    # Slides first: what motors and slots fix then comes before what is free.
-    joints: list[Pin | Slide] = [*mechanism.slides, *mechanism.pins]
-    while len(layout.of_part) < len(mechanism.parts):
-        joint = next((j for j in joints if _can_hang(j, layout)), None)
-        if joint is None:
-            _add_free_part(layout, next(i for i in range(len(mechanism.parts))
-                                        if i not in layout.of_part))  # fmt: skip
-        else:
-            _hang(joint, layout)
-            joints.remove(joint)
-    if joints:
-        raise NoTreeError(
-            ("joints", joints[0].name),
-            "closes a loop of joints, which a tree can't have; formulation 'joints' can",
-        )
+    for channel in mechanism.channels:
+        raise NoTreeError(("joints", channel.name), "a tree has no walls; formulation 'joints' has")
+    layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
-        _fix_motor(layout, motor)
-    for slot in mechanism.slots:
-        layout.slots.append(_guided(layout, slot))
-    for spring in mechanism.springs:
-        _require_hinge(layout, ("springs", spring.name), spring.first, spring.second)
-    for motor in mechanism.torque_motors:
-        _require_hinge(layout, ("drives", motor.name), motor.first, motor.second)
+        found = hinge_between(layout, motor.first, motor.second)
+        if found is None or found[0] in layout.motors:
+            layout.closures.append(motor)
+        else:
+            layout.motors[found[0]] = (motor, found[1])
+    _place_slots(layout, mechanism)
     return layout
-
-
-def _require_hinge(layout: TreeLayout, path: tuple[str, ...], first: int, second: int) -> None:
-    if hinge_between(layout, first, second) is None:
-        raise NoTreeError(path, "does not act on a hinge of the tree")
 
 
 def is_tree(mechanism: Mechanism) -> bool:
@@ -137,91 +184,183 @@ def is_tree(mechanism: Mechanism) -> bool:
     return True
 
 
-def _refuse(mechanism: Mechanism) -> None:
-    for weld in mechanism.welds:
-        raise NoTreeError(("joints", weld.name), "a tree has no welded joints")
-    for channel in mechanism.channels:
-        raise NoTreeError(("joints", channel.name), "a tree has no walls; formulation 'joints' has")
-
-
-def _ends(joint: Pin | Slide) -> tuple[Anchor, Anchor]:
-    return (joint.first, joint.second) if isinstance(joint, Pin) else (joint.guide, joint.rod)
-
-
-def _can_hang(joint: Pin | Slide, layout: TreeLayout) -> bool:
-    """Tell whether one end of a joint hangs in the tree and the other does not yet."""
-    first, second = (a.part == GROUND or a.part in layout.of_part for a in _ends(joint))
-    return first != second and (first or isinstance(joint, Pin))
-
-
-def _hang(joint: Pin | Slide, layout: TreeLayout) -> None:
-    first, second = _ends(joint)
-    turned = first.part != GROUND and first.part not in layout.of_part
-    near, far = (second, first) if turned else (first, second)
-    kind = HINGE if isinstance(joint, Pin) else ALONG_X
-    parent, offset = ROOT, (near.x, near.y)
-    if near.part != GROUND:
-        parent = layout.of_part[near.part]
-        origin = layout.links[parent].origin
-        offset = (near.x - origin[0], near.y - origin[1])
-    layout.of_part[far.part] = len(layout.links)
-    if isinstance(joint, Pin):
-        layout.pins[joint.name] = (len(layout.links), not turned)
-    layout.links.append(Link(parent, kind, offset, far.part, (far.x, far.y)))
-
-
-def _add_free_part(layout: TreeLayout, part: int) -> None:
-    count = len(layout.links)
-    layout.links += [
-        Link(ROOT, ALONG_X, (0.0, 0.0), None),
-        Link(count, ALONG_Y, (0.0, 0.0), None),
-        Link(count + 1, HINGE, (0.0, 0.0), part),
-    ]
-    layout.of_part[part] = count + 2
-
-
 def hinge_between(layout: TreeLayout, first: int, second: int) -> tuple[int, float] | None:
-    """Link whose coordinate is the angle of part `second` relative to `first`, with its sign.
+    """Link whose coordinate turns part `second` against `first`, with its sign.
 
-    None if the two are not next to each other on a hinge.
+    None if more than one hinge, or none, is between the two.
     """
-    for near, far, sign in ((first, second, 1.0), (second, first, -1.0)):
-        if far == GROUND:
-            continue
-        link = layout.of_part[far]
-        parent = ROOT if near == GROUND else layout.of_part[near]
-        if layout.links[link].kind == HINGE and layout.links[link].parent == parent:
-            return link, sign
-    return None
+    of_first, of_second = set(layout.hinges(first)), set(layout.hinges(second))
+    between = of_first ^ of_second
+    if len(between) != 1:
+        return None
+    link = between.pop()
+    return link, 1.0 if link in of_second else -1.0
 
 
-def _fix_motor(layout: TreeLayout, motor: Motor) -> None:
-    found = hinge_between(layout, motor.first, motor.second)
-    if found is None or found[0] in layout.motors:
-        raise NoTreeError(("drives", motor.name), "does not turn a hinge of a tree of its own")
-    layout.motors[found[0]] = (motor, found[1])
+# --- the spanning tree --------------------------------------------------------------------------
 
 
-def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot:
+class _Spanning:
+    """Hangs the groups of welded parts into the tree, joint by joint."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.layout = TreeLayout()
+        self._groups = _groups(mechanism)
+        self._frames = {part: frame for group in self._groups for part, frame in group.items()}
+        self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
+        self._number = {part: k for k, group in enumerate(self._groups) for part in group}
+        self._hang(0, Frame(ROOT))  # the ground's
+        # Slides first: what motors and slots fix then comes before what is free.
+        joints: list[Pin | Slide] = [*mechanism.slides, *mechanism.pins]
+        while len(self._hung) < len(self._groups):
+            joint = next((j for j in joints if self._can_hang(j)), None)
+            if joint is None:
+                self._add_free(self._loose(mechanism))
+            else:
+                self._add(joint)
+                joints.remove(joint)
+        self.layout.closures += joints
+
+    def _hang(self, group: int, axes: Frame) -> None:
+        self._hung[group] = axes
+        for part, own in self._groups[group].items():
+            if part != GROUND:
+                x, y = axes.place(own.x, own.y)
+                self.layout.frames[part] = Frame(axes.link, x, y, axes.angle + own.angle)
+
+    def _carried(self, group: int) -> tuple[int, ...]:
+        return tuple(part for part in self._groups[group] if part != GROUND)
+
+    def _ends_hung(self, joint: Pin | Slide) -> tuple[bool, bool]:
+        first, second = _ends(joint)
+        return self._number[first.part] in self._hung, self._number[second.part] in self._hung
+
+    def _can_hang(self, joint: Pin | Slide) -> bool:
+        first, second = self._ends_hung(joint)
+        return first != second
+
+    def _add(self, joint: Pin | Slide) -> None:
+        """Hang the end of a joint that is not in the tree yet onto the one that is."""
+        first, second = _ends(joint)
+        turned = not self._ends_hung(joint)[0]
+        near, far = (second, first) if turned else (first, second)
+        parent, x, y = self.layout.place(near)
+        own = self._frames[far.part]
+        group, link = self._number[far.part], len(self.layout.links)
+        at = own.place(far.x, far.y)
+        if isinstance(joint, Pin):
+            self.layout.pins[joint.name] = (link, not turned)
+            kind, turn, angle = HINGE, 0.0, 0.0
+        else:
+            kind, turn, angle = ALONG_X, self.layout.frame(near.part).angle, -own.angle
+        self.layout.links.append(Link(parent, kind, (x, y), turn, self._carried(group)))
+        self._hang(group, _with_at_origin(at, link, angle))
+
+    def _loose(self, mechanism: Mechanism) -> tuple[int, tuple[float, float]]:
+        """Return a group that nothing holds, and the point of it that is best followed."""
+        for slot in mechanism.slots:
+            group = self._number[slot.anchor.part]
+            if group not in self._hung:
+                return group, self._frames[slot.anchor.part].place(slot.anchor.x, slot.anchor.y)
+        return next(k for k in range(len(self._groups)) if k not in self._hung), (0.0, 0.0)
+
+    def _add_free(self, loose: tuple[int, tuple[float, float]]) -> None:
+        group, at = loose
+        count = len(self.layout.links)
+        self.layout.links += [
+            Link(ROOT, ALONG_X, (0.0, 0.0)),
+            Link(count, ALONG_Y, (0.0, 0.0)),
+            Link(count + 1, HINGE, (0.0, 0.0), 0.0, self._carried(group)),
+        ]
+        self._hang(group, _with_at_origin(at, count + 2, 0.0))
+
+
+def _with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
+    """Axes, turned by `angle` in those of a link, whose point `at` is the link's origin."""
+    x, y = Frame(link, 0.0, 0.0, angle).place(*at)
+    return Frame(link, -x, -y, angle)
+
+
+def _ends(joint: Pin | Slide | Weld) -> tuple[Anchor, Anchor]:
+    return (joint.guide, joint.rod) if isinstance(joint, Slide) else (joint.first, joint.second)
+
+
+def _groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
+    """Parts that are welded together, with frames in the axes of the first; the ground's first."""
+    left = [GROUND, *range(len(mechanism.parts))]
+    groups = []
+    while left:
+        group = {left[0]: Frame(ROOT)}
+        for weld, near in _welds_of(mechanism, left[0]):
+            first, second = _ends(weld)
+            here, there = (first, second) if near else (second, first)
+            turn = weld.angle if near else -weld.angle
+            angle = group[here.part].angle + turn
+            x, y = group[here.part].place(here.x, here.y)
+            back = _with_at_origin((there.x, there.y), ROOT, angle)
+            group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
+        groups.append(group)
+        left = [part for part in left if part not in group]
+    return groups
+
+
+def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
+    """Welds that join parts to `root`, nearest first; True where the first part is the nearer."""
+    known, found = {root}, []
+    grown = True
+    while grown:
+        grown = False
+        for weld in mechanism.welds:
+            first, second = weld.first.part in known, weld.second.part in known
+            if first != second:
+                found.append((weld, first))
+                known |= {weld.first.part, weld.second.part}
+                grown = True
+    return found
+
+
+# --- slots --------------------------------------------------------------------------------------
+
+
+def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
+    """Follow slots that close no loop without solving for them, unless there are loops."""
+    if layout.closures:
+        layout.closures += mechanism.slots
+        return
+    taken: set[int] = set()
+    for slot in mechanism.slots:
+        guided, ride = _guided(layout, slot), _ride(layout, slot)
+        links = {guided.sliding} if guided else set(ride.along) if ride else set()
+        if not links or links & taken:
+            layout.slots, layout.rides, layout.closures = [], [], list(mechanism.slots)
+            return
+        taken |= links
+        layout.slots += [guided] if guided else []
+        layout.rides += [ride] if ride and not guided else []
+
+
+def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
+    """Recognise the point as the one by which a loose group hangs in the tree."""
+    link, x, y = layout.place(slot.anchor)
+    if link == ROOT or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
+        return None
+    across = layout.links[link].parent
+    if across == ROOT or layout.links[across].kind != ALONG_Y:
+        return None
+    return Ride(slot, (layout.links[across].parent, across))
+
+
+def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
     """Recognise the point as one on a rod that slides in a guide hinged to the ground."""
-    trouble = NoTreeError(
-        ("joints", slot.name),
-        "in a tree the point of a slot must be on a rod that slides in a guide hinged to the "
-        "ground; formulation 'joints' knows every slot",
-    )
-    sliding = layout.of_part[slot.anchor.part]
+    sliding, ahead, aside = layout.place(slot.anchor)
+    if sliding == ROOT:
+        return None
     link = layout.links[sliding]
-    if link.kind != ALONG_X or link.parent == ROOT or link.part is None:
-        raise trouble
+    if link.kind != ALONG_X or link.parent == ROOT or link.turn != 0.0 or not link.parts:
+        return None
     guide = layout.links[link.parent]
-    taken = [other.sliding for other in layout.slots]
-    if guide.kind != HINGE or guide.parent != ROOT or sliding in taken:
-        raise trouble
+    if guide.kind != HINGE or guide.parent != ROOT:
+        return None
     return GuidedSlot(
-        slot,
-        link.parent,
-        sliding,
-        guide.offset,
-        link.offset[0] + slot.anchor.x - link.origin[0],
-        link.offset[1] + slot.anchor.y - link.origin[1],
+        slot, link.parent, sliding, guide.offset, link.offset[0] + ahead, link.offset[1] + aside
     )

@@ -8,7 +8,12 @@ from exudyn_flexlink.observables.crank import crank_angle, crank_joint, joint_an
 from exudyn_flexlink.observables.deviations import Deviation, deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.interpolation import between_samples
-from exudyn_flexlink.observables.levers import LeverResponse, lever_response, struck_bodies
+from exudyn_flexlink.observables.levers import (
+    LeverResponse,
+    angle_name,
+    lever_response,
+    struck_bodies,
+)
 from exudyn_flexlink.observables.perturbation import on_axis, perturbation
 from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
 from exudyn_flexlink.observables.strikes import IMPACT, SAME_STRIKE, Strike, settled, strikes
@@ -26,6 +31,7 @@ from exudyn_flexlink.observables.touching import (
     pair_totals,
     sleeves_with_play,
 )
+from exudyn_flexlink.observables.watched import Watched
 
 __all__ = [
     "IMPACT",
@@ -40,6 +46,8 @@ __all__ = [
     "PointPath",
     "State",
     "Strike",
+    "Watched",
+    "angle_name",
     "between_samples",
     "contact_states",
     "contact_totals",

@@ -7,8 +7,8 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables.points import angle_of_part, part_of_point
+from exudyn_flexlink.mechanism import build_mechanism, turning
+from exudyn_flexlink.observables.points import part_of_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, Scene, SpeedDrive
 
@@ -55,7 +55,7 @@ def joint_angle(result: Result, name: str) -> FloatArray:
         raise ValueError(f"'{name}' is no revolute joint of the scene")
     mechanism = build_mechanism(result.scene)
     first, second = (part_of_point(result.scene, mechanism, text) for text in joint.points)
-    return angle_of_part(second, result.poses) - angle_of_part(first, result.poses)
+    return turning(first, second, result.poses)
 
 
 def turns(result: Result) -> bool:

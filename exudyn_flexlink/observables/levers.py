@@ -15,10 +15,11 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     approach,
     build_mechanism,
+    turning,
 )
 from exudyn_flexlink.observables.interpolation import between_samples
-from exudyn_flexlink.observables.points import angle_of_part, part_of_point, point_anchor
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.observables.points import part_of_point, point_anchor
+from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import RevoluteJoint, Scene, split_point
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +32,7 @@ class LeverResponse:
     `angle` (rad, from where it stood at time 0, counter-clockwise) and `rate` (rad/s) are relative
     to the body that carries it. `tip_displacement` (m) is that of the end of the struck line
     farther from the body's joint, along the face's normal at time 0, positive to the free side.
+    `extremes` are those of the angle, whatever is sampled.
     """
 
     body: str
@@ -38,33 +40,48 @@ class LeverResponse:
     angle: FloatArray
     rate: FloatArray
     tip_displacement: FloatArray
+    extremes: Extremes
 
     def angle_at(self, time: FloatArray) -> FloatArray:
         """Angle at any instants, rad, between samples too: see `between_samples`."""
         return between_samples(self.time, self.angle, self.rate, time)
 
     def between(self, begin: float, end: float) -> LeverResponse:
-        """Samples from `begin` to before `end` (s) alone; may be none."""
+        """The part from `begin` to before `end` (s) alone; may be nothing."""
         inside = (self.time >= begin) & (self.time < end)
-        arrays = ("time", "angle", "rate", "tip_displacement")
-        return replace(self, **{name: getattr(self, name)[inside] for name in arrays})
+        names = ("time", "angle", "rate", "tip_displacement")
+        arrays = {name: getattr(self, name)[inside] for name in names}
+        extremes = self.extremes.between(begin, np.nextafter(end, -np.inf))
+        return replace(self, **arrays, extremes=extremes)
 
     @property
     def least(self) -> tuple[float, float]:
-        """Smallest angle (rad) and its instant (s), between samples too."""
-        return self._peak(int(np.argmin(self.angle)), -1.0)
+        """Smallest angle (rad) and its instant (s)."""
+        return self._all.least
 
     @property
     def greatest(self) -> tuple[float, float]:
-        """Largest angle (rad) and its instant (s), between samples too."""
-        return self._peak(int(np.argmax(self.angle)), 1.0)
+        """Largest angle (rad) and its instant (s)."""
+        return self._all.greatest
 
-    def _peak(self, sample: int, sign: float) -> tuple[float, float]:
-        low, high = max(sample - 1, 0), min(sample + 1, len(self.time) - 1)
-        around = np.append(np.linspace(self.time[low], self.time[high], 401), self.time[sample])
-        angles = self.angle_at(around)
-        best = int(np.argmax(sign * angles))
-        return float(angles[best]), float(around[best])
+    @property
+    def farthest(self) -> float:
+        """Angle (rad) farthest from where it stood at time 0; 0 of no part of a run."""
+        own = self._all
+        return max(own.least[0], own.greatest[0], key=abs) if len(own.time) else 0.0
+
+    @property
+    def _all(self) -> Extremes:
+        """Extremes and samples: at the ends of a part of a run only these tell the angle."""
+        extremes = self.extremes
+        return Extremes(
+            np.concatenate([extremes.time, self.time]), np.concatenate([extremes.value, self.angle])
+        )
+
+
+def angle_name(body: str) -> str:
+    """Name of a struck body's angle, relative to what carries it, among a run's extremes."""
+    return f"{body}.angle_rad"
 
 
 def struck_bodies(scene: Scene) -> dict[str, str]:
@@ -83,24 +100,37 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
 
     """
     mechanism = build_mechanism(result.scene)
-    face = _face(mechanism, contact)
+    face = struck_face(mechanism, contact)
     body = mechanism.parts[face.start.part].body
-    carrier, hinge = _carrier(result.scene, mechanism, body)
-    angle = angle_of_part(face.start.part, result.poses) - angle_of_part(carrier, result.poses)
-    rate = angle_of_part(face.start.part, result.rates) - angle_of_part(carrier, result.rates)
+    carrier, hinge = carrier_of(result.scene, mechanism, body)
+    angle, rate = (turning(carrier, face.start.part, x) for x in (result.poses, result.rates))
     tip = anchor_position(_farther(face, hinge, result.poses[0]), result.poses)
     normal = approach(face, result.poses[0], result.rates[0]).normal
-    return LeverResponse(body, result.time, angle - angle[0], rate, (tip - tip[0]) @ normal)
+    turned = result.extremes[angle_name(body)]
+    return LeverResponse(
+        body,
+        result.time,
+        angle - angle[0],
+        rate,
+        (tip - tip[0]) @ normal,
+        Extremes(turned.time, turned.value - angle[0]),
+    )
 
 
-def _face(mechanism: Mechanism, contact: str) -> FaceContact:
+def struck_face(mechanism: Mechanism, contact: str) -> FaceContact:
+    """Find the face of a contact.
+
+    Raises:
+        ValueError: the scene has no such contact.
+
+    """
     for face in mechanism.contacts:
         if face.name == contact:
             return face
     raise ValueError(f"the scene has no contact '{contact}'")
 
 
-def _carrier(scene: Scene, mechanism: Mechanism, body: str) -> tuple[int, Anchor | None]:
+def carrier_of(scene: Scene, mechanism: Mechanism, body: str) -> tuple[int, Anchor | None]:
     """Part that the body is hinged to, and the hinge on the body; ground and None without one."""
     for joint in scene.joints.values():
         if not isinstance(joint, RevoluteJoint):

@@ -84,8 +84,3 @@ def part_of_point(scene: Scene, mechanism: Mechanism, point: str) -> int:
     if split_point(point)[0] == "ground":
         return GROUND
     return point_anchor(scene, mechanism, point).part
-
-
-def angle_of_part(part: int, poses: FloatArray) -> FloatArray:
-    """Angles (or angular speeds) (N,) of a part, from poses (or rates) (N, parts, 3)."""
-    return np.zeros(len(poses)) if part == GROUND else np.asarray(poses[:, part, 2])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, lap_of, turns
 from exudyn_flexlink.observables.levers import lever_response
+from exudyn_flexlink.observables.watched import Watched
 from exudyn_flexlink.result import Event, Result
 
 FloatArray = NDArray[np.float64]
@@ -28,8 +29,8 @@ class Strike:
     without a crank. `approach_speed` (m/s) and `place` (m along the face from its start) are those
     of the first touch, `impulse` (N s) and `energy_lost` (J) sums over its contacts, nan where the
     engine does not say or the strike still lasts at the end of the run (`ended` is False).
-    `peak_force` (N) is what the engine says, else the largest sample: a lower bound; nan with an
-    impact, an impulse without duration, whose force has no bound. `contacts` counts impacts too.
+    `peak_force` (N) is the largest, whatever is sampled; nan with an impact, an impulse without
+    duration, whose force has no bound. `contacts` counts impacts too.
     """
 
     contact: str
@@ -118,7 +119,6 @@ def _strike(result: Result, contact: str, burst: list[_Touch], angle: FloatArray
     first, history = burst[0].first, result.contacts[contact]
     begin, end = first.time, max(touch.end for touch in burst)
     place = float(np.interp(begin, result.time, history.place))
-    during = (result.time >= begin) & (result.time <= end)
     lap = 1
     if angle is not None:
         index = int(np.searchsorted(result.time, begin))
@@ -133,17 +133,22 @@ def _strike(result: Result, contact: str, burst: list[_Touch], angle: FloatArray
         place=first.details.get("place", place),
         impulse=sum(touch.loss("impulse") for touch in burst),
         energy_lost=sum(touch.loss("energy_lost") for touch in burst),
-        peak_force=_peak_force(burst, history.force[during]),
+        peak_force=_peak_force(result, burst, (begin, end)),
         contacts=len(burst),
         ended=all(touch.last is not None for touch in burst),
     )
 
 
-def _peak_force(burst: list[_Touch], samples: FloatArray) -> float:
+def _peak_force(result: Result, burst: list[_Touch], during: tuple[float, float]) -> float:
     if any(touch.instant for touch in burst):
         return nan
+    contact = burst[0].first.name
     told = [touch.last.details.get("peak_force", 0.0) for touch in burst if touch.last]
-    return max(float(np.max(samples, initial=0.0)), *told, 0.0)
+    found = result.extremes[Watched.of_contact(contact)[0]].between(*during).value
+    if not len(found) and not told:  # a point that lies on a rigid face as the run ends
+        inside = (result.time >= during[0]) & (result.time <= during[1])
+        found = result.contacts[contact].force[inside]
+    return max(float(np.max(found, initial=0.0)), *told, 0.0)
 
 
 def settled(result: Result, contact: str, before: float) -> float:
@@ -162,10 +167,7 @@ def settled(result: Result, contact: str, before: float) -> float:
     response = lever_response(result, contact)
     at_last = abs(float(np.interp(before, response.time, response.angle)))
     peak, late = (
-        max(at_last, float(np.max(np.abs(response.angle[inside]), initial=0.0)))
-        for inside in (
-            (response.time >= begin) & (response.time <= before)
-            for begin in (earlier[-1], before - LAST_PART * (before - earlier[-1]))
-        )
+        max(at_last, abs(response.between(begin, before).farthest))
+        for begin in (earlier[-1], before - LAST_PART * (before - earlier[-1]))
     )
     return late / peak if peak else nan

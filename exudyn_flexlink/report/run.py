@@ -72,7 +72,7 @@ def _strikes(result: Result, contact: str) -> list[str]:
 def _strike(strike: Strike, response: LeverResponse, until: float) -> list[str]:
     """Return one row of the table; `until` is when the next strike begins."""
     angle = strike.crank_angle
-    peak = _peak(response, strike.begin, until)
+    peak = response.between(strike.begin, until).farthest
     return [
         str(strike.lap),
         f"{strike.begin:.5f} s",
@@ -81,14 +81,6 @@ def _strike(strike: Strike, response: LeverResponse, until: float) -> list[str]:
         f"{strike.place:.5f} m",
         f"{peak:+.5f} rad",
     ]
-
-
-def _peak(response: LeverResponse, begin: float, end: float) -> float:
-    """Return the angle (rad) farthest from rest between two instants, between samples too."""
-    part = response.between(begin, end)
-    if not len(part.time):
-        return 0.0
-    return max(part.least[0], part.greatest[0], key=abs)
 
 
 def _responses(result: Result) -> list[str]:

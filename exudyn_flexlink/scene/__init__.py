@@ -47,12 +47,20 @@ from exudyn_flexlink.scene.parse import (
     check_document,
     parse_scene,
 )
-from exudyn_flexlink.scene.run import Accuracy, Initial, Run
+from exudyn_flexlink.scene.run import (
+    ABSOLUTE_TOLERANCES,
+    RELATIVE_TOLERANCES,
+    Accuracy,
+    Initial,
+    Run,
+)
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
+    "ABSOLUTE_TOLERANCES",
     "EXCLUSIVE_KEYS",
     "GROUND",
+    "RELATIVE_TOLERANCES",
     "Accuracy",
     "Body",
     "CheckedDocument",

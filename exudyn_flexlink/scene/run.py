@@ -17,6 +17,15 @@ from exudyn_flexlink.quantities import (
 from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, refuse, require_one
 
 Velocity = tuple[Speed, Speed]
+RELATIVE_TOLERANCES, ABSOLUTE_TOLERANCES = (3e-14, 0.1), (1e-20, 1.0)
+"""Least and largest error that a step may be asked for, of the state and in rad and rad/s: less is
+rounding, and from more the explicit method's steps lead anywhere."""
+RelativeTolerance = Annotated[
+    float, Number(at_least=RELATIVE_TOLERANCES[0], at_most=RELATIVE_TOLERANCES[1])
+]
+AbsoluteTolerance = Annotated[
+    float, Number(at_least=ABSOLUTE_TOLERANCES[0], at_most=ABSOLUTE_TOLERANCES[1])
+]
 
 
 class Initial(Part):
@@ -100,12 +109,12 @@ class Accuracy(Part):
         le=200,
         description="of every flexible body, with formulation beam; 2 if not given",
     )
-    relative_tolerance: Annotated[float, Number(at_least=3e-14)] | None = Field(
+    relative_tolerance: RelativeTolerance | None = Field(
         None,
         description="error of one step per size of the state; for the Lagrangian, whose explicit "
         "method it chooses",
     )
-    absolute_tolerance: Annotated[float, Number(at_least=1e-20)] | None = Field(
+    absolute_tolerance: AbsoluteTolerance | None = Field(
         None,
         description="error of one step in rad and rad/s; for the Lagrangian, whose explicit method "
         "it chooses",

@@ -6,7 +6,10 @@ from collections.abc import Iterable, Mapping
 from math import isfinite
 from typing import Any
 
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
 
 NUMBERS = (int, float)
 
@@ -58,8 +61,16 @@ def _check_names(result: Result) -> None:
     _require("names", list(result.contacts) == list(scene.contacts))
     _require("names", set(result.drive_torques) <= set(scene.drives))
     _require("names", all(name.startswith(bodies + joints) for name in result.joint_forces))
+    _require("names", tuple(result.extremes) == _extremes_of(scene))
     for histories in (result.slot_forces, result.sleeves):
         _require("names", set(histories) <= set(scene.joints))
+
+
+def _extremes_of(scene: Scene) -> tuple[str, ...]:
+    """Names of the extremes that a run of a scene has."""
+    watched = Watched(scene, build_mechanism(scene))
+    own = (name for contact in watched.contacts for name in Watched.of_contact(contact))
+    return (*watched.names, *own)
 
 
 def _check_events(result: Result) -> None:

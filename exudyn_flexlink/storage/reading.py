@@ -18,6 +18,7 @@ from exudyn_flexlink.result import (
     ContactHistory,
     EnergyHistory,
     Event,
+    Extremes,
     Outcome,
     Result,
     SleeveHistory,
@@ -161,6 +162,9 @@ def _read_arrays(file: Path) -> dict[str, FloatArray]:
         raise StorageError(f"{file} is damaged; run the model again") from error
     except (zipfile.BadZipFile, zlib.error) as error:
         raise StorageError(f"{file} is damaged: {error}; run the model again") from error
+    except MemoryError as error:  # an array is as large as its header says
+        what = f"or too large for this machine: {error or 'not enough memory'}"
+        raise StorageError(f"{file} is damaged, {what}; run the model again") from error
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
 
@@ -198,6 +202,10 @@ def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
             for i, name in enumerate(arrays.names["sleeves"])
         },
         energy=EnergyHistory(*_series(arrays, EnergyHistory, "energy")),
+        extremes={
+            name: _extremes(arrays, f"extremes_{i}")
+            for i, name in enumerate(arrays.names["extremes"])
+        },
         events=tuple(_event(event) for event in summary["events"]),
         checks=Checks(**{key: _number(value) for key, value in checks.items()}),
         warnings=tuple(summary["warnings"]),
@@ -222,6 +230,14 @@ def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> Slee
         raise ValueError(f"the touches of '{prefix}' do not fit")
     deepest = _number(pairs["deepest_m"])
     return SleeveHistory(names, sides, force, Touches(*columns), deepest)
+
+
+def _extremes(arrays: _Arrays, prefix: str) -> Extremes:
+    time, value = (arrays.column(f"{prefix}_{field.name}") for field in fields(Extremes))
+    fit = len(time) == len(value) and time.dtype == value.dtype == np.float64
+    if not fit or np.any(np.diff(time) < 0):
+        raise ValueError(f"the extremes of '{prefix}' do not fit")
+    return Extremes(time, value)
 
 
 def _series(arrays: _Arrays, record: type[Any], prefix: str) -> Iterable[FloatArray]:

@@ -21,7 +21,7 @@ from exudyn_flexlink.observables import (
     strikes,
     struck_bodies,
 )
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.storage.errors import (
     ARRAYS,
     FORMAT,
@@ -83,6 +83,8 @@ def _arrays(result: Result) -> dict[str, Any]:
     for i, sleeve in enumerate(result.sleeves.values()):
         found[f"sleeves_{i}_force"] = sleeve.force
         found |= {f"sleeves_{i}_{key}": value for key, value in _fields(sleeve.touches).items()}
+    for i, extremes in enumerate(result.extremes.values()):
+        found |= {f"extremes_{i}_{key}": value for key, value in _fields(extremes).items()}
     return found | {f"energy_{key}": value for key, value in _fields(result.energy).items()}
 
 
@@ -104,6 +106,7 @@ def _summary(result: Result) -> dict[str, Any]:
         "checks": asdict(result.checks),
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
         "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},
+        "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
         "sleeves": {
             name: contact_data(contact_totals(result, name)) for name in sleeves_with_play(result)
         },
@@ -114,7 +117,8 @@ def _summary(result: Result) -> dict[str, Any]:
         "samples": len(result.time),
         "part_names": list(result.part_names),
         "names": {
-            kind: list(getattr(result, kind)) for kind in (*HISTORIES, "contacts", "sleeves")
+            kind: list(getattr(result, kind))
+            for kind in (*HISTORIES, "contacts", "sleeves", "extremes")
         },
         "pairs": {
             name: {
@@ -160,6 +164,19 @@ def _peaks(result: Result, contact: str) -> dict[str, float]:
         "least_angle_at_s": least_at,
         "greatest_angle_rad": greatest,
         "greatest_angle_at_s": greatest_at,
+    }
+
+
+def _extremes(own: Extremes) -> dict[str, float] | None:
+    """The least and the greatest of a quantity; None of a contact that never was."""
+    if not len(own.time):
+        return None
+    (least, least_at), (greatest, greatest_at) = own.least, own.greatest
+    return {
+        "least": least,
+        "least_at_s": least_at,
+        "greatest": greatest,
+        "greatest_at_s": greatest_at,
     }
 
 

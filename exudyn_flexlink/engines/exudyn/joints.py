@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.beam import beams_of
 from exudyn_flexlink.engines.exudyn.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
@@ -76,10 +77,10 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
     recorder = Recorder(
         system.coordinates,
-        all_contacts,
-        sample_times(scene, end),
+        sample_times(scene, assembly.mechanism, end),
         Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
         scene.accuracy.spectral_radius,
+        ExtremeSeeker(scene, assembly.mechanism, all_contacts, HERMITE),
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)

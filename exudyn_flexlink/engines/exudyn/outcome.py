@@ -13,9 +13,9 @@ from exudyn_flexlink.engines.exudyn.pace import ENOUGH_STEPS, few_steps, shorten
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_SOLUTION_ADVICE,
     Report,
     contact_events,
+    no_solution_advice,
     result_of,
     turns_missing,
 )
@@ -60,6 +60,7 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
         sleeves=sleeve_histories(prepared, kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
+        extremes=prepared.recorder.seeker.extremes(),
         events=_events(prepared),
         checks=_checks(prepared, iterations),
     )
@@ -139,7 +140,7 @@ def _events(prepared: Prepared) -> tuple[Event, ...]:
     events = [event for event in loop.events if event.time < loop.end]
     names = [contact.name for contact in contacts[: len(loop.contacts)]]
     events += contact_events(loop.log.entries, prepared.recorder.totals, names)
-    return tuple(sorted(events, key=lambda event: event.time))
+    return prepared.recorder.seeker.with_peaks(events)
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
@@ -157,7 +158,7 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
         smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
         largest_step=loop.largest_step,
         steps_per_contact=per_contact,
-        largest_penetration=float(recorder.penetrations.max(initial=0.0)),
+        largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
     )
 
 
@@ -192,7 +193,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     if loop.stop_reason:
         return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
     if complaint:
-        return Outcome(False, loop.time, _plain(complaint), _advice(complaint))
+        return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
     if _turns_missing(prepared):
         return Outcome(False, loop.time, *turns_missing(prepared.scene.run.of))
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
@@ -215,5 +216,7 @@ def _plain(complaint: str) -> str:
     return complaint.strip().splitlines()[0]
 
 
-def _advice(complaint: str) -> str:
-    return LOCKED_ADVICE if "singular" in complaint else NO_SOLUTION_ADVICE
+def _advice(prepared: Prepared, complaint: str) -> str:
+    if "singular" in complaint:
+        return LOCKED_ADVICE
+    return no_solution_advice(prepared.assembly, prepared.scene.accuracy.tolerance)

@@ -7,16 +7,16 @@ Positions between steps follow the cubic through positions and velocities at bot
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.coordinates import Coordinates
 from exudyn_flexlink.engines.exudyn.instant import Instant
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact, approach, turning
+from exudyn_flexlink.mechanism import approach, turning
 
 FloatArray = NDArray[np.float64]
 
@@ -79,15 +79,16 @@ class Recorder:
     def __init__(
         self,
         coordinates: Coordinates,
-        contacts: Sequence[FaceContact],
         grid: FloatArray,
         multipliers: Multipliers,
         spectral_radius: float,
+        seeker: ExtremeSeeker,
     ) -> None:
         self.coordinates = coordinates
         self.mechanism = coordinates.mechanism
-        self.contacts = contacts  # of the scene, then the pairs of its channels
+        self.contacts = contacts = seeker.contacts  # of the scene, then its channels' pairs
         self.grid = grid
+        self.seeker = seeker
         self.motor_rows = multipliers.motor_rows
         self.samples = Samples()
         self.energy_residual = 0.0
@@ -111,7 +112,6 @@ class Recorder:
         self._count = 0
         self._marks: list[float] = []
         self._notes: list[tuple[int, int]] = []  # row and contact, of this block
-        self.penetrations = np.zeros(count)  # largest of each contact, m
         self.totals: list[tuple[float, float]] = []  # impulse and loss at every note
         self._sampled_to = -np.inf
         self._damped = self._supplied = 0.0
@@ -165,12 +165,13 @@ class Recorder:
         time, q, v = self._time[:n], self._q[:n], self._v[:n]
         poses, rates = self.coordinates.at_joints(q, v)
         self._balance(n)
-        forces, stored, power, penetration = self._contacts(poses, rates, self._pressed[:n])
+        self._seek(time, (poses, rates))
+        forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
         impulses = self._impulse + _running_integral(time, forces)
         work = self._work + _running_integral(time, power)
         flow = self._flow(time, self.coordinates.damping_power(q, v), (poses, rates), stored)
         block = _Block(time, q, v, flow, forces, impulses, work - stored)
-        self._check(block, penetration)
+        self._check(block)
         self._sample(block)
         self.totals += [
             (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
@@ -196,11 +197,17 @@ class Recorder:
             self._balanced_at[0] = time[0]
         self._balanced = self._multipliers[n - 1].copy(), float(self._balanced_at[n - 1])
 
+    def _seek(self, time: FloatArray, motion: tuple[FloatArray, FloatArray]) -> None:
+        """Look for extremes between each step's ends, on the cubic there."""
+        poses, rates = (np.stack([x[:-1], x[1:]], axis=1) for x in motion)
+        pressed = self._pressed[: len(time) - 1]  # as a step begins, so through all of it
+        self.seeker.take(time[:-1].copy(), np.diff(time), (poses, rates), pressed)
+
     def _contacts(
         self, q: FloatArray, v: FloatArray, pressed: NDArray[np.bool_]
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Forces, energies stored, powers taken and penetrations, each (steps, contacts)."""
-        forces, stored, power, depth = (np.zeros(pressed.shape) for _ in range(4))
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Forces, energies stored and powers taken, each (steps, contacts)."""
+        forces, stored, power = (np.zeros(pressed.shape) for _ in range(3))
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact = self.contacts[k]
             rows = pressed[:, k]
@@ -208,12 +215,12 @@ class Recorder:
             assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
             deep = np.maximum(-at.gap, 0.0)
             force = contact.law.force(deep, -at.gap_rate)
-            depth[rows, k], forces[rows, k] = deep, force
+            forces[rows, k] = force
             stored[rows, k] = contact.law.stored_energy(deep)
             power[rows, k] = -force * at.gap_rate
             if contact.friction is not None:
                 power[rows, k] -= contact.friction.force(force, at.place_rate) * at.place_rate
-        return forces, stored, power, depth
+        return forces, stored, power
 
     def _flow(
         self,
@@ -244,7 +251,7 @@ class Recorder:
             supply += power
         return work, supply
 
-    def _check(self, block: _Block, penetration: FloatArray) -> None:
+    def _check(self, block: _Block) -> None:
         q, flow = block.q, block.flow
         kinetic = self.coordinates.kinetic(q, block.v)
         total = kinetic + self.coordinates.potential(q) + flow.stored.sum(axis=1)
@@ -256,7 +263,6 @@ class Recorder:
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-        np.maximum(self.penetrations, penetration.max(axis=0), out=self.penetrations)
 
     def _sample(self, block: _Block) -> None:
         time, kept = block.time, self.samples

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.engine import version
-from exudyn_flexlink.mechanism import Mechanism
+from exudyn_flexlink.mechanism import Assembly, Mechanism, least_tolerance
 from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
     EnergyHistory,
     Event,
+    Extremes,
     Outcome,
     Result,
     SleeveHistory,
@@ -26,10 +27,8 @@ from exudyn_flexlink.scene import Scene
 FloatArray = NDArray[np.float64]
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
-NO_SOLUTION_ADVICE = (
-    "tighten the tolerance (or shorten the step), soften the contact (less stiffness or friction, "
-    "or a larger transition_speed), or look at the mechanism there: it may be about to lock"
-)
+SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
+NEAR_ROUNDING = 1e3  # times the least tolerance: from there on it is no help to tighten one
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
 
 
@@ -47,8 +46,34 @@ class Report:
     contacts: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]
     energy: EnergyHistory
+    extremes: Mapping[str, Extremes]
     events: tuple[Event, ...]
     checks: Checks
+
+
+def no_solution_advice(
+    assembly: Assembly, tolerance: float | None, shortest: float = 0.0, end: float = 0.0
+) -> str:
+    """Say what to try where no step was short enough.
+
+    `tolerance` (m) is that of the run, None with steps of the user's own. `shortest` (s) is the
+    shortest step that is made in a run to `end` (s).
+    """
+    if shortest > SHORT_ENOUGH:
+        return (
+            f"shorten the run: in one of {end:.3g} s no step below {shortest:.2g} s is made, which "
+            "may be too long for what happens there"
+        )
+    if tolerance is None:
+        knob = "shorten the step, "
+    elif tolerance < NEAR_ROUNDING * least_tolerance(assembly):
+        knob = f"loosen the tolerance: {tolerance:g} m is near what rounding allows; else "
+    else:
+        knob = "tighten the tolerance, "
+    return (
+        f"{knob}soften the contact (less stiffness or friction, or a larger transition_speed), or "
+        "look at the mechanism there: it may be about to lock"
+    )
 
 
 def result_of(

@@ -39,7 +39,7 @@ def wall_penetrations(prepared: Prepared) -> list[float]:
     first = len(prepared.assembly.mechanism.contacts)
     for channel in prepared.assembly.mechanism.channels:
         count = len(pairs(channel))
-        found.append(float(prepared.recorder.penetrations[first : first + count].max()))
+        found.append(float(prepared.recorder.seeker.deepest[first : first + count].max()))
         first += count
     return found
 
@@ -47,6 +47,7 @@ def wall_penetrations(prepared: Prepared) -> list[float]:
 def _touches(prepared: Prepared, first: int, count: int) -> list[Row]:
     """Touches of the contacts from `first` on; what still presses ends with the run."""
     recorder, loop = prepared.recorder, prepared.loop
+    peak_force = recorder.seeker.peak_force
     begun: dict[int, tuple[float, float, float, float]] = {}
     rows: list[Row] = []
     for entry, (impulse, lost) in zip(loop.log.entries, recorder.totals, strict=True):
@@ -58,12 +59,14 @@ def _touches(prepared: Prepared, first: int, count: int) -> list[Row]:
             continue
         since, speed, before, spent = begun.pop(k)
         totals = (impulse - before, lost - spent)
-        rows.append((k - first, since, entry.time, *totals, entry.peak_force, speed))
+        peak = max(entry.peak_force, peak_force(k, since, entry.time))
+        rows.append((k - first, since, entry.time, *totals, peak, speed))
     items = [contact for channel in loop.channels for contact in channel.contacts]
     peaks = {contact.index: contact.peak for contact in items}
     for k, (since, speed, before, spent) in begun.items():
         impulse, lost = recorder.totals_of(k)
-        totals, peak = (impulse - before, lost - spent), peaks[k]
+        totals = (impulse - before, lost - spent)
+        peak = max(peaks[k], peak_force(k, since, loop.time))
         rows.append((k - first, since, loop.time, *totals, peak, speed))
     return sorted(rows, key=lambda row: (row[1], row[0]))
 

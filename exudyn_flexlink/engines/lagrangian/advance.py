@@ -75,10 +75,14 @@ def _shortest(t: float) -> float:
 
 
 @inner
-def _longest(t: float, y: FloatArray, free: int, course: Course, control: Control) -> float:
+def _longest(
+    at: tuple[float, FloatArray, float], free: int, course: Course, control: Control
+) -> float:
+    """Limit of a step from t and the state y that shall be `wanted` long, s."""
+    t, y, wanted = at
     speed = abs(guide_at(t, y, free, course)[1])
-    if course.drive[0] != 0.0:
-        speed = abs(course.drive[1])
+    if course.drive[0] != 0.0:  # fastest at the step's end, as a ramp only rises
+        speed = abs(guide_at(t + wanted, y, free, course)[1])
     if speed > 0.0:
         return min(control.longest, control.turn / speed)
     return control.longest
@@ -287,7 +291,7 @@ def advance(
             ended = THERE
             break
         y = buffer.states[done]
-        wanted = min(wanted, _longest(t, y, free, course, control))
+        wanted = min(wanted, _longest((t, y, wanted), free, course, control))
         # The last step ends at the stop; the one before is no longer than what it leaves.
         planned = ahead
         if wanted < ahead * (1 - 1e-9):

@@ -12,7 +12,7 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 numba: ModuleType | None
 try:
@@ -27,7 +27,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def compiled(function: F) -> F:
-    """Compile the function at its first call, and keep the code on disk; the same without numba."""
+    """Compile the function at its first call; the same without numba.
+
+    The code is kept on disk where there is a place for it, else compiled in every run.
+    """
     return _compiled(function)
 
 
@@ -43,20 +46,29 @@ def _compiled(function: F, **options: bool) -> F:
     if numba is None:
         return function
     dispatcher = numba.njit(
-        cache=True, no_cfunc_wrapper=True, error_model="numpy", fastmath=REORDERED, **options
+        no_cfunc_wrapper=True, error_model="numpy", fastmath=REORDERED, **options
     )(function)
     with suppress(AttributeError):  # compiling switched off, or kept elsewhere than in files
+        with suppress(RuntimeError):  # neither this folder nor the user's can be written
+            dispatcher.enable_caching()
         dispatcher._cache._cache_file._source_stamp = _STAMP
     return cast(F, dispatcher)
 
 
-def kept(function: Callable[..., Any]) -> bool:
-    """Tell whether machine code of a compiled function lies on disk, or none will ever be made."""
-    if numba is None:
-        return True
-    with suppress(AttributeError, OSError):
-        return bool(function._cache._cache_file._load_index())  # type: ignore[attr-defined]
-    return True
+Compilation = Literal["none", "once", "every run"]
+"""What is still to be compiled: nothing, code that is then kept, or code that is not."""
+
+
+def compilation(function: Callable[..., Any]) -> Compilation:
+    """Tell what the next call of a compiled function will begin with."""
+    dispatcher: Any = function
+    with suppress(AttributeError, OSError):  # no numba, compiling switched off, kept elsewhere
+        if dispatcher.signatures:
+            return "none"
+        if dispatcher.stats.cache_path is None:
+            return "every run"
+        return "none" if dispatcher._cache._cache_file._load_index() else "once"
+    return "none"
 
 
 def version() -> str:

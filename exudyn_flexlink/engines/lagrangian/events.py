@@ -104,6 +104,8 @@ class Loop:
         """Integrate to the next event or to `stop`; return the state to go on with."""
         system = self.system
         began, longest = self.time, system.longest_step(self.time, y)
+        if not np.isfinite(y).all():
+            raise StuckError("the state is no number any more: tolerances are too loose")
         solver = DOP853(
             system.rate, began, y, stop, longest, rtol=self.relative, atol=self.absolute
         )

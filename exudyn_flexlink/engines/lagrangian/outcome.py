@@ -90,7 +90,8 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         contacts=_contacts(rig, forces),
         sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
-        events=events,
+        extremes=recorder.seeker.extremes(),
+        events=recorder.seeker.with_peaks(events),
         checks=_checks(prepared),
         warnings=_warnings(prepared),
         outcome=_outcome(prepared, complaint),
@@ -154,7 +155,9 @@ def _checks(prepared: Prepared) -> Checks:
         smallest_step=loop.smallest if isfinite(loop.smallest) else 0.0,
         largest_step=loop.largest,
         steps_per_contact=inf,  # the error is controlled there as everywhere
-        largest_penetration=recorder.largest_penetration,
+        largest_penetration=max(
+            recorder.largest_penetration, float(recorder.seeker.deepest.max(initial=0.0))
+        ),
     )
 
 

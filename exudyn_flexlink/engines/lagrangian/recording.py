@@ -8,29 +8,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import groupby
 from time import monotonic
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.lagrangian.contacts import Side
+from exudyn_flexlink.engines.lagrangian.equations import Root
 from exudyn_flexlink.engines.lagrangian.events import Dense
-from exudyn_flexlink.engines.lagrangian.sampling import (
-    Block,
-    motions_at,
-    states_within,
-    wall_work,
-)
+from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
+from exudyn_flexlink.engines.lagrangian.touching import Rule
 from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
 FloatArray = NDArray[np.float64]
+_Motion = tuple[FloatArray, FloatArray, Root]
 
 BLOCK = 1024
 SECONDS_BETWEEN_REPORTS = 0.1
-PLACES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # of Gauss's rule on -1 .. 1
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
+GAUSS_NODES = (1 + _PLACES) / 2
+GAUSS = Rule.of(GAUSS_NODES, _WEIGHTS / 2)
 
 
 @dataclass
@@ -47,13 +50,32 @@ class Samples:
             values.pop()
 
 
+class _Steps(NamedTuple):
+    """Steps, their motion at the nodes of each, and which contacts press in them."""
+
+    begins: FloatArray  # (m,) s
+    lengths: FloatArray  # (m,) s
+    q: FloatArray  # (m n, N)
+    v: FloatArray  # (m n, N)
+    roots: FloatArray  # (m n, 6)
+    pressed: NDArray[np.bool_]  # (m, c)
+
+
 class Recorder:
     """Takes every step; keeps samples at `grid` (s, increasing) and at the instants of events."""
 
     def __init__(
-        self, system: System, grid: FloatArray, progress: Callable[[float], None] | None
+        self,
+        system: System,
+        grid: FloatArray,
+        seeker: ExtremeSeeker,
+        progress: Callable[[float], None] | None,
     ) -> None:
         self.system = system
+        self.seeker = seeker
+        self.explicit = False
+        layout = system.rig.layout
+        self._levers = [layout.coordinate(lever.part) for lever in layout.levers]
         self.grid = grid
         self.progress = progress
         self.samples = Samples()
@@ -67,11 +89,14 @@ class Recorder:
         self._events = 0
         self._checked: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
         self._waiting = 0
+        self._steps: list[_Steps] = []  # of the block
+        self._start: tuple[float, _Motion | None] = (0.0, None)  # of the next step
         self._start_energy: float | None = None
 
     def before(self, end: float, dense: Dense) -> None:
         """Keep the samples within a step, and follow the walls through it."""
         self._follow_walls(end, dense)
+        self._steps.append(self._step(end, dense))
         while self._next < len(self.grid) and self.grid[self._next] < end:
             at = float(self.grid[self._next])
             self._keep(at, dense(at))
@@ -83,6 +108,7 @@ class Recorder:
             self._keep(t, y)
         self._events = len(self.system.events)
         q, v, root = self.system.coordinates(t, y)
+        self._start = t, (q, v, root)
         place = np.array([*root, self.system.track.place])
         row = self._row(t, y)
         self._checked.append((q[None], v[None], place[None], row[None]))
@@ -94,16 +120,22 @@ class Recorder:
     def _follow_walls(self, end: float, dense: Dense) -> None:
         """Integrate over a step to `end`, by Gauss's rule."""
         for walls in self.system.walls:
-            half = (end - walls.time) / 2
-            instants = walls.time + half * (1 + PLACES)
-            states = np.array([dense(t) for t in instants.tolist()])
-            near = np.full(len(instants), self.system.track.u)
-            course = self.system.course()
-            self._take_walls(end, half * WEIGHTS, wall_work(instants, states, near, course))
+            length = end - walls.time
+            instants = (walls.time + length * GAUSS_NODES).tolist()
+            motion = [self.system.coordinates(t, dense(t)) for t in instants]
+            q, v, roots = (np.array(part) for part in zip(*motion, strict=True))
+            self._take_walls(end, np.array([length]), GAUSS, (q, v, roots))
 
-    def _take_walls(self, end: float, weights: FloatArray, work: FloatArray) -> None:
+    def _take_walls(
+        self,
+        end: float,
+        lengths: FloatArray,
+        rule: Rule,
+        motion: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> None:
+        """Hand steps to `end` on to the walls, and stop where the link broke through one."""
         for walls in self.system.walls:
-            walls.take(end, weights, work)
+            walls.take(end, lengths, rule, motion)
             if walls.deepest > deepest_allowed(walls.channel):
                 self.system.stop(broken_wall(walls.channel), BROKEN_WALL_ADVICE)
 
@@ -119,20 +151,66 @@ class Recorder:
         if last > self._next:
             self._keep_all(self.grid[self._next : last], block)
             self._next = last
-        for walls in self.system.walls:
-            if walls.touching.any():
-                instants, states, before, weights = block.stages()
-                self._take_walls(end, weights, wall_work(instants, states, before, block.course))
-            else:
-                walls.take(end, np.zeros(0), np.zeros((0, 0, 3)))
-        near, shift = block.places[:-1], self.system.track.place_of(0.0)
-        ends = motions_at(block.times[1:], block.states[1:], near, block.course, False)
-        rows = self._rows(block.states[1:], ends.pressed)
-        self._checked.append((ends.q, ends.v, np.column_stack([ends.root, ends.u + shift]), rows))
+        found, shift = self._nodes_of(block), self.system.track.place_of(0.0)
+        if self.system.walls:
+            rule = Rule.of(self.seeker.nodes, np.array([0.0, *block.method.matrix[-1]]))
+            lengths = np.diff(block.times)
+            self._take_walls(end, lengths, rule, (found.q, found.v, found.root))
+        ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
+        q, v, roots, u = (part[ends] for part in (found.q, found.v, found.root, found.u))
+        rows = self._rows(block.states[1:], found.pressed[ends])
+        self._checked.append((q, v, np.column_stack([roots, u + shift]), rows))
         self._waiting += len(rows)
+        self._start = end, None
         if self._waiting >= BLOCK:
             self.flush()
         self._tell(end)
+
+    def _step(self, end: float, dense: Dense) -> _Steps:
+        """Motion at the nodes of a step to `end` (s), whose states `dense` gives.
+
+        Of an explicit step, to look inside which costs evaluations of its own, the ends are enough
+        where no lever turns and no contact presses.
+        """
+        begin, first = self._start
+        first = first or self.system.coordinates(begin, dense(begin))
+        last = self.system.coordinates(end, dense(end))
+        pressed, inner, levers = self._pressed(1), list[_Motion](), self._levers
+        turned = np.any(np.sign(first[1][levers]) != np.sign(last[1][levers]))
+        if not self.explicit or turned or pressed.any():
+            parts = self.seeker.nodes[1:-1] * (end - begin)
+            inner = [self.system.coordinates(t, dense(t)) for t in (begin + parts).tolist()]
+        q, v, roots = (np.array(part) for part in zip(first, *inner, last, strict=True))
+        return _Steps(np.array([begin]), np.array([end - begin]), q, v, roots, pressed)
+
+    def _nodes_of(self, block: Block) -> Motions:
+        """Motion at the nodes of a block's steps, which is noted, too."""
+        # The block's times are the method's own, which it writes over.
+        nodes, begins, starts = self.seeker.nodes, block.times[:-1].copy(), block.states[:-1, None]
+        lengths = np.diff(block.times)
+        states = np.concatenate([starts, starts + block.changes], axis=1)
+        instants = (begins[:, None] + lengths[:, None] * nodes).ravel()
+        near = np.repeat(block.places[:-1], len(nodes))
+        found = motions_at(instants, states.reshape(len(instants), -1), near, block.course, False)
+        pressed = self._pressed(len(begins))
+        self._steps.append(_Steps(begins, lengths, found.q, found.v, found.root, pressed))
+        return found
+
+    def _pressed(self, steps: int) -> NDArray[np.bool_]:
+        """Contacts whose penalty acts, in so many steps, (steps, contacts)."""
+        acts = [c.side is Side.PRESSED and not c.rigid for c in self.system.contacts]
+        return np.tile(np.array(acts, dtype=bool), (steps, 1))
+
+    def _seek(self) -> None:
+        """Look for extremes within the steps of the block."""
+        steps = [step for step in self._steps if step.lengths[0] > 0]
+        self._steps.clear()
+        for _, alike in groupby(steps, key=lambda step: len(step.q) // len(step.begins)):
+            begins, lengths, q, v, roots, pressed = map(np.concatenate, zip(*alike, strict=True))
+            poses, rates = self.system.rig.poses(q, v, roots)
+            shape = (len(begins), len(q) // len(begins), *poses.shape[1:])
+            motion = poses.reshape(shape), rates.reshape(shape)
+            self.seeker.take(begins, lengths, motion, pressed)
 
     def _keep_all(self, instants: FloatArray, block: Block) -> None:
         """Keep the samples at instants within a block."""
@@ -192,7 +270,8 @@ class Recorder:
         return np.asarray(self._rows(y[None], pressed)[0])
 
     def flush(self) -> None:
-        """Check the states of the block."""
+        """Work off the block: extremes within its steps, and checks of their ends."""
+        self._seek()
         if not self._checked:
             return
         q, v, roots, rows = (np.concatenate(parts) for parts in zip(*self._checked, strict=True))

@@ -78,13 +78,13 @@ class Rig:
             arm, speed = _turned(pivot.pin, q[:, i], v[:, i])
             poses[:, pivot.part, :2], poses[:, pivot.part, 2] = pivot.at - arm, q[:, i]
             rates[:, pivot.part, :2], rates[:, pivot.part, 2] = -speed, v[:, i]
-        at, going = roots[:, :2].copy(), roots[:, 2:4] * v[:, layout.root, None]
-        for part, length in zip(layout.rods, self.lengths, strict=True):
-            i = layout.coordinate(part)
-            poses[:, part, :2], poses[:, part, 2] = at, q[:, i]
-            rates[:, part, :2], rates[:, part, 2] = going, v[:, i]
-            arm, speed = _turned((length, 0.0), q[:, i], v[:, i])
-            at, going = at + arm, going + speed
+        rods, own = list(layout.rods), [layout.coordinate(part) for part in layout.rods]
+        poses[:, rods, 2], rates[:, rods, 2] = q[:, own], v[:, own]
+        x, y = self.lengths * np.cos(q[:, own]), self.lengths * np.sin(q[:, own])
+        going = roots[:, 2:4] * v[:, layout.root, None]
+        for axis, arm, speed in ((0, x, -v[:, own] * y), (1, y, v[:, own] * x)):
+            poses[:, rods, axis] = roots[:, axis, None] + np.cumsum(arm, axis=1) - arm
+            rates[:, rods, axis] = going[:, axis, None] + np.cumsum(speed, axis=1) - speed
         return poses, rates
 
 

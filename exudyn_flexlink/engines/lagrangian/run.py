@@ -15,10 +15,11 @@ from time import perf_counter
 import numpy as np
 
 from exudyn_flexlink.engines.coasting import coasting
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
 from exudyn_flexlink.engines.lagrangian.collocation import radau
-from exudyn_flexlink.engines.lagrangian.compiled import kept
+from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation
 from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
 from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
@@ -40,6 +41,7 @@ SHARE = 0.2  # of the tolerance: error that one step may make
 # The same with walls, where a touch multiplies errors.
 WALLED_SHARE = 0.02
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
+EXPLICIT_NODES = np.array([0.0, 0.5, 1.0])  # at which an explicit step is looked at for extremes
 RELATIVE = 1e-10
 ABSOLUTE = 1e-12  # rad, rad/s, J, N s
 
@@ -65,10 +67,14 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     rig = build_rig(scene, assembly)
     end = end_of_run(scene, assembly.mechanism)
     system = System(rig, turn_goal(scene, assembly))
-    recorder = Recorder(system, sample_times(scene, end), progress)
-    accuracy = scene.accuracy
+    accuracy, mechanism = scene.accuracy, assembly.mechanism
+    by_explicit, method = explicit(scene, mechanism), radau(STAGES)
+    nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *method.nodes])
+    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, nodes)
+    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker, progress)
+    recorder.explicit = by_explicit
     loop: Loop | March
-    if explicit(scene, assembly.mechanism):
+    if by_explicit:
         loop = Loop(
             system,
             recorder,
@@ -77,7 +83,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
         )
     else:
         assert accuracy.tolerance is not None
-        loop = March(system, recorder, radau(STAGES), control(rig, accuracy.tolerance, end))
+        loop = March(system, recorder, method, control(rig, accuracy.tolerance, end))
     return Prepared(scene, rig, system, recorder, loop, end)
 
 
@@ -86,14 +92,17 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
     return scene.accuracy.tolerance is None or asks_for_local(scene) or not_smooth(mechanism)
 
 
-def compiles(scene: Scene) -> bool:
+def compiles(scene: Scene) -> Compilation:
     """Tell whether a run will begin by compiling the implicit method, which takes a minute.
+
+    If so, whether the code is then kept for later runs.
 
     Raises:
         SceneError: the scene can't be put together.
 
     """
-    return not explicit(scene, assemble_scene(scene).mechanism) and not kept(advance)
+    implicit = not explicit(scene, assemble_scene(scene).mechanism)
+    return compilation(advance) if implicit else "none"
 
 
 def asks_for_local(scene: Scene) -> bool:

@@ -26,14 +26,7 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     chain_of,
     unpacked,
 )
-from exudyn_flexlink.engines.lagrangian.walls import (
-    GAP,
-    GAP_RATE,
-    SLIP,
-    depths_squared,
-    look,
-    pressing,
-)
+from exudyn_flexlink.engines.lagrangian.walls import depths_squared
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
 
 FloatArray = NDArray[np.float64]
@@ -54,15 +47,6 @@ class Block:
         """Places of P (m,) at the starts of the steps that instants (m,) are in."""
         steps = np.searchsorted(self.times, instants, side="left") - 1
         return self.places[np.clip(steps, 0, len(self.changes) - 1)]
-
-    def stages(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Instants, states, places before and weights (s) of all stages, (m s, ..)."""
-        lengths, count = np.diff(self.times), len(self.method.nodes)
-        instants = self.times[:-1, None] + lengths[:, None] * self.method.nodes
-        states = self.states[:-1, None] + self.changes
-        weights = lengths[:, None] * self.method.matrix[-1]
-        before = np.repeat(self.places[:-1], count)
-        return instants.ravel(), states.reshape(-1, states.shape[2]), before, weights.ravel()
 
 
 class Motions(NamedTuple):
@@ -133,24 +117,4 @@ def motions_at(
             for k in range(contacts):
                 penalty = course.acting[k] == PENALTY
                 found.forces[i, k] = max(forces[k], 0.0) if penalty else forces[k]
-    return found
-
-
-@compiled
-def wall_work(
-    times: FloatArray, states: FloatArray, places: FloatArray, course: Course
-) -> FloatArray:
-    """Return what `touching.Walls.take` takes, at instants as those of `motions_at`."""
-    equations = Equations(course, unpacked(course.data))
-    chain, touching = chain_of(equations.c), course.touching
-    found = np.zeros((len(times), len(touching), 3))
-    for i in range(len(times)):
-        q, v, root, _ = coordinates_at(Instant(times[i], states[i], places[i]), equations)
-        pairs = look(q, v, root, chain).pairs
-        for k in range(len(touching)):
-            if touching[k] != 0:
-                press, rub = pressing(pairs[k], chain[3])
-                found[i, k, 0] = press
-                found[i, k, 1] = -press * pairs[k, GAP_RATE] - rub * pairs[k, SLIP]
-                found[i, k, 2] = max(0.0, -pairs[k, GAP])
     return found

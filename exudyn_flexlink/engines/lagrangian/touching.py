@@ -7,6 +7,7 @@ over steps in which all forces are smooth.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +20,30 @@ from exudyn_flexlink.engines.lagrangian.walls import (
     depths_squared,
     look,
     pair_count,
+    wall_work,
 )
 from exudyn_flexlink.mechanism import Channel, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory, Touches
 
 FloatArray = NDArray[np.float64]
+PARTS = 32  # of a step: where the largest force is looked for
 Row = tuple[int, float, float, float, float, float, float]
+
+
+class Rule(NamedTuple):
+    """How values at n nodes of a step become integrals, and values in between."""
+
+    weights: FloatArray  # (n,) of the step's length
+    between: FloatArray  # (p, n): values at even parts of the step
+    slopes: FloatArray  # (p, n): slopes there, by the part of the step
+
+    @classmethod
+    def of(cls, nodes: FloatArray, weights: FloatArray) -> Rule:
+        """Return the rule of nodes (n,), parts of the step, by the polynomial through them."""
+        powers, parts = np.arange(len(nodes)), np.linspace(0.0, 1.0, PARTS + 1)[:, None]
+        of_values = np.linalg.inv(nodes[:, None] ** powers)
+        slopes = powers * parts ** np.maximum(powers - 1, 0)
+        return cls(weights, parts**powers @ of_values, slopes @ of_values)
 
 
 @dataclass
@@ -95,20 +114,33 @@ class Walls:
         else:
             self.rows.append(self._row(k, self._open.pop(k), t))
 
-    def take(self, end: float, weights: FloatArray, work: FloatArray) -> None:
-        """Take steps to `end` (s) in which nothing changes, by values at some of their instants.
+    def take(
+        self,
+        end: float,
+        lengths: FloatArray,
+        rule: Rule,
+        motion: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> None:
+        """Take steps to `end` in which nothing changes, of some lengths (m,), both in s.
 
-        `weights` (m,), in s, integrate over the steps; `work` (m, pairs, 3) are the pressing
-        forces, the powers that the pairs take, and the depths.
+        The motion at the n nodes of each is q, v (m n, N) and P (m n, 6).
         """
         self.time = end
-        if not self._open or not len(work):
+        if not self._open:
             return
-        self.deepest = max(self.deepest, float(work[:, :, 2].max()))
+        work = wall_work(*motion, self.touching, self.chain)
+        work = work.reshape(len(lengths), len(rule.weights), -1, 3)[lengths > 0]
+        lengths = lengths[lengths > 0]
+        if not len(lengths):
+            return
         for k, touch in self._open.items():
-            touch.impulse += float(weights @ work[:, k, 0])
-            touch.lost += float(weights @ work[:, k, 1])
-            touch.peak = max(touch.peak, float(work[:, k, 0].max()))
+            press, power, depth = (work[:, :, k, column] for column in range(3))
+            touch.impulse += float(lengths @ press @ rule.weights)
+            touch.lost += float(lengths @ power @ rule.weights)
+            # A force that falls at once as the gap opens peaks between two nodes.
+            depths, rates = depth @ rule.between.T, depth @ rule.slopes.T / lengths[:, None]
+            self.deepest = max(self.deepest, float(depths.max()))
+            touch.peak = max(touch.peak, float(self.channel.law.force(depths, rates).max()))
 
     def pressed_at(self, q: FloatArray, v: FloatArray, root: Root) -> float:
         """Sum of the squares of how deep the pairs are that touch, m^2."""

@@ -269,6 +269,27 @@ def wall_forces(
 
 
 @compiled
+def wall_work(
+    q: FloatArray, v: FloatArray, roots: FloatArray, touching: IntArray, chain: Chain
+) -> FloatArray:
+    """Pressing forces, powers that pairs take, and depths (m, pairs, 3) of a motion (m, ..).
+
+    Zero where a pair does not touch.
+    """
+    found = np.zeros((len(q), len(touching), 3))
+    for i in range(len(q)):
+        r = roots[i]
+        pairs = look(q[i], v[i], (r[0], r[1], r[2], r[3], r[4], r[5]), chain).pairs
+        for k in range(len(touching)):
+            if touching[k] != 0:
+                press, rub = pressing(pairs[k], chain[3])
+                found[i, k, 0] = press
+                found[i, k, 1] = -press * pairs[k, GAP_RATE] - rub * pairs[k, SLIP]
+                found[i, k, 2] = max(0.0, -pairs[k, GAP])
+    return found
+
+
+@compiled
 def depths_squared(
     q: FloatArray, v: FloatArray, root: Root, touching: IntArray, chain: Chain
 ) -> float:

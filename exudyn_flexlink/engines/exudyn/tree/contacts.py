@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.tree.contact_share import Press, Pressing
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, face_length
-from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
+from exudyn_flexlink.mechanism import Anchor, FaceContact, face_length
+from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, ROOT, Frame, TreeLayout
 
 FloatArray = NDArray[np.float64]
 Row = list[tuple[int, float, float]]
@@ -41,10 +41,10 @@ class TreeContact:
         self.peak = 0.0
         self._point = _Carrier(layout, face.point)
         self._start = _Carrier(layout, face.start)
-        self._direction = (
-            (face.end.x - face.start.x) / self.length,
-            (face.end.y - face.start.y) / self.length,
-        )
+        # The face's part may be turned in the axes of the link that carries it.
+        along = Frame(ROOT, 0.0, 0.0, layout.frame(face.start.part).angle)
+        dx, dy = face.end.x - face.start.x, face.end.y - face.start.y
+        self._direction = along.place(dx / self.length, dy / self.length)
         self._count = len(layout.links)
 
     @property
@@ -167,17 +167,12 @@ class _Carrier:
     """The links that carry an anchor, from the ground on, in plain floats."""
 
     def __init__(self, layout: TreeLayout, anchor: Anchor) -> None:
-        self._links: list[tuple[int, int, float, float]] = []
-        self._end = (anchor.x, anchor.y)
-        if anchor.part == GROUND:
-            return
-        last = layout.of_part[anchor.part]
+        self._links: list[tuple[int, int, float, float, float]] = []
+        last, *self._end = layout.place(anchor)
         for i in layout.path(last):
             link = layout.links[i]
             kind = 0 if link.kind == HINGE else 1 if link.kind == ALONG_X else 2
-            self._links.append((i, kind, *link.offset))
-        origin = layout.links[last].origin
-        self._end = (anchor.x - origin[0], anchor.y - origin[1])
+            self._links.append((i, kind, link.turn, *link.offset))
 
     def state(
         self, x: list[float], v: list[float]
@@ -189,9 +184,12 @@ class _Carrier:
         px = py = ux = uy = angle = turning = 0.0
         c, s = 1.0, 0.0
         row: Row = []
-        for i, kind, ox, oy in self._links:
+        for i, kind, turn, ox, oy in self._links:
             ax, ay = c * ox - s * oy, s * ox + c * oy
             px, py, ux, uy = px + ax, py + ay, ux - turning * ay, uy + turning * ax
+            if turn != 0:
+                angle += turn
+                c, s = cos(angle), sin(angle)
             if kind == 0:
                 angle, turning = angle + x[i], turning + v[i]
                 c, s = cos(angle), sin(angle)

@@ -86,7 +86,7 @@ class Finder:
 
     def _ends_of_pieces(self, step: Step) -> list[Found]:
         found = []
-        for k, guide in enumerate(self.model.guides):
+        for k, guide in enumerate(self.model.coordinates.points):
             ahead, behind = guide.left(step.stages[-1].kept.places[k])
             if min(ahead, behind) < -SEAM:
                 way = 1 if ahead < behind else -1
@@ -97,7 +97,7 @@ class Finder:
     def _on_piece(self, step: Step, k: int, way: int, t: float) -> float:
         """How far a slot's point is from the end of its piece (way 1) or from its start (-1)."""
         q, v = step.at(np.array([t]))
-        left = self.model.guides[k].left(self.model.whole(t, q[0], v[0]).places[k])
+        left = self.model.coordinates.points[k].left(self.model.whole(t, q[0], v[0]).places[k])
         return left[0] if way == 1 else left[1]
 
     def _changes_of_contacts(self, step: Step) -> list[Found]:
@@ -129,12 +129,13 @@ class Finder:
         t = step.t
         for end in np.linspace(step.t, step.end, LOOKS + 1)[1:].tolist():
             if self._guard(contact, step, end) < -NOTHING:
-                if self._guard(contact, step, t) <= NOTHING:
+                if self._guard(contact, step, t) > NOTHING:
+                    return float(
+                        brentq(lambda at: self._guard(contact, step, at), t, end, xtol=EVENT_TIME)
+                    )
+                if not self._still_closes(contact, step, end):
                     return self._after_touching(contact, step, t, end)
-                return float(
-                    brentq(lambda at: self._guard(contact, step, at), t, end, xtol=EVENT_TIME)
-                )
-            if contact.side is not Side.PRESSED:
+            elif contact.side is not Side.PRESSED:
                 grazed = self._grazed(contact, step, t, end)
                 if grazed is not None:
                     return grazed
@@ -169,6 +170,11 @@ class Finder:
         unchanged = _apart if apart else partial(_pressed, contact)
         between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
         return all(unchanged(before, after, h) for before, after, h in between)
+
+    def _still_closes(self, contact: TreeContact, step: Step, t: float) -> bool:
+        """Tell that a contact which has begun a hair before it touches goes on to touch."""
+        touch = contact.touch(*self._coordinates(step, t))
+        return contact.acts and not contact.beside(touch) and touch.gap_rate < 0
 
     def _after_touching(self, contact: TreeContact, step: Step, t: float, end: float) -> float:
         """A guard that starts at zero rises first, or the contact changes at once."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
-from exudyn_flexlink.curves import Evaluator, evaluator, lap_number, pieces_of_laps
+from exudyn_flexlink.engines.exudyn.tree.track_point import TrackPoint
 from exudyn_flexlink.mechanism.tree import GuidedSlot
 from exudyn_flexlink.result import Event
 
@@ -32,21 +32,15 @@ class DeadCentreError(ValueError):
     """The guide's axis touches the track or misses it: its angle tells no place of the point."""
 
 
-class SlotGuide:
-    """Follows one slot's point from piece to piece; `u` is where it was last."""
+class SlotGuide(TrackPoint):
+    """A slot's point as the guide's angle decides it; `u` is where it was last."""
 
     def __init__(self, guided: GuidedSlot, place: float, angle: float, events: list[Event]) -> None:
+        super().__init__(guided.slot, place, events)
         self.guided = guided
-        self.curve = guided.slot.curve
-        self.events = events
-        self.piece, self.u = self.curve.locate(place)
         self._home = self.u  # after the last whole step: every search starts there
         self._turned, self._axis = angle, (cos(angle), sin(angle))  # of the guide, there
         self._from = guided.pivot, guided.ahead, guided.aside
-        self._laps = pieces_of_laps(self.curve)
-        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
-        self._winding = self._lap
-        self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
 
     def slide(self, angle: float) -> tuple[float, float, float]:
         """Coordinate of the slide (m) and its first two derivatives by the guide's angle.
@@ -59,7 +53,7 @@ class SlotGuide:
         u = self._newton(axis, self._home, self._axis)
         self.u = self._walk(angle) if u is None else u
         (cx, cy), ahead, aside = self._from
-        x, y, dx, dy, ddx, ddy = self._at[self.piece](self.u)
+        x, y, dx, dy, ddx, ddy = self.at(self.u)
         slope = c * dy - s * dx
         reach, along = c * (x - cx) + s * (y - cy), c * dx + s * dy
         first = reach / slope
@@ -76,7 +70,7 @@ class SlotGuide:
         the axis against the track has to keep its sign, and Kantorovich's condition to hold,
         2 |f'' step| <= |f'|, with f'' at both ends of a step, and f' at its start.
         """
-        ((cx, cy), _, aside), at = self._from, self._at[self.piece]
+        ((cx, cy), _, aside), at = self._from, self.at
         c, s = axis
         x, y, dx, dy, ddx, ddy = at(u)
         slope, was, last = c * dy - s * dx, before[0] * dy - before[1] * dx, inf
@@ -123,7 +117,7 @@ class SlotGuide:
         return self._grazes(angle, self._home)
 
     def _grazes(self, angle: float, u: float) -> bool:
-        _, _, dx, dy, _, _ = self._at[self.piece](u)
+        _, _, dx, dy, _, _ = self.at(u)
         return abs(cos(angle) * dy - sin(angle) * dx) < GRAZING * hypot(dx, dy)
 
     def settle(self, u: float, angle: float) -> None:
@@ -131,35 +125,8 @@ class SlotGuide:
         self.u = self._home = u
         self._turned, self._axis = angle, (cos(angle), sin(angle))
 
-    def left(self, u: float) -> tuple[float, float]:
-        """How far a place is from the end and from the start of the present piece."""
-        piece = self.curve.pieces[self.piece]
-        return piece.end - u, u - piece.start
-
-    def place(self, u: float) -> float:
-        """Parameter of the whole curve at the present piece's own."""
-        piece = self.curve.pieces[self.piece]
-        if not self.curve.closed:
-            u = min(max(u, piece.start), piece.end)
-        return float(self.curve.breaks[self.piece] + u - piece.start)
-
     def next_piece(self, way: int, time: float) -> bool:
         """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
-        first, last = self._laps[self._lap]
-        after = self.piece + way
-        if not first <= after <= last:
-            if not self.curve.closed:
-                return False
-            before = lap_number(self._winding)
-            self._winding += way
-            number = lap_number(self._winding)
-            if number != before:
-                details = {"lap": float(number)}
-                self.events.append(Event(time, "lap", self.guided.slot.name, details))
-            self._lap = (number - 1) % len(self._laps)
-            first, last = self._laps[self._lap]
-            after = first if way > 0 else last
-        self.piece = after
-        piece = self.curve.pieces[after]
-        self.u = self._home = piece.start if way > 0 else piece.end
-        return True
+        went = super().next_piece(way, time)
+        self._home = self.u
+        return went

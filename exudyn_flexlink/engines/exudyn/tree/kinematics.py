@@ -1,17 +1,27 @@
-"""Where the links of a tree are: from its coordinates to the poses of parts, for many instants."""
+"""Where the links of a tree are and how they move, for many instants at once, without a loop.
+
+Vectors in the plane are complex numbers. With theta the angle of a link (the sum of the hinges up
+to it), theta' that of its parent, o its joint's offset, s the coordinate of a slide and e its
+direction, the origin of link i is the sum over the links up to it of
+
+    d = exp(i theta') o + s e,
+
+and its velocity and acceleration are the sums of the derivatives of d.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import GROUND, Assembly
-from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, ROOT, TreeLayout
+from exudyn_flexlink.mechanism import Anchor, Assembly
+from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, ROOT, TreeLayout
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -23,143 +33,176 @@ class Motions:
     bends: FloatArray  # second derivatives
 
 
-def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArray, FloatArray]:
-    """Coordinates and speeds of the tree (links,) at time 0."""
-    q, v = assembly.state.q, assembly.state.v
-    x, rate = np.zeros(len(layout.links)), np.zeros(len(layout.links))
-    ground = np.zeros(3)
-    for i, link in enumerate(layout.links):
-        if link.part is None:
-            continue
-        above = None if link.parent == ROOT else layout.links[link.parent]
-        if above is not None and above.part is None:
-            # A free part: its two slides are its place, from which its own frame does not differ.
-            x[i - 2 : i + 1], rate[i - 2 : i + 1] = q[link.part], v[link.part]
-            continue
-        near, far = GROUND if above is None else above.part, link.part
-        pose, speed = (ground, ground) if near == GROUND else (q[near], v[near])
-        if link.kind == HINGE:
-            x[i], rate[i] = q[far, 2] - pose[2], v[far, 2] - speed[2]
-            continue
-        x[i], rate[i] = _slid(layout, i, (pose, speed), (q[far], v[far]))
-    return x, rate
+class Places(NamedTuple):
+    """Where the links are, (..., links + 1) each; the last is the ground."""
+
+    angle: FloatArray
+    axis: ComplexArray  # exp(i angle)
+    origin: ComplexArray
+    slide: ComplexArray  # direction of a slide, 0 of a hinge (..., links)
 
 
-def _slid(
-    layout: TreeLayout,
-    i: int,
-    near: tuple[FloatArray, FloatArray],
-    far: tuple[FloatArray, FloatArray],
-) -> tuple[float, float]:
-    """How far a part has slid along the x-axis of the one before, and how fast."""
-    link = layout.links[i]
-    base = (0.0, 0.0) if link.parent == ROOT else layout.links[link.parent].origin
-    at, going = _carried(far, link.origin)
-    from_, moving = _carried(near, (base[0] + link.offset[0], base[1] + link.offset[1]))
-    along = np.array([np.cos(near[0][2]), np.sin(near[0][2])])
-    across = np.array([-along[1], along[0]])
-    between = at - from_
-    return float(along @ between), float(along @ (going - moving) + near[1][2] * (across @ between))
+class Rates(NamedTuple):
+    """Derivatives by time of the angles and the origins of links, (..., links + 1)."""
+
+    angle: FloatArray
+    origin: ComplexArray
 
 
-def _carried(
-    state: tuple[FloatArray, FloatArray], point: tuple[float, float]
-) -> tuple[FloatArray, FloatArray]:
-    """Place and velocity of a point of a part in a state (pose, rate)."""
-    pose, rate = state
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    arm = np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
-    return pose[:2] + arm, rate[:2] + rate[2] * np.array([-arm[1], arm[0]])
+class LinkKinematics:
+    """Kinematics of all links of a layout."""
+
+    def __init__(self, layout: TreeLayout) -> None:
+        links = layout.links
+        count = len(links)
+        above = np.zeros((count, count))
+        for i in range(count):
+            above[i, layout.path(i)] = 1.0
+        self._above = above.T.astype(complex)
+        self.hinge = np.array([link.kind == HINGE for link in links], dtype=bool)
+        self.turning = (above * self.hinge).T  # (links, links): hinges that turn a link
+        self._turned = above @ np.array([link.turn for link in links])
+        self._parent = np.array([link.parent for link in links], dtype=int)  # -1: the ground
+        self._offset = np.array([complex(*link.offset) for link in links])
+        across = np.array([link.kind == ALONG_Y for link in links], dtype=bool)
+        self._along = np.where(self.hinge, 0.0, np.where(across, 1j, 1.0))
+        self._moved_by = np.vstack([above, np.zeros(count)]).astype(bool)  # the ground by none
+
+    def places(self, x: FloatArray) -> Places:
+        """Return angles, axes and origins at coordinates (..., links)."""
+        angle = _with_ground(x @ self.turning + self._turned)
+        axis = np.empty(angle.shape, dtype=complex)
+        axis.real, axis.imag = np.cos(angle), np.sin(angle)
+        slide = axis[..., :-1] * self._along
+        moved = axis[..., self._parent] * self._offset + slide * x
+        return Places(angle, axis, _with_ground(moved @ self._above), slide)
+
+    def rates(self, at: Places, x: FloatArray, v: FloatArray) -> Rates:
+        """First derivatives at speeds (..., links)."""
+        angle = _with_ground(v @ self.turning)
+        turned = 1j * angle[..., self._parent] * at.axis[..., self._parent] * self._offset
+        slid = at.slide * (v + 1j * angle[..., :-1] * x)
+        return Rates(angle, _with_ground((turned + slid) @ self._above))
+
+    def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
+        """Second derivatives at accelerations (..., links)."""
+        angle = _with_ground(a @ self.turning)
+        spin = 1j * angle - rates.angle**2
+        turned = spin[..., self._parent] * at.axis[..., self._parent] * self._offset
+        slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
+        return Rates(angle, _with_ground((turned + slid) @ self._above))
+
+    def moves(self, at: Places, links: NDArray[np.intp], points: ComplexArray) -> ComplexArray:
+        """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
+        origin = at.origin[..., None, :-1]
+        by_hinge = 1j * (points[..., None] - origin)
+        moved = np.where(self.hinge, by_hinge, at.slide[..., None, :])
+        return np.asarray(np.where(self._moved_by[links], moved, 0.0))
+
+
+Array = TypeVar("Array", FloatArray, ComplexArray)
+
+
+def _with_ground(values: Array) -> Array:
+    """Append the ground, where everything is zero."""
+    zero = np.zeros((*values.shape[:-1], 1), values.dtype)
+    return np.concatenate([values, zero], axis=-1)
+
+
+class Points:
+    """Points carried by links: their places and derivatives."""
+
+    def __init__(self, layout: TreeLayout, anchors: list[Anchor]) -> None:
+        places = [layout.place(anchor) for anchor in anchors]
+        self.links = np.array([link for link, _, _ in places], dtype=int)  # -1: the ground
+        self._own = np.array([complex(x, y) for _, x, y in places])
+
+    def places(self, at: Places) -> ComplexArray:
+        """Return the points (..., points)."""
+        return np.asarray(at.origin[..., self.links] + at.axis[..., self.links] * self._own)
+
+    def rates(self, at: Places, rates: Rates) -> ComplexArray:
+        """First derivatives (..., points)."""
+        turned = 1j * rates.angle[..., self.links] * at.axis[..., self.links] * self._own
+        return np.asarray(rates.origin[..., self.links] + turned)
+
+    def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
+        """Second derivatives (..., points)."""
+        links = self.links
+        spin = 1j * bends.angle[..., links] - rates.angle[..., links] ** 2
+        return np.asarray(bends.origin[..., links] + spin * at.axis[..., links] * self._own)
 
 
 class Reaches:
     """How the coordinates of a tree move the far ends of its parts."""
 
-    def __init__(self, layout: TreeLayout, reach: list[float]) -> None:
-        self._links = [(link.parent, link.kind, *link.offset) for link in layout.links]
-        self._carriers = np.array([layout.of_part[part] for part in range(len(reach))], dtype=int)
-        self._origins = np.array([layout.links[i].origin[0] for i in self._carriers])
-        self._reach = np.array(reach)
-        above = np.zeros((len(layout.links), len(reach)), dtype=bool)
-        for part, carrier in enumerate(self._carriers):
-            above[layout.path(int(carrier)), part] = True
-        hinges = np.array([link.kind == HINGE for link in layout.links])
-        self._turning, self._sliding = above & hinges[:, None], above & ~hinges[:, None]
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, reach: list[float]) -> None:
+        self._kinematics = kinematics
+        self._ends = Points(layout, [Anchor(part, x, 0.0) for part, x in enumerate(reach)])
 
     def moves(self, x: FloatArray) -> FloatArray:
         """Derivatives (links, 2 parts) of all ends' x, then of their y, at coordinates (links,)."""
-        places: list[tuple[float, float, float, float]] = []  # x, y, cos, sin of each link
-        for (parent, kind, ox, oy), moved in zip(self._links, x.tolist(), strict=True):
-            px, py, c, s = places[parent] if parent != ROOT else (0.0, 0.0, 1.0, 0.0)
-            px, py = px + c * ox - s * oy, py + s * ox + c * oy
-            if kind == HINGE:
-                turn_c, turn_s = cos(moved), sin(moved)
-                places.append((px, py, c * turn_c - s * turn_s, s * turn_c + c * turn_s))
-                continue
-            ex, ey = (c, s) if kind == ALONG_X else (-s, c)
-            places.append((px + moved * ex, py + moved * ey, c, s))
-        frames = np.array(places)
-        ahead = self._reach - self._origins
-        at = frames[self._carriers]
-        ends = at[:, :2] + ahead[:, None] * at[:, 2:]
-        arm_x = ends[:, 0] - frames[:, None, 0]
-        arm_y = ends[:, 1] - frames[:, None, 1]
-        return np.hstack([
-            np.where(self._turning, -arm_y, self._sliding),
-            np.where(self._turning, arm_x, self._sliding),
-        ])  # fmt: skip
+        at = self._kinematics.places(x)
+        moved = self._kinematics.moves(at, self._ends.links, self._ends.places(at)).T
+        return np.hstack([moved.real, moved.imag])
 
 
-def motions(layout: TreeLayout, x: FloatArray, v: FloatArray, a: FloatArray) -> Motions:
+def motions(
+    layout: TreeLayout, kinematics: LinkKinematics, x: FloatArray, v: FloatArray, a: FloatArray
+) -> Motions:
     """Poses of all parts at coordinates, speeds and accelerations (instants, links)."""
-    shape = (len(x), len(layout.of_part), 3)
-    found = Motions(np.zeros(shape), np.zeros(shape), np.zeros(shape))
-    frames: list[FloatArray] = []  # of each link: (3, instants, 3), pose, rate and bend
-    still = np.zeros((3, len(x), 3))
+    frames = [layout.frames[part] for part in range(len(layout.frames))]
+    origins = Points(layout, [Anchor(part, 0.0, 0.0) for part in range(len(frames))])
+    at = kinematics.places(x)
+    rates = kinematics.rates(at, x, v)
+    bends = kinematics.bends(at, rates, x, v, a)
+    own = np.array([frame.angle for frame in frames])
+    return Motions(
+        _poses(origins.places(at), at.angle[..., origins.links] + own),
+        _poses(origins.rates(at, rates), rates.angle[..., origins.links]),
+        _poses(origins.bends(at, rates, bends), bends.angle[..., origins.links]),
+    )
+
+
+def _poses(place: ComplexArray, angle: FloatArray) -> FloatArray:
+    return np.stack([place.real, place.imag, angle], axis=-1)
+
+
+def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and speeds of the tree (links,) at time 0."""
+    q, v = assembly.state.q, assembly.state.v
+    count = len(layout.links)
+    x, speed = np.zeros(count), np.zeros(count)
+    pose, rate = np.zeros((count + 1, 2), dtype=complex), np.zeros((count + 1, 2), dtype=complex)
     for i, link in enumerate(layout.links):
-        parent = still if link.parent == ROOT else frames[link.parent]
-        moved = np.array([x[:, i], v[:, i], a[:, i]])
-        frame = _shifted(parent, link.offset)
+        if not link.parts:
+            continue
+        pose[i], rate[i] = _link_state(layout, link.parts[0], q, v)
+        above = link.parent
+        if above != ROOT and not layout.links[above].parts:
+            # A free group: its two slides are its place, from which its own frame is turned only.
+            for k, part in ((i - 2, "real"), (i - 1, "imag"), (i, "")):
+                x[k] = getattr(pose[i, 0], part) if part else pose[i, 1].real
+                speed[k] = getattr(rate[i, 0], part) if part else rate[i, 1].real
+            continue
+        angle, turning = pose[above, 1].real + link.turn, rate[above, 1].real
         if link.kind == HINGE:
-            frame = frame.copy()
-            frame[:, :, 2] += moved
-        else:
-            frame = _slide(frame, moved, 0.0 if link.kind == ALONG_X else np.pi / 2)
-        frames.append(frame)
-        if link.part is not None:
-            own = _shifted(frame, (-link.origin[0], -link.origin[1]))
-            for kind, values in zip((found.poses, found.rates, found.bends), own, strict=True):
-                kind[:, link.part] = values
-    return found
+            x[i], speed[i] = pose[i, 1].real - angle, rate[i, 1].real - turning
+            continue
+        arm = np.exp(1j * pose[above, 1].real) * complex(*link.offset)
+        along, between = np.exp(-1j * angle), pose[i, 0] - pose[above, 0] - arm
+        moving = rate[i, 0] - rate[above, 0] - 1j * turning * (arm + between)
+        x[i], speed[i] = (along * between).real, (along * moving).real
+    return x, speed
 
 
-def _shifted(frame: FloatArray, point: tuple[float, float]) -> FloatArray:
-    """Frame (3, instants, 3) moved to a point in its own axes."""
-    pose, rate, bend = frame
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    ax, ay = c * point[0] - s * point[1], s * point[0] + c * point[1]
-    turning, bending = rate[:, 2], bend[:, 2]
-    moved = frame.copy()
-    moved[0, :, 0] += ax
-    moved[0, :, 1] += ay
-    moved[1, :, 0] -= turning * ay
-    moved[1, :, 1] += turning * ax
-    moved[2, :, 0] -= bending * ay + turning**2 * ax
-    moved[2, :, 1] += bending * ax - turning**2 * ay
-    return np.asarray(moved)
-
-
-def _slide(frame: FloatArray, moved: FloatArray, turn: float) -> FloatArray:
-    """Frame moved along its x-axis turned by `turn`; `moved` (3, instants) with its derivatives."""
-    angle, turning, bending = frame[0, :, 2] + turn, frame[1, :, 2], frame[2, :, 2]
-    ex, ey = np.cos(angle), np.sin(angle)
-    s, rate, bend = moved
-    result = frame.copy()
-    result[0, :, 0] += s * ex
-    result[0, :, 1] += s * ey
-    result[1, :, 0] += rate * ex - turning * s * ey
-    result[1, :, 1] += rate * ey + turning * s * ex
-    along, across = bend - turning**2 * s, 2 * turning * rate + bending * s
-    result[2, :, 0] += along * ex - across * ey
-    result[2, :, 1] += along * ey + across * ex
-    return np.asarray(result)
+def _link_state(
+    layout: TreeLayout, part: int, q: FloatArray, v: FloatArray
+) -> tuple[tuple[complex, complex], tuple[complex, complex]]:
+    """Origin and angle of the link that carries a part, and their rates."""
+    frame = layout.frames[part]
+    angle, turning = q[part, 2] - frame.angle, v[part, 2]
+    arm = np.exp(1j * angle) * complex(frame.x, frame.y)
+    origin = complex(q[part, 0], q[part, 1]) - arm
+    moving = complex(v[part, 0], v[part, 1]) - 1j * turning * arm
+    return (origin, complex(angle)), (moving, complex(turning))

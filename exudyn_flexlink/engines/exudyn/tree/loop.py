@@ -22,13 +22,14 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
-    NO_SOLUTION_ADVICE,
+    no_solution_advice,
 )
 from exudyn_flexlink.engines.exudyn.tree.contacts import Side
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
+from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, NOTHING, Finder, Found, Goal
-from exudyn_flexlink.engines.exudyn.tree.guided import AT_DEAD_CENTRE, DeadCentreError
-from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
+from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
+from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import (
     Evaluation,
     NoConvergenceError,
@@ -108,9 +109,13 @@ class TreeLoop:
         except DeadCentreError as error:
             return str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
-            if self._stepper is not None and self._stepper.locked():
-                return AT_DEAD_CENTRE, LOCKED_ADVICE
-            return f"{NO_SOLUTION} ({error})", NO_SOLUTION_ADVICE
+            locked = "" if self._stepper is None else self._stepper.locked()
+            if locked:
+                return locked, LOCKED_ADVICE
+            tolerance = self.control.tolerance if self.control.fixed is None else None
+            shortest = instant(self.end, EVENT_TIME)
+            advice = no_solution_advice(self.model.assembly, tolerance, shortest, self.end)
+            return f"{NO_SOLUTION} ({error})", advice
         finally:
             if self.time < self.end * (1 - 1e-9):
                 self.observer.mark()  # stopped early: the last state is kept
@@ -174,11 +179,9 @@ class TreeLoop:
             return
         before = stepper.h
         if found.guide >= 0:
-            guide = self.model.guides[found.guide]
+            guide = self.model.coordinates.points[found.guide]
             if not guide.next_piece(found.way, self.time):
-                self.stop_reason = (
-                    f"the point of slot '{guide.guided.slot.name}' reached the curve's end"
-                )
+                self.stop_reason = f"the point of slot '{guide.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
                 return
         elif found.turn:

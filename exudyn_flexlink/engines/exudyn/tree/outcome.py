@@ -12,8 +12,9 @@ from exudyn_flexlink.engines.exudyn.reporting import Report, contact_events
 from exudyn_flexlink.engines.exudyn.tree.kinematics import Motions, motions
 from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
+from exudyn_flexlink.engines.exudyn.tree.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.tree.recording import Recorder
-from exudyn_flexlink.mechanism import anchor_position, approach
+from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import Scene
 
@@ -45,6 +46,7 @@ class _Reading:
         self.time, self.x, self.v = (
             np.array([getattr(sample, name) for sample in samples]) for name in ("time", "x", "v")
         )
+        self.slots = {slot.name for slot in self.mechanism.slots}
         self.places = np.array([s.places for s in samples]).reshape(len(samples), -1)
         contacts = len(self.mechanism.contacts)
         self.pressed = np.array(
@@ -54,7 +56,8 @@ class _Reading:
             np.concatenate(rows)
             for rows in (recorder.accelerations, recorder.left, recorder.totals)
         )
-        self.moved: Motions = motions(self.model.layout, self.x, self.v, self.a)
+        model = self.model
+        self.moved: Motions = motions(model.layout, model.kinematics, self.x, self.v, self.a)
         self.approaches = [
             approach(contact, self.moved.poses, self.moved.rates)
             for contact in self.mechanism.contacts
@@ -63,16 +66,15 @@ class _Reading:
         for k, at in enumerate(self.approaches):
             law = self.model.contacts[k].law
             self.pressing[:, k] = self.pressed[:, k] * law.force(-at.gap, -at.gap_rate)
-        self.slot_force = [self._slot(k) for k in range(len(self.model.layout.slots))]
+        self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
 
     def report(self) -> Report:
         poses, rates = self.moved.poses, self.moved.rates
-        energies, _ = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
+        energies = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
         contacts = {}
         for k, contact in enumerate(self.mechanism.contacts):
             at = self.approaches[k]
             contacts[contact.name] = ContactHistory(at.gap, at.place, self.pressing[:, k])
-        names = [guided.slot.name for guided in self.model.layout.slots]
         return Report(
             settings=self._settings(),
             time=self.time,
@@ -80,10 +82,11 @@ class _Reading:
             rates=rates,
             drive_torques=self._torques(),
             joint_forces=self._joint_forces(),
-            slot_forces=dict(zip(names, self.slot_force, strict=True)),
+            slot_forces={s.name: self.reactions.forces[s.name] for s in self.mechanism.slots},
             contacts=contacts,
             sleeves={},
             energy=EnergyHistory(*energies.T),
+            extremes=self.run.recorder.seeker.extremes(),
             events=self._events(),
             checks=self._checks(),
         )
@@ -111,7 +114,7 @@ class _Reading:
             smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
             largest_step=loop.largest_step,
             steps_per_contact=inf,  # the error is controlled there as everywhere
-            largest_penetration=float(recorder.penetrations.max(initial=0.0)),
+            largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
         )
 
     def _events(self) -> tuple[Event, ...]:
@@ -123,28 +126,13 @@ class _Reading:
         noted = zip(entries, self.run.recorder.at_notes, strict=True)
         totals = [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
         events += contact_events(entries, totals, names)
-        return tuple(sorted(events, key=lambda event: event.time))
+        return self.run.recorder.seeker.with_peaks(events)
 
     # --- reactions ----------------------------------------------------------------------------
 
-    def _slot(self, k: int) -> FloatArray:
-        """Force of a slot on its point: along the curve's normal, and what holds the slide."""
-        guided = self.model.layout.slots[k]
-        normal = guided.slot.curve.normal(self.places[:, k])
-        angle = self.x[:, guided.turning]
-        along = normal[:, 0] * np.cos(angle) + normal[:, 1] * np.sin(angle)
-        return np.asarray((self.left[:, guided.sliding] / along)[:, None] * normal)
-
     def _torques(self) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
-        torques = {}
-        for link, (motor, sign) in self.model.layout.motors.items():
-            torque = self.left[:, link].copy()
-            for guided, force in zip(self.model.layout.slots, self.slot_force, strict=True):
-                if guided.turning == link:
-                    at = anchor_position(guided.slot.anchor, self.moved.poses) - guided.pivot
-                    torque -= at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0]
-            torques[motor.name] = sign * torque
+        torques = dict(self.reactions.torques)
         for motor, _ in self.model.torques:
             torques[motor.name] = np.array([motor.ramp.at(t) for t in self.time])
         return torques
@@ -154,13 +142,17 @@ class _Reading:
         layout = self.model.layout
         given = self._given()
         forces = {}
-        for name, (link, second) in layout.pins.items():
-            if name not in self.run.scene.joints:
-                continue
-            held = [part for part, own in layout.of_part.items() if link in layout.path(own)]
-            force = sum((self._momentum_rate(part) - given[part] for part in held),
-                        np.zeros((len(self.time), 2)))  # fmt: skip
-            forces[name] = force if second else -force
+        for name in self.run.scene.joints:
+            if name in layout.pins:
+                link, second = layout.pins[name]
+                held = [
+                    part for part, own in layout.frames.items() if link in layout.path(own.link)
+                ]
+                force = sum((self._momentum_rate(part) - given[part] for part in held),
+                            np.zeros((len(self.time), 2)))  # fmt: skip
+                forces[name] = force if second else -force
+            elif name in self.reactions.forces and name not in self.slots:
+                forces[name] = self.reactions.forces[name]
         return forces
 
     def _momentum_rate(self, part: int) -> FloatArray:
@@ -177,10 +169,11 @@ class _Reading:
         return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
 
     def _given(self) -> list[FloatArray]:
-        """Forces of slots and contacts on each part, N."""
+        """Forces of slots, closed loops and contacts on each part, N."""
         given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
-        for guided, force in zip(self.model.layout.slots, self.slot_force, strict=True):
-            given[guided.slot.anchor.part] += force
+        for part, force in self.reactions.on_parts:
+            if part >= 0:
+                given[part] += force
         for k, contact in enumerate(self.mechanism.contacts):
             at = self.approaches[k]
             push = self.pressing[:, k, None] * at.normal

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.tree.collocation import (
     EIGENVALUES,
     ERROR,
@@ -44,6 +45,7 @@ ComplexArray = NDArray[np.complex128]
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
+STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
 FREE = 0.25  # of the time that errors of speeds last: as long as nothing is in contact
@@ -68,8 +70,8 @@ class Evaluation(NamedTuple):
 class Problem(Protocol):
     """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation."""
 
-    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrix and force."""
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
+        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without contacts, near enough to converge."""
@@ -127,10 +129,10 @@ class NoConvergenceError(RuntimeError):
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, tau: float) -> None:
-        """Problem, and how long (s) errors of speeds last that a contact leaves."""
+    def __init__(self, problem: Problem, slow: FloatArray) -> None:
+        """Problem, and the matrix (n, n), s, by which slow motions make places of speeds."""
         self.problem = problem
-        self.tau = tau
+        self.slow = slow
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -161,7 +163,8 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
-        errors[1] *= self.tau if matrices.contacts is not None else FREE * self.tau
+        share = SWING if matrices.contacts is not None else FREE * SWING
+        errors[1] = share * errors[1] + self.slow @ errors[1]
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
         self._last = (h, known)
@@ -202,11 +205,11 @@ class Radau:
             if matrices.contacts is not None:
                 change += matrices.contacts.share(h, change, self._touching())
             w += change
-            size = h * self.problem.size(change)
+            size = h * self.problem.size(change) + self.problem.size(self.slow @ change[-1])
             if before > 0:
                 rate = size / before
                 if not rate < 1:
-                    return None
+                    return w if size < STAGNATED * allowed else None
             # What is left is at most this, at the present rate, or after one round at the last.
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
                 self._rate = max(rate, LEAST_RATE)
@@ -218,9 +221,8 @@ class Radau:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
         speeds = state.v + w
         places, pushes = state.q + h * (A @ speeds), (B @ w) / h
-        evaluate = self.problem.evaluate
         try:
-            stages = [evaluate(t + C[i] * h, places[i], speeds[i]) for i in range(STAGES)]
+            stages = self.problem.evaluate_all(t + C * h, places, speeds)
         except (ValueError, ArithmeticError):
             return None
         self._stages = stages

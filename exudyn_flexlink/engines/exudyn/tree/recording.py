@@ -14,9 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.tree.collocation import NODES, STAGES, WEIGHTS, C
+from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.kinematics import motions
-from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel, Whole
+from exudyn_flexlink.engines.exudyn.tree.model import TreeModel, Whole
 from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Step
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
@@ -45,8 +47,9 @@ class Recorder:
     `at_notes` are the totals at the instants that were noted.
     """
 
-    def __init__(self, model: TreeModel, grid: FloatArray) -> None:
+    def __init__(self, model: TreeModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
         self.model = model
+        self.seeker = seeker
         self.grid = grid
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
@@ -58,7 +61,6 @@ class Recorder:
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
-        self.penetrations = np.zeros(len(model.contacts))
         self._next = 1
         self._steps: list[Step] = []
         self._ends: list[Held] = []
@@ -74,7 +76,7 @@ class Recorder:
         """Take the state at time 0."""
         whole: Whole = at.kept
         self._on_curves = [self._places(whole.places)]
-        held = Held(whole.x, whole.v, whole.b, whole.places)
+        held = Held(*whole[1:7])
         self._check([held], self._reached[None, :], [self._acting()])
         self._on_curves = []
         self._keep(whole.t, held, 0, 0.0)
@@ -87,8 +89,9 @@ class Recorder:
         if last > self._next:
             wanted = self.grid[self._next : last]
             self._next = last
-            for t, q, v in zip(wanted.tolist(), *step.at(wanted), strict=True):
-                self._keep(t, self.model.whole(t, q, v), len(self._steps), (t - step.t) / step.h)
+            held = self.model.coordinates.hold(wanted, *step.at(wanted))
+            for t, at in zip(wanted.tolist(), held, strict=True):
+                self._keep(t, at, len(self._steps), (t - step.t) / step.h)
         self._steps.append(step)
         self._pressed.append(self._acting())
         self._ends.append(end)
@@ -112,8 +115,10 @@ class Recorder:
         self._between.append((step, part))
 
     def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
-        guides = self.model.guides
-        return tuple(g.place(u) for g, u in zip(guides, on_pieces, strict=True))
+        """Places on the whole curves, in the order of the mechanism's slots."""
+        points = zip(self.model.coordinates.points, on_pieces, strict=True)
+        found = {point.slot.name: point.place(u) for point, u in points}
+        return tuple(found[slot.name] for slot in self.mechanism.slots)
 
     # --- blocks -------------------------------------------------------------------------------
 
@@ -140,19 +145,30 @@ class Recorder:
         self.totals.append(reached[rows] + lengths[rows, None] * gained)
         self.at_notes += [reached[row] for row in self._notes]
         self._check(self._ends, reached[1:], self._pressed)
+        self._seek([node.kept for node in nodes], lengths)
         self._reached = reached[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
         self._between, self._kept, self._notes = [], [], []
+
+    def _seek(self, kept: Sequence[Whole], lengths: FloatArray) -> None:
+        """Look for extremes within the block's steps, whose nodes are `kept`."""
+        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
+        shape = (len(lengths), STAGES + 1, *found.poses.shape[1:])
+        begins = np.array([step.t for step in self._steps])
+        motion = found.poses.reshape(shape), found.rates.reshape(shape)
+        pressed = np.array(self._pressed, dtype=bool).reshape(len(lengths), -1)
+        self.seeker.take(begins, lengths, motion, pressed)
 
     def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
         """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""
         count = len(self.model.contacts)
         v = np.array([whole.v for whole in kept])
         rates = np.zeros((len(kept), 2 + 2 * count))
-        rates[:, 0] = (v * v) @ self.model.damping
+        rates[:, 0] = self.model.damped(v)
         rates[:, 1] = np.sum(left * v, axis=1)
-        for motor, (link, sign) in self.model.torques:
-            rates[:, 1] += [sign * motor.ramp.at(whole.t) * whole.v[link] for whole in kept]
+        for motor, row in self.model.torques:
+            rates[:, 1] += [motor.ramp.at(whole.t) for whole in kept] * (v @ row)
         pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), count, 2)
         rates[:, 2 : 2 + count], rates[:, 2 + count :] = pushes[..., 0], pushes[..., 1]
         return rates
@@ -164,9 +180,9 @@ class Recorder:
         pressed: list[tuple[bool, ...]],
     ) -> None:
         x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
-        found = motions(self.model.layout, x, v, np.zeros_like(x))
+        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         acted = np.array(pressed, dtype=bool).reshape(len(kept), -1)
-        energies, depths = self.energies(found.poses, found.rates, totals, acted)
+        energies = self.energies(found.poses, found.rates, totals, acted)
         total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
         if self._start_energy is None:
             self._start_energy = float(total[0])
@@ -176,23 +192,20 @@ class Recorder:
         self.energy_residual = max(self.energy_residual, residual)
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
-        np.maximum(self.penetrations, depths.max(axis=0, initial=0.0), out=self.penetrations)
 
     def energies(
         self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: NDArray[np.bool_]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Kinetic, stored, dissipated and supplied energy (instants, 4), and penetrations."""
+    ) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
         count = len(self.model.contacts)
         lost = totals[:, 0] + totals[:, 2 + count :].sum(axis=1)
-        depths = np.zeros((len(poses), count))
         for k, contact in enumerate(self.mechanism.contacts):
             assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
             gap = approach(contact, poses, rates).gap
-            depths[:, k] = np.where(pressed[:, k], np.maximum(-gap, 0.0), 0.0)
-            elastic = contact.law.stored_energy(depths[:, k])
+            elastic = np.where(pressed[:, k], contact.law.stored_energy(-gap), 0.0)
             stored, lost = stored + elastic, lost - elastic
-        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1), depths
+        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1)
 
 
 def _shares(parts: FloatArray) -> FloatArray:

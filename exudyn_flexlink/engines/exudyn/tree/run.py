@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.pace import shortened, too_long
 from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
+from exudyn_flexlink.engines.exudyn.tree.collocation import C
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.loop import TreeLoop
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
@@ -26,7 +28,7 @@ from exudyn_flexlink.mechanism import (
     sample_times,
     turn_goal,
 )
-from exudyn_flexlink.mechanism.tree import NoTreeError, TreeLayout, hinge_between, tree_layout
+from exudyn_flexlink.mechanism.tree import NoTreeError, TreeLayout, tree_layout
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
@@ -52,7 +54,8 @@ def prepare(
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
     model = TreeModel(assembly, layout, events)
-    recorder = Recorder(model, sample_times(scene, end))
+    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, np.array([0.0, *C]))
+    recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
@@ -108,12 +111,11 @@ def _goal(
     goal = turn_goal(scene, assembly)
     if goal is None:
         return None
-    found = hinge_between(layout, goal.first, goal.second)
-    assert found is not None  # turns are those of a revolute joint, and no other joint is in a tree
-    link, sign = found
+    row = layout.turning_row(goal.first, goal.second)
+    start = goal.start - layout.turn(goal.second) + layout.turn(goal.first)
 
     def left(x: FloatArray) -> float:
-        turned = sign * float(x[link]) - goal.start
+        turned = float(row @ x) - start
         return abs(goal.turned) - (turned if goal.turned > 0 else -turned)
 
     return left

@@ -8,22 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.clock import instant
-from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
+from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
-from exudyn_flexlink.engines.exudyn.tree.model import Held, TreeModel
+from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
 from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
+from exudyn_flexlink.engines.exudyn.tree.slow_motions import slow_motions
 
 FloatArray = NDArray[np.float64]
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
 SHORTEST_LOOK = 1e-3  # of a contact's half period
+LENGTHS = (1.6, 0.8, 1.25)  # of a step whose stage is on a dead centre, last first
+ROUNDED = 100.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps to the end of a face
-LARGEST_TURN = 0.3  # rad per step of a guide: the search for the slot's point stays local
 
 
 class Stepper:
@@ -41,32 +43,35 @@ class Stepper:
         end: float,
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
-        self.half_periods = half_periods
-        self.radau = Radau(model, coasting(model.assembly.mechanism, end))
+        self.half_periods, self.end = half_periods, end
+        self.radau = Radau(model, np.zeros((0, 0)))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
-        x, v = model.start
-        self._state = State(x[model.free], v[model.free], v[model.free])
+        q, v = model.coordinates.state()
+        self._state = State(q, v, v)
         self._dead: DeadCentreError | None = None
         self.restart()
 
     def restart(self) -> None:
         """Begin anew from the present state: the equations have changed."""
         self.turn()
-        self.model.forget()
-        q, v, _ = self._state
+        coordinates = self.model.coordinates
+        coordinates.resume()
+        q, v = coordinates.state()
         self.at = self.model.evaluate(self.time, q, v)
+        self.model.look(self.at.kept.x, self.at.kept.reach)
         self._state = State(q, v, self.model.accelerations(self.at))
+        stiffness = self.model.jacobians(self.at)[0]
+        self.radau.slow = slow_motions(self.at.mass, stiffness, self.end)
 
     def turn(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
         self.radau.restart()
         self.control.forget()
 
-    def locked(self) -> bool:
-        """Tell whether a guide's axis all but touches its track."""
-        x = self.at.kept.x
-        return any(guide.grazes(x[guide.guided.turning]) for guide in self.model.guides)
+    def locked(self) -> str:
+        """Say at which dead centre the mechanism all but is; empty if at none."""
+        return self.model.coordinates.locked(self.at.kept)
 
     def attempt(self, stop: float) -> Step:
         """Make a step no further than to `stop` (s), as short as its error asks; choose the next.
@@ -76,9 +81,11 @@ class Stepper:
             NoConvergenceError: no step is short enough.
 
         """
+        if self.model.coordinates.worn():
+            self.restart()
         left = stop - self.time
         h = min(self.h, self._longest())
-        first = True
+        first, lengths = True, [*LENGTHS]
         while True:
             if h > 0.999999 * left:
                 h = left
@@ -87,17 +94,32 @@ class Stepper:
             if h < instant(self.time, EVENT_TIME) and h < left:
                 raise self._dead or NoConvergenceError(f"{h:.3g} s")
             step = self._step(h)
-            if step is None or self._slips(step):
+            good = step is not None and not self._slips(step)
+            if lengths and not (good and self._passes(step)) and self._on_dead_centre():
+                # Rounding decides there, whatever the length: let the stages fall elsewhere.
+                h *= lengths.pop()
+                continue
+            if step is None or not good:
                 h, first = h / 4, False
                 continue
             if self.control.fixed is not None:
                 return step
             factor = self.control.factor(h, step.error)
-            if self.control.passes(step.error):
+            if self._passes(step) or self._rounded(step):
                 self.control.note(h, step.error)
                 self.h = self.control.next(h, factor if first else min(factor, 1.0))
                 return step
             h, first = h * min(factor, 0.9), False
+
+    def _passes(self, step: Step | None) -> bool:
+        return step is not None and self.control.passes(step.error)
+
+    def _on_dead_centre(self) -> bool:
+        return self.control.fixed is None and self.model.coordinates.on_dead_centre()
+
+    def _rounded(self, step: Step) -> bool:
+        """Tell that an error too large may be one of rounding, at a dead centre that is passed."""
+        return step.error < ROUNDED * self.control.allowed and self._on_dead_centre()
 
     def landed(self, found: Found) -> Step | None:
         """Make a step to what was found; None, and a shorter one next, if it is not good enough."""
@@ -129,10 +151,8 @@ class Stepper:
         """Go to the end of a step; return the coordinates there."""
         self.time, self._state, self.at = step.end, step.finish, step.stages[-1]
         end = self.model.whole(step.end, step.finish.q, step.finish.v)
-        for guide, place in zip(self.model.guides, end.places, strict=True):
-            guide.settle(place, float(end.x[guide.guided.turning]))
-        self.model.forget()
-        self.model.look(end.x)
+        self.model.coordinates.settle(step.end, end, step.finish.a)
+        self.model.look(end.x, end.reach)
         self.finder.look(end.x, end.v, step.h)
         return end
 
@@ -156,20 +176,12 @@ class Stepper:
         return not contact.beside(touch) and touch.gap > off
 
     def _slips(self, step: Step) -> bool:
-        """Tell that a slot's point did not go where its speed would have taken it.
-
-        It jumped to another place where the guide's axis crosses the track, or went round a bend
-        that the step does not resolve: neither shows in the error of the coordinates solved for.
-        """
+        """Tell that a dependent coordinate did not go where its speed would have taken it."""
         if self.control.fixed is not None:
             return False
-        for guide in self.model.guides:
-            k = guide.guided.sliding
-            speeds = [at.kept.v[k] for at in step.stages]
-            gone = step.stages[-1].kept.x[k] - self.at.kept.x[k]
-            if abs(gone - step.h * float(WEIGHTS @ speeds)) > self.control.tolerance:
-                return True
-        return False
+        stages = [at.kept for at in step.stages]
+        off = self.model.coordinates.slipped(step.h, WEIGHTS, stages, self.at.kept)
+        return off > self.control.tolerance
 
     def _step(self, h: float) -> Step | None:
         self._dead = None
@@ -182,11 +194,10 @@ class Stepper:
             return None
 
     def _longest(self) -> float:
-        """Limit of a step, s: guides turn a little, a point that presses comes to rest."""
-        speeds = [abs(self.at.kept.v[guide.guided.turning]) for guide in self.model.guides]
-        turns = [LARGEST_TURN / speed for speed in speeds if speed > 0]
+        """Limit of a step, s: places stay near those searched from, a point comes to rest."""
+        near = self.model.coordinates.longest(self.at.kept)
         rests = [c.rests_in(touch) for c, touch in self.finder.contacts() if c.acts]
-        return min([*turns, *rests, *self._paces()], default=inf)
+        return min([near, *rests, *self._paces()], default=inf)
 
     def _paces(self) -> list[float]:
         """Steps (s) of contacts that act, where the user's own is too long for them."""

@@ -1,0 +1,149 @@
+"""The extremes of a run, from the polynomials of its steps: once, for every engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import FaceContact, Mechanism, approach
+from exudyn_flexlink.observables import Watched
+from exudyn_flexlink.result import Event, Extremes
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+# Where a point in a contact turns, its force falls steeply: more looks, nearer and nearer.
+LOOKS_AT_FORCES = (17, 9, 9)
+HERMITE = np.array([0.0, 1.0])  # nodes of a step that is known by its ends: a cubic
+
+
+class ExtremeSeeker:
+    """Takes the steps of a run, and finds where what it tells is least and greatest.
+
+    `contacts` (c,) are looked at while they press; `nodes` (n,) are the parts of a step, from 0 to
+    1, at which its motion is given; steps known by their ends alone are cubics.
+    """
+
+    def __init__(
+        self, scene: Scene, mechanism: Mechanism, contacts: Sequence[FaceContact], nodes: FloatArray
+    ) -> None:
+        self.contacts = contacts
+        self.nodes = nodes
+        self.deepest = np.zeros(len(contacts))  # m
+        self._watched = Watched(scene, mechanism)
+        self._polynomials = {len(own): StepPolynomial(own) for own in (HERMITE, nodes)}
+        self._seeker = TurnSeeker(len(self._watched.names))
+        self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]
+        self._laws: dict[RestitutionPenalty, list[int]] = {}
+        for k, contact in enumerate(contacts):
+            if isinstance(contact.law, RestitutionPenalty):
+                self._laws.setdefault(contact.law, []).append(k)
+        self._peaks: dict[int, Extremes] = {}
+
+    def take(
+        self,
+        time: FloatArray,
+        length: FloatArray,
+        motion: tuple[FloatArray, FloatArray],
+        pressed: NDArray[np.bool_],
+    ) -> None:
+        """Take steps in a row that begin at `time` (m,) s, of `length` (m,) s.
+
+        `motion` are poses and rates (m, n, parts, 3) at the nodes; `pressed` (m, c) tells which
+        contacts press through each step.
+        """
+        if not len(time):
+            return
+        places, rates, speeds = self._watched.of(*motion)
+        polynomial = self._polynomials[motion[0].shape[1]]
+        slopes = rates * length[:, None, None]
+        values = np.concatenate([places, speeds], axis=2)
+        slopes = np.concatenate([slopes, polynomial.slopes(speeds)], axis=2)
+        self._seeker.take(polynomial, (time, length), values, slopes)
+        if pressed.any():
+            for law, members in self._laws.items():
+                self._press(law, [k for k in members if pressed[:, k].any()], (time, length),
+                            motion, pressed)  # fmt: skip
+
+    def _press(
+        self,
+        law: RestitutionPenalty,
+        which: list[int],
+        steps: tuple[FloatArray, FloatArray],
+        motion: tuple[FloatArray, FloatArray],
+        pressed: NDArray[np.bool_],
+    ) -> None:
+        """Find how deep each of the contacts is at most, and how hard it presses, in each step."""
+        if not which:
+            return
+        rows = [np.flatnonzero(pressed[:, k]) for k in which]
+        seen = [
+            approach(self.contacts[k], *(part[own] for part in motion))
+            for k, own in zip(which, rows, strict=True)
+        ]
+        time, length = (part[np.concatenate(rows)] for part in steps)
+        depth = np.concatenate([-at.gap for at in seen])
+        rate = np.concatenate([-at.gap_rate for at in seen])
+        step = self._polynomials[motion[0].shape[1]]
+        found = step.coefficients(depth, rate * length[:, None])
+        speed = step.derivative(found) / length[:, None]
+        low, high = np.zeros(len(found)), np.ones(len(found))
+
+        def force(at: FloatArray) -> FloatArray:
+            return law.force(step.value(found, at), step.value(speed, at))
+
+        hardest = highest(force, low, high, LOOKS_AT_FORCES)
+        lowest = highest(lambda at: step.value(found, at), low, high, LOOKS_AT_FORCES)
+        columns = (
+            time + hardest * length,
+            force(hardest[:, None])[:, 0],
+            time + lowest * length,
+            np.maximum(step.value(found, lowest[:, None])[:, 0], 0.0),
+        )
+        ends = np.cumsum([len(own) for own in rows])[:-1]
+        for k, *own in zip(which, *(np.split(column, ends) for column in columns), strict=True):
+            self._pressed[k].append(tuple(own))
+            self.deepest[k] = max(self.deepest[k], float(own[3].max()))
+
+    def peak_force(self, contact: int, begin: float, end: float) -> float:
+        """Largest force (N) of a contact from `begin` to `end` (s), once all steps are taken."""
+        if contact not in self._peaks:
+            self._peaks[contact] = self._of_contact(contact)[0]
+        return float(self._peaks[contact].between(begin, end).value.max(initial=0.0))
+
+    def _of_contact(self, k: int) -> tuple[Extremes, Extremes]:
+        """Largest force and penetration of a contact, of every step in which it presses."""
+        columns = [np.concatenate([np.zeros(0), *c]) for c in zip(*self._pressed[k], strict=True)]
+        force_at, force, depth_at, depth = columns or [np.zeros(0)] * 4
+        return Extremes(force_at, force), Extremes(depth_at, depth)
+
+    def extremes(self) -> dict[str, Extremes]:
+        """Everything found, for the Result: see `result.Result.extremes`."""
+        found = {}
+        for i, name in enumerate(self._watched.names):
+            time, value = self._seeker.found(i)
+            found[name] = Extremes(time, self._watched.told(i, value))
+        for k, contact in enumerate(self.contacts):
+            if contact.name in self._watched.contacts:
+                force, depth = self._of_contact(k)
+                found |= dict(zip(Watched.of_contact(contact.name), (force, depth), strict=True))
+        return found
+
+    def with_peaks(self, events: Sequence[Event]) -> tuple[Event, ...]:
+        """Return a run's events in order of time, with peak forces from within its steps."""
+        numbers = {contact.name: k for k, contact in enumerate(self.contacts)}
+        begun: dict[str, float] = {}
+        told = sorted(events, key=lambda event: event.time)
+        for i, event in enumerate(told):
+            if event.kind == "contact begins":
+                begun[event.name] = event.time
+            elif "peak_force" in event.details and event.name in begun:
+                peak = self.peak_force(numbers[event.name], begun[event.name], event.time)
+                peak = max(peak, event.details["peak_force"])
+                told[i] = replace(event, details={**event.details, "peak_force": peak})
+        return tuple(told)

@@ -1,0 +1,68 @@
+"""A slot's point on its curve: on which smooth piece it runs, and in which lap."""
+
+from __future__ import annotations
+
+from exudyn_flexlink.curves import Evaluator, evaluator, lap_number, pieces_of_laps
+from exudyn_flexlink.mechanism import Slot
+from exudyn_flexlink.result import Event
+
+
+class TrackPoint:
+    """Follows one slot's point from piece to piece; `u` is the present piece's own parameter.
+
+    `changes` counts how often it went on to another piece, or to the same one's other end.
+    """
+
+    def __init__(self, slot: Slot, place: float, events: list[Event]) -> None:
+        self.slot, self.curve = slot, slot.curve
+        self.events = events
+        self.piece, self.u = self.curve.locate(place)
+        self.changes = 0
+        self._laps = pieces_of_laps(self.curve)
+        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
+        self._winding = self._lap
+        self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
+
+    @property
+    def at(self) -> Evaluator:
+        """Point and derivatives at a parameter of the present piece, also beyond its ends."""
+        return self._at[self.piece]
+
+    def curve_rate(self, piece: int, u: float) -> tuple[float, float]:
+        """Derivative of a piece's point by its parameter."""
+        _, _, dx, dy, _, _ = self._at[piece](u)
+        return dx, dy
+
+    def left(self, u: float) -> tuple[float, float]:
+        """How far a place is from the end and from the start of the present piece."""
+        piece = self.curve.pieces[self.piece]
+        return piece.end - u, u - piece.start
+
+    def place(self, u: float) -> float:
+        """Parameter of the whole curve at the present piece's own."""
+        piece = self.curve.pieces[self.piece]
+        if not self.curve.closed:
+            u = min(max(u, piece.start), piece.end)
+        return float(self.curve.breaks[self.piece] + u - piece.start)
+
+    def next_piece(self, way: int, time: float) -> bool:
+        """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
+        first, last = self._laps[self._lap]
+        after = self.piece + way
+        if not first <= after <= last:
+            if not self.curve.closed:
+                return False
+            before = lap_number(self._winding)
+            self._winding += way
+            number = lap_number(self._winding)
+            if number != before:
+                details = {"lap": float(number)}
+                self.events.append(Event(time, "lap", self.slot.name, details))
+            self._lap = (number - 1) % len(self._laps)
+            first, last = self._laps[self._lap]
+            after = first if way > 0 else last
+        self.piece = after
+        self.changes += 1
+        piece = self.curve.pieces[after]
+        self.u = piece.start if way > 0 else piece.end
+        return True

@@ -1,0 +1,71 @@
+"""Which instants of a run are kept: as many as its motion needs, where the scene does not say.
+
+What is told of a run does not depend on them; figures, tables and comparisons at instants do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, hypot, inf, isfinite, log10, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.contacts import swing_times
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+FEWEST = 2000  # of a run, however short: enough for any figure
+PER_TURN = 500  # of a drive, or of what turns as the run starts
+PER_SWING = 20  # of a struck lever on its springs, and of a pendulum as long as a part
+UNKNOWN = 10  # times as many in a run that turns end before its time, nobody knows when
+MOST_NUMBERS = 2e7  # that samples hold in all: 160 MB
+OTHERS = 20  # numbers of a sample beside poses and rates: energies, reactions, contacts
+
+
+def sample_times(scene: Scene, mechanism: Mechanism, end: float) -> FloatArray:
+    """Even instants from 0 to the end, which is one of them, s."""
+    interval = scene.run.sample or kept_interval(scene, mechanism, end)
+    count = int(end / interval * (1 + 1e-12))
+    grid = interval * np.arange(count + 1)
+    # An end that is on the grid but for rounding takes the grid's place.
+    return np.append(grid if end - grid[-1] > 1e-9 * interval else grid[:-1], end)
+
+
+def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
+    """Time between samples, s, round: what the motion needs, or more if those were too many."""
+    wanted = _round(wanted_interval(scene, mechanism, end), down=True)
+    least = end * (6 * len(mechanism.parts) + OTHERS) / MOST_NUMBERS
+    return wanted if wanted >= least else _round(least, down=False)
+
+
+def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
+    """Time between samples, s, that shows the motion, as far as one knows before a run."""
+    driven = {scene.drives[motor.name].joint for motor in mechanism.speed_motors}
+    unknown = scene.run.turns is not None and scene.run.of not in driven
+    needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism)]
+    return min(needs)
+
+
+def _needs(scene: Scene, mechanism: Mechanism) -> Iterator[float]:
+    speeds = [motor.ramp.value for motor in mechanism.speed_motors]
+    for speed in (*speeds, *scene.initial.speeds.values()):
+        if speed:
+            yield 2 * pi / abs(speed) / PER_TURN
+    for time in swing_times(mechanism).values():
+        if isfinite(time):
+            yield 2 * pi * time / PER_SWING
+    weight = hypot(*mechanism.gravity)
+    reach = min((part.reach for part in mechanism.parts if part.reach > 0), default=inf)
+    if weight > 0 and isfinite(reach):
+        yield 2 * pi * sqrt(reach / weight) / PER_SWING
+
+
+def _round(interval: float, *, down: bool) -> float:
+    """Return 1, 2 or 5 times a power of ten, next to an interval (s)."""
+    power = 10.0 ** floor(log10(interval))
+    steps = [float(f"{factor * power:.0e}") for factor in (1, 2, 5, 10)]
+    fit = [step for step in steps if (step <= interval * (1 + 1e-9)) == down or step == interval]
+    return max(fit) if down else min(fit)

@@ -1,0 +1,129 @@
+"""Advice that leads somewhere: what no run can keep is refused, and a failure names its cause."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli_runs import MODELS, NO_CLEARANCE, Capture
+
+from exudyn_flexlink import engines
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli.simulating import retuned
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.exudyn.reporting import no_solution_advice
+from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism import extent, least_tolerance
+from exudyn_flexlink.source import SceneError
+
+SMOOTH = str(MODELS / "smooth.yaml")
+
+
+# --- tolerances that no run can keep ------------------------------------------------------------
+
+
+def test_the_least_tolerance_is_of_the_mechanisms_size() -> None:
+    """The lever's pivot is 0.138 m from the origin, the lever 0.03 m long."""
+    assembly = assemble_scene(load_scene(NO_CLEARANCE))
+    assert extent(assembly) == pytest.approx(0.168)
+    assert least_tolerance(assembly) == 2e-13
+
+
+@pytest.mark.parametrize("asked", ["1e-30", "1e-17", "1.9e-13", "1e-4 nm"])
+def test_a_tolerance_below_rounding_is_refused_and_the_least_told(asked: str) -> None:
+    with pytest.raises(SceneError) as refused:
+        load_scene(NO_CLEARANCE, [f"accuracy.tolerance={asked}"])
+    said = str(refused.value)
+    assert said.startswith(f"--set accuracy.tolerance={asked}: accuracy.tolerance: ")
+    assert "m is less than rounding allows" in said
+    assert "hint: at least 2e-13 m: " in said
+
+
+def test_the_least_tolerance_can_be_kept() -> None:
+    """By both engines, which round in different places."""
+    least = ["accuracy.tolerance=2e-13", "run.turns=0.1", "bodies.link.rods=2"]
+    scene = load_scene(SMOOTH, least)
+    tree, other = (simulate(scene, engine) for engine in ("exudyn", "lagrangian"))
+    assert tree.outcome.completed
+    assert other.outcome.completed
+    assert np.abs(tree.poses[-1] - other.poses[-1]).max() < 2e-13
+
+
+@pytest.mark.parametrize("factor", [1e-3, 10.0])
+def test_a_run_made_again_asks_for_no_more_than_can_be(factor: float) -> None:
+    settings = ["accuracy.relative_tolerance=0.05", "accuracy.absolute_tolerance=0.5"]
+    scene = load_scene(SMOOTH, ["accuracy.tolerance=3e-13", "run.turns=0.01", *settings])
+    result = simulate(scene, "lagrangian")
+    accuracy = retuned(scene, result, factor).accuracy
+    assert (accuracy.relative_tolerance, accuracy.absolute_tolerance) == (
+        (0.1, 1.0) if factor > 1 else pytest.approx((5e-5, 5e-4))
+    )
+    tight = load_scene(SMOOTH, ["accuracy.tolerance=3e-13", "run.turns=0.01"])
+    again = retuned(tight, simulate(tight), factor).accuracy.tolerance
+    assert again == pytest.approx(max(3e-13 * factor, 2e-13))
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (["compare", "--tolerance=1e-30"], "--tolerance: 1e-30 m is less than rounding allows"),
+        (["compare", "--tolerance=3"], "--tolerance: 3 m is more than the mechanism reaches"),
+        (["accuracy", "--target=1e-30"], "--target: 1e-30 m is less than rounding allows"),
+        (["accuracy", "--target=1e30"], "--target: 1e+30 m is more than the mechanism reaches"),
+        (
+            ["simulate", "--engine=lagrangian", "--rtol=10"],
+            "--set accuracy.relative_tolerance=10: ",
+        ),
+        (
+            ["simulate", "--engine=lagrangian", "--atol=20"],
+            "--set accuracy.absolute_tolerance=20: ",
+        ),
+    ],
+)
+def test_options_that_nothing_can_keep_are_refused(
+    command: list[str], said: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(engines, "simulate", None)  # before anything runs
+    assert main([command[0], SMOOTH, *command[1:]]) == 2
+    shown = capsys.readouterr()
+    assert shown.err.startswith(said)
+    assert shown.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_state_that_is_no_number_ends_a_run() -> None:
+    """SciPy's integrator would end the program."""
+
+    class Lost:
+        over = False
+
+        def longest_step(self, t, y):
+            return 1.0
+
+        def after(self, t, y, crossed):
+            return None
+
+    loop = Loop(Lost(), Lost(), 1e-3, 1e-3)
+    with pytest.raises(StuckError, match="no number any more"):
+        loop.run(np.array([np.nan]), [1.0])
+
+
+# --- runs without a solution ----------------------------------------------------------------------
+
+
+def test_a_run_so_long_that_its_steps_are_is_told_to_be_shorter() -> None:
+    result = simulate(load_scene(NO_CLEARANCE, ["run.turns=1e7", "bodies.link.rods=2"]))
+    assert not result.outcome.completed
+    assert result.outcome.advice.startswith("shorten the run: in one of 6.28e+06 s no step below")
+    assert "lock" not in result.outcome.advice
+
+
+def test_only_a_tolerance_that_can_be_tightened_is_to_be() -> None:
+    assembly = assemble_scene(load_scene(NO_CLEARANCE))
+    assert no_solution_advice(assembly, 1e-6).startswith("tighten the tolerance, soften")
+    near = no_solution_advice(assembly, 1e-12)
+    assert near.startswith(
+        "loosen the tolerance: 1e-12 m is near what rounding allows; else soften"
+    )
+    assert no_solution_advice(assembly, None).startswith("shorten the step, soften")

@@ -1,0 +1,72 @@
+"""Machine code of the Lagrangian where no folder can be written: a container, say."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cli_runs import BARE, MODELS, ROOT
+
+NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
+
+TRIED = """
+import sys
+import numpy as np
+from exudyn_flexlink.engines.lagrangian.compiled import compilation
+from exudyn_flexlink.engines.lagrangian.equations import eliminate
+print(compilation(eliminate))
+vector = np.array([2.0, 4.0])
+eliminate(np.diag([2.0, 1.0]), vector)
+print(*vector, compilation(eliminate))
+"""
+
+SAID = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from results import rigid_link
+from exudyn_flexlink import cli, engines
+engines.simulate = lambda scene, *_: rigid_link(scene=scene)
+sys.exit(cli.main(['simulate', *sys.argv[2:], '--engine=lagrangian', '--no-plots', '--out=o']))
+"""
+
+
+@pytest.fixture
+def read_only(tmp_path: Path) -> dict[str, str]:
+    """Environment of an installation, and a home, in which nothing can be kept; for root, too."""
+    package = tmp_path / "installed" / "exudyn_flexlink"
+    shutil.copytree(ROOT / "exudyn_flexlink", package, ignore=shutil.ignore_patterns("__pycache__"))
+    (package / "engines" / "lagrangian" / "__pycache__").write_text("no folder")
+    home = tmp_path / "home"
+    home.write_text("no folder")
+    return {**BARE, "HOME": str(home), "PYTHONPATH": str(package.parent)}
+
+
+def python(where: Path, environment: dict[str, str], *arguments: str) -> str:
+    """Output of a script; its stderr, too."""
+    ran = subprocess.run(
+        [sys.executable, "-c", *arguments], cwd=where, env=environment,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout
+    return ran.stdout
+
+
+def test_without_a_place_for_its_code_it_is_compiled_in_memory(tmp_path, read_only):
+    pytest.importorskip("numba")
+    assert python(tmp_path, read_only, TRIED) == "every run\n1.0 4.0 none\n"
+
+
+def test_where_there_is_a_place_it_is_compiled_once(tmp_path, read_only):
+    pytest.importorskip("numba")
+    kept = {**read_only, "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    assert python(tmp_path, kept, TRIED) == "once\n1.0 4.0 none\n"
+    assert python(tmp_path, kept, TRIED) == "none\n1.0 4.0 none\n"
+
+
+def test_a_run_says_that_it_will_compile_again(tmp_path, read_only):
+    pytest.importorskip("numba")
+    said = python(tmp_path, read_only, SAID, str(ROOT / "tests"), NO_CLEARANCE)
+    assert said.startswith("hint: compiles the Lagrangian in memory first, ")
+    assert "and will in every run" in said
+    assert "NUMBA_CACHE_DIR" in said

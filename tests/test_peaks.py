@@ -1,0 +1,116 @@
+"""Peaks belong to the run: whatever is sampled, however long it is, in every engine."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import lever_response, path, strikes
+from exudyn_flexlink.report import run_text
+
+MODELS = Path(__file__).parents[1] / "models"
+STIFF = ("bodies.link.rods=3", "bodies.link.hinges.stiffness=beam")
+TREE, JOINTS, LAGRANGIAN = ("exudyn", "tree"), ("exudyn", "joints"), ("lagrangian", "auto")
+ENGINES = [TREE, LAGRANGIAN]
+RAD = 1e-4  # of the lever's angle: the tolerance of 1e-6 m over its 30 mm is 3.3e-5
+
+
+@cache
+def run(by, *settings, model="no_clearance.yaml"):
+    engine, formulation = by
+    result = simulate(
+        load_scene(MODELS / model, [f"accuracy.formulation={formulation}", *settings]), engine
+    )
+    assert result.outcome.completed
+    return result
+
+
+def peaks(result):
+    """Angle of the lever farthest from rest after each strike, as the program tells it."""
+    response, begins = (
+        lever_response(result, "strike"),
+        [s.begin for s in strikes(result, "strike")],
+    )
+    return [
+        response.between(begin, end).farthest
+        for begin, end in zip(begins, [*begins[1:], np.inf], strict=True)
+    ]
+
+
+@pytest.mark.parametrize("by", ENGINES)
+def test_equal_strikes_of_a_long_run_have_equal_peaks(by):
+    told = peaks(run(by, *STIFF, "run.turns=40"))
+    assert len(told) == 20
+    np.testing.assert_allclose(told, peaks(run(LAGRANGIAN, *STIFF, "run.turns=2"))[0], atol=RAD)
+
+
+@pytest.mark.parametrize("by", ENGINES)
+@pytest.mark.parametrize("sample", ["1 ms", "20 ms", "1 s"])
+def test_peaks_do_not_depend_on_samples(by, sample):
+    coarse, fine = (
+        run(by, *STIFF, "run.turns=2.6", f"run.sample={s}") for s in (sample, "0.01 ms")
+    )
+    assert len(fine.time) > 90 * len(coarse.time) or sample == "1 ms"
+    np.testing.assert_allclose(peaks(coarse), peaks(fine), atol=1e-9)
+    for name, own in fine.extremes.items():
+        seen = coarse.extremes[name]
+        np.testing.assert_allclose([*own.least, *own.greatest], [*seen.least, *seen.greatest])
+    one, other = (strikes(result, "strike") for result in (coarse, fine))
+    assert [s.peak_force for s in one] == pytest.approx([s.peak_force for s in other])
+
+
+def test_500_turns_have_the_peaks_of_the_first():
+    long = run(LAGRANGIAN, "bodies.link.rods=1", "run.turns=500", "run.sample=1 s")
+    first = run(LAGRANGIAN, "bodies.link.rods=1", "run.turns=4", "run.sample=0.01 ms")
+    told, expected = peaks(long), peaks(first)
+    assert len(told) == 125 * len(expected)
+    np.testing.assert_allclose(told[len(expected) :: len(expected)], expected[0], atol=RAD)
+
+
+@pytest.mark.parametrize("by", [*ENGINES, JOINTS])
+def test_peaks_of_a_quick_lever_are_those_of_fine_samples(by):
+    quick = ("springs.lever_return.frequency=200 Hz", "bodies.link.rods=2", "run.turns=0.6")
+    told = lever_response(run(by, *quick, "run.sample=1 ms"), "strike")
+    fine = lever_response(run(by, *quick, "run.sample=0.01 ms"), "strike")
+    assert told.least[0] == pytest.approx(fine.angle.min(), abs=1e-6)
+    assert told.greatest[0] == pytest.approx(fine.angle.max(), abs=1e-6)
+
+
+def test_engines_agree_on_peak_forces_and_penetrations():
+    one, other = (run(by, "run.turns=4") for by in ENGINES)
+    forces = [[s.peak_force for s in strikes(result, "strike")] for result in (one, other)]
+    assert forces[0] == pytest.approx(forces[1], rel=2e-5)
+    depths = [result.checks.largest_penetration for result in (one, other)]
+    assert depths[0] == pytest.approx(depths[1], rel=1e-5)
+
+
+@pytest.mark.parametrize("by", [*ENGINES, JOINTS])
+def test_distance_and_speed_of_the_point_are_extremes_too(by):
+    settings = ("bodies.link.rods=2", "run.turns=0.6")
+    told = run(by, *settings, "run.sample=50 ms").extremes
+    seen = path(run(by, *settings, "run.sample=0.01 ms"), "link.end")
+    for name, values, off in (
+        ("link.end.x_m", seen.position[:, 0], 1e-8),
+        ("link.end.y_m", seen.position[:, 1], 1e-8),
+        ("link.end.distance_m", np.linalg.norm(seen.position, axis=1), 1e-8),
+        ("link.end.speed_m_per_s", np.linalg.norm(seen.velocity, axis=1), 1e-4),
+    ):
+        ends = [told[name].least[0], told[name].greatest[0]]
+        assert ends == pytest.approx([values.min(), values.max()], abs=off)
+
+
+def test_the_summary_tells_equal_peaks_for_equal_strikes():
+    told = run_text(run(LAGRANGIAN, *STIFF, "run.turns=40"))
+    rows = [line for line in told.splitlines() if "180.00 deg" in line]
+    assert len(rows) == 20
+    assert np.ptp([float(row.split()[-2]) for row in rows]) < RAD
+
+
+def test_a_figure_of_a_long_run_has_no_chords():
+    result = run(LAGRANGIAN, *STIFF, "run.turns=40")
+    seen = path(result, "link.end").position
+    turned = np.unwrap(np.arctan2(seen[:, 1], seen[:, 0]))
+    assert np.abs(np.diff(turned)).max() < 2 * np.pi / 200

@@ -1,0 +1,66 @@
+"""Where quantities turn within steps: against functions whose turns are known."""
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.engines.turning import StepPolynomial, TurnSeeker, highest
+
+RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])
+ENDS = np.array([0.0, 1.0])
+
+
+def seek(value, rate, edges, nodes, blocks=1):
+    """Turns found of one quantity, in steps between the edges."""
+    polynomial, seeker = StepPolynomial(nodes), TurnSeeker(1)
+    for part in np.array_split(np.arange(len(edges) - 1), blocks):
+        time, length = edges[part], edges[part + 1] - edges[part]
+        at = time[:, None] + length[:, None] * nodes
+        slopes = (length[:, None] * rate(at))[..., None]
+        seeker.take(polynomial, (time, length), value(at)[..., None], slopes)
+    return seeker.found(0)
+
+
+@pytest.mark.parametrize(("nodes", "off"), [(RADAU, 1e-10), (ENDS, 2e-5)])
+@pytest.mark.parametrize("blocks", [1, 3])
+def test_turns_of_a_sine_are_found_at_their_heights(nodes, off, blocks):
+    edges = np.linspace(0.1, 9.7, 33)
+    time, value = seek(np.sin, np.cos, edges, nodes, blocks)
+    turns = np.pi * (np.arange(3) + 0.5)
+    assert time[[0, -1]].tolist() == [0.1, 9.7]  # the ends of the run
+    np.testing.assert_allclose(time[1:-1], turns, atol=1e-2 if nodes is ENDS else 1e-5)
+    np.testing.assert_allclose(value[1:-1], [1, -1, 1], atol=off)
+
+
+def test_a_step_of_its_own_degree_is_met_exactly():
+    own = np.polynomial.Polynomial([0.3, -2, 1, 4, -3, 0.5, 1])
+    slope = own.deriv()
+    edges = np.array([0.0, 1.0])
+    inside = [r.real for r in slope.roots() if abs(r.imag) < 1e-12 and 0 < r.real < 1]
+    time, value = seek(own, slope, edges, RADAU)
+    np.testing.assert_allclose(value[1:-1], own(np.sort(inside)), rtol=1e-9)
+    np.testing.assert_allclose(time[1:-1], np.sort(inside), atol=1e-6)
+
+
+def test_an_impulse_leaves_both_values_it_jumps_between():
+    edges = np.array([0.0, 1.0, 2.0])
+    polynomial, seeker = StepPolynomial(ENDS), TurnSeeker(1)
+    values = np.array([[0.0, 1.0], [-2.0, -1.0]])[..., None]  # a speed that rises, falls, rises
+    seeker.take(polynomial, (edges[:-1], np.diff(edges)), values, polynomial.slopes(values))
+    time, value = seeker.found(0)
+    assert value.tolist() == [0, 1, -2, -1]
+    assert time.tolist() == [0, 1, 1, 2]
+
+
+def test_what_stands_still_leaves_its_ends_alone():
+    edges = np.linspace(0, 1, 101)
+    noise = np.random.default_rng(1)
+    time, value = seek(
+        lambda t: 1 + 0 * t, lambda t: 1e-15 * noise.standard_normal(t.shape), edges, RADAU
+    )
+    assert time.tolist() == [0, 1]
+    assert value.tolist() == [1, 1]
+
+
+def test_the_highest_place_may_be_an_end():
+    places = highest(lambda at: at * np.array([[1.0], [-1.0]]), np.zeros(2), np.ones(2))
+    assert places.tolist() == [1, 0]
