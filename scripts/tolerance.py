@@ -4,9 +4,12 @@ Usage:
     python scripts/tolerance.py                        the Lagrangian, all scenes
     python scripts/tolerance.py --engine exudyn --models smooth rigid --tolerances 1e-4 1e-5
     python scripts/tolerance.py --turns 1 --repeat 3
+    python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
 
-Errors are the largest of S and of the lever's tip, m, over the run, against the Lagrangian with a
-tolerance of 1e-11 m. Scenes with clearance go on for less than half a turn. Flagged are errors
+`spline_N` is `spline_track` with a cam through N points, rounded to microns as in a file; on
+`coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of S and of the
+lever's tip, m, over the run, against the Lagrangian with a tolerance of 1e-11 m. Scenes with
+clearance go on for less than half a turn. Flagged are errors
 above the tolerance, and where both are more than a hundred times below it. Seconds are of processor
 time, the least of some solves.
 """
@@ -23,9 +26,10 @@ import numpy as np
 
 from exudyn_flexlink.compare import compare
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parent.parent / "models"
 BEAM, PAPER = "bodies.link.hinges.stiffness=beam", "bodies.link.hinges.stiffness=paper"
@@ -45,6 +49,8 @@ SCENES = {
     "friction": ("clearance_friction.yaml", ()),
     "clearance_n5": ("clearance.yaml", (BEAM, FIVE)),
 }
+SPLINES = {f"{kind}_{count}": count for count in (24, 240, 1000) for kind in ("spline", "coast")}
+PUSHED = "initial: {speeds: {guide: 10}}"
 # Touches multiply errors, until they decide the motion: these turns, 27 and 21 touches, are before.
 TOUCHING = {"clearance": 0.477, "friction": 0.477, "clearance_n5": 0.38}
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
@@ -69,19 +75,36 @@ class Point:
         return "far below" if largest < tolerance / FARTHEST_BELOW else ""
 
 
+def spline_text(name: str) -> str:
+    """`models/spline_track.yaml` with points of r = 0.04 + 0.004 cos 3 a about the pivot."""
+    a = 2 * np.pi * np.arange(SPLINES[name]) / SPLINES[name]
+    r = 0.04 + 0.004 * np.cos(3 * a)
+    points = np.round(np.stack([0.02 + r * np.cos(a), r * np.sin(a)], axis=1), 6)
+    text = (MODELS / "spline_track.yaml").read_text()
+    text = text.replace("file: track_points.csv", f"closed: true, points: {points.tolist()}")
+    if name.startswith("coast"):
+        text = text.replace(
+            "drives:\n  motor: {type: speed, joint: crank, value: 10 rad/s}", PUSHED
+        )
+        text = text.replace("of: crank}", "of: crank, at_most: 10 s}")
+    return text
+
+
 @cache
-def scene_of(name: str, turns: float, tolerance: float) -> Scene:
+def model(name: str, turns: float, tolerance: float) -> Scene:
     """One of the scenes, with a tolerance in m."""
-    model, settings = SCENES[name]
     turns = min(turns, TOUCHING.get(name, turns))
     run = (f"run.turns={turns}", "run.sample=1 ms", f"accuracy.tolerance={tolerance}")
-    return load_scene(MODELS / model, (*settings, *run))
+    if name in SPLINES:
+        return scene_of(parse_document(spline_text(name), f"{name}.yaml"), run)
+    file, settings = SCENES[name]
+    return load_scene(MODELS / file, (*settings, *run))
 
 
 @cache
 def reference(name: str, turns: float) -> Result:
     """The tight Lagrangian."""
-    return simulate(scene_of(name, turns, REFERENCE), "lagrangian")
+    return simulate(model(name, turns, REFERENCE), "lagrangian")
 
 
 def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int) -> Point:
@@ -89,7 +112,7 @@ def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int)
     seconds = np.inf
     for _ in range(repeat):
         began = process_time()
-        result = simulate(scene_of(name, turns, tolerance), engine)
+        result = simulate(model(name, turns, tolerance), engine)
         seconds = min(seconds, process_time() - began)
     found = compare(result, reference(name, turns)).deviation
     tip = 0.0
@@ -103,7 +126,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
-    parser.add_argument("--models", nargs="+", choices=list(SCENES), default=list(SCENES))
+    parser.add_argument("--models", nargs="+", choices=[*SCENES, *SPLINES], default=list(SCENES))
     parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
     parser.add_argument("--turns", type=float, default=2.0)
     parser.add_argument("--repeat", type=int, default=2, help="runs, of which the fastest counts")
@@ -111,7 +134,7 @@ def main() -> None:
     head = ("scene", "tolerance", "S, m", "tip, m", "of it", "steps", "s", "")
     print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
     for name in options.models:
-        simulate(scene_of(name, 0.01, 1e-3), options.engine)  # compiled, imported
+        simulate(model(name, 0.01, 1e-3), options.engine)  # compiled, imported
         for tolerance in options.tolerances:
             point = measure(name, options.engine, options.turns, tolerance, options.repeat)
             part = max(point.error, point.tip) / tolerance

@@ -322,6 +322,30 @@ def test_spline_through_twelve_points_of_a_circle():
     assert math.log2(gain) == pytest.approx(4, abs=0.2)
 
 
+@every_curve
+def test_third_derivative_is_constant_but_at_knots_and_breaks(curve):
+    """Of splines; that of arcs is smooth, that of lines zero: they have no knots."""
+    places, jumps = curve.knots
+    assert len(places) == len(jumps)
+    h = 1e-4 * curve.period / 40
+    second = curve.second_derivative
+    before = (second(places - h) - second(places - 2 * h)) / h
+    after = (second(places + 2 * h) - second(places + h)) / h
+    scale = np.abs(jumps).max(initial=1.0)
+    np.testing.assert_allclose(after - before, jumps, atol=1e-5 * scale)
+
+
+def test_knots_of_a_spline_among_the_laps_go_on_over_its_seam():
+    spline = Spline(ring(12, 0.04), closed=True)
+    assert len(spline.knots.places) == 11  # the twelfth is the break
+    assert len(Spline(ring(12)).knots.places) == 10
+    cut = spline.part(0.1 * spline.period, 1.1 * spline.period)
+    assert len(cut.knots.places) == 12
+    laps = Laps((ELLIPSE, spline))
+    assert len(laps.knots.places) == 11
+    assert min(laps.knots.places) > ELLIPSE.period
+
+
 def test_spline_of_ten_thousand_points_is_quick():
     began = time.perf_counter()
     spline = Spline(ring(10_000), closed=True)

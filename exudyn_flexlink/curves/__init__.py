@@ -1,6 +1,6 @@
 """Plane curves for slot joints: arcs, lines, splines, joined pieces, other curves each lap."""
 
-from exudyn_flexlink.curves.base import Curve, CurveError
+from exudyn_flexlink.curves.base import Curve, CurveError, Knots
 from exudyn_flexlink.curves.joined import Joined, Laps, lap_number, pieces_of_laps
 from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegment
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
@@ -15,6 +15,7 @@ __all__ = [
     "EllipseArc",
     "Evaluator",
     "Joined",
+    "Knots",
     "Laps",
     "LineSegment",
     "Spline",

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,6 +45,13 @@ class CurveError(ValueError):
         self.hint = hint
 
 
+class Knots(NamedTuple):
+    """Places u (m,), increasing, inside pieces of a curve, where d3P/du3 jumps; by what (m, 2)."""
+
+    places: FloatArray
+    jumps: FloatArray
+
+
 @dataclass(frozen=True)
 class Curve(ABC):
     """A plane curve P(u) with a continuous direction.
@@ -53,6 +61,7 @@ class Curve(ABC):
     ValueError for u beyond its ends by more than rounding. At a break the piece that begins counts.
 
     ``pieces`` are the smooth pieces, ``breaks`` (len(pieces) + 1) the values of u where they meet.
+    At breaks any derivative may jump, at :attr:`knots` the third; all are continuous elsewhere.
     """
 
     start: float = field(init=False, repr=False, compare=False)
@@ -194,6 +203,16 @@ class Curve(ABC):
         """Distance in m of ``point`` (2,) from the curve."""
         target = np.asarray(point, dtype=float)
         return float(np.linalg.norm(self.point(self.nearest(target)) - target))
+
+    @property
+    def knots(self) -> Knots:
+        """Places between the breaks where the third derivative jumps; lower ones never do there."""
+        found = [piece.knots for piece in self.pieces if piece is not self]
+        if not found:
+            return Knots(np.empty(0), np.empty((0, 2)))
+        shifts = self.breaks[:-1] - [piece.start for piece in self.pieces]
+        places = [of.places + shift for of, shift in zip(found, shifts, strict=True)]
+        return Knots(np.concatenate(places), np.concatenate([of.jumps for of in found]))
 
     def part(self, first: float, last: float) -> Curve:
         """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own.

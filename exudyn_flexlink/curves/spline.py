@@ -13,6 +13,7 @@ from exudyn_flexlink.curves.base import (
     Curve,
     CurveError,
     FloatArray,
+    Knots,
     left,
 )
 
@@ -50,6 +51,11 @@ class SplinePiece(Curve):
         slack = ROUNDING * self.period
         inside = (every > self.start + slack) & (every < self.end - slack)
         return np.concatenate([[self.start], every[inside], [self.end]])
+
+    @property
+    def knots(self) -> Knots:
+        """Those of the spline that lie inside the stretch."""
+        return self.spline.knots_between(self.start, self.end)
 
     def part(self, first: float, last: float) -> SplinePiece:
         """Cut out the stretch ``first <= u <= last``."""
@@ -121,6 +127,25 @@ class Spline(Curve):
         steps = np.arange(STEPS_PER_SPAN) / STEPS_PER_SPAN
         inner = knots[:-1, None] + np.diff(knots)[:, None] * steps
         return np.append(inner.ravel(), knots[-1])
+
+    @property
+    def knots(self) -> Knots:
+        """The given points but for the ends: there one cubic follows another."""
+        return self.knots_between(self.start, self.end)
+
+    def knots_between(self, first: float, last: float) -> Knots:
+        """Knots in ``first < u < last``, also of the next lap of a closed spline."""
+        places, cubes = self._polynomial.x, 6 * self._polynomial.c[0]
+        jumps = np.diff(cubes, axis=0)
+        if self.closed:  # where the spline ends its next lap begins
+            jumps = np.concatenate([jumps, cubes[:1] - cubes[-1:]])
+            jumps = np.concatenate([jumps, jumps])
+            places = np.concatenate([places[1:], places[1:] + self.period])
+        else:
+            places = places[1:-1]
+        slack = ROUNDING * (last - first)
+        inside = (places > first + slack) & (places < last - slack)
+        return Knots(places[inside], jumps[inside])
 
     def part(self, first: float, last: float) -> SplinePiece:
         """Cut out the stretch ``first <= u <= last``."""

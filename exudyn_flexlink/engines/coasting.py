@@ -18,6 +18,15 @@ def coasting(mechanism: Mechanism, end: float) -> float:
     return max(SWING, PART * min(longest, end))
 
 
+def keeping(mechanism: Mechanism, end: float) -> float:
+    """Time (s) for which a guide keeps errors of its speed: 0 where a drive sets it, else the run.
+
+    What the solver leaves of its equations at every step counts so long. Errors of the step itself
+    need not: its order makes those of the slow guide far smaller than estimated.
+    """
+    return PART * end if mechanism.slots and not mechanism.speed_motors else 0.0
+
+
 def coarse_strikes(mechanism: Mechanism, end: float, tolerance: float, steps: int) -> list[str]:
     """Warn if strikes that last for so many `steps` leave more than the tolerance (m).
 

@@ -19,10 +19,12 @@ from exudyn_flexlink.engines.lagrangian.course import (
     rate_at,
 )
 from exudyn_flexlink.engines.lagrangian.equations import unpacked
+from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
     ITERATIONS,
     SOLVED,
+    Scale,
     Work,
     estimate,
     factor,
@@ -33,7 +35,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     scale_at,
     work_for,
 )
-from exudyn_flexlink.engines.lagrangian.rail import FINE
+from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE
 from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
 from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
@@ -45,7 +47,8 @@ FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 SAFETY = 0.9
 LEAST, MOST = 0.2, 5.0  # times the last step
 SHORTEST = 1e-14  # s, where the clock tells that apart
-STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, PAIR = range(8)  # of `memory`
+# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch
+STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR = range(9)
 
 
 class Control(NamedTuple):
@@ -53,9 +56,11 @@ class Control(NamedTuple):
 
     tolerance: float  # m: error of one step
     tau: float  # s: turns errors of speeds into lengths
+    lasting: float  # s: the same for what the iteration leaves
     longest: float  # s
     turn: float  # rad: that the guide may turn in a step
     reaches: FloatArray  # (N,) of guide and levers, m
+    bend: float  # m/s^2: what knots of the track may cost in accelerations, over a step
 
 
 class Buffer(NamedTuple):
@@ -65,7 +70,7 @@ class Buffer(NamedTuple):
     states: FloatArray  # (m + 1, size)
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,) of P on the piece
-    memory: FloatArray  # (8,) what the next call goes on with
+    memory: FloatArray  # (9,) what the next call goes on with
 
 
 @inner
@@ -149,6 +154,41 @@ def _slackest(
 
 
 @inner
+def _knots_allow(
+    at: Instant,
+    rate: FloatArray,
+    equations: Equations,
+    scale: Scale,
+    given: tuple[float, FloatArray],
+) -> float:
+    """What a step may miss of P's acceleration, m/s^2, by the most that P's pushes moved so far."""
+    bend, memory = given
+    memory[MOVED] = max(memory[MOVED], moved_by_point(at, rate, equations, scale))
+    return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
+
+
+@inner
+def _part(
+    at: Instant,
+    h: float,
+    equations: Equations,
+    scale: Scale,
+    means: tuple[Method, Control, Work, FloatArray],
+) -> float:
+    """Part of the step just made after which it should have ended at a knot; 1 if it is good."""
+    method, control, work, memory = means
+    piece, last = equations.course.piece, len(work.near) - 1
+    begin, end = at.near, work.near[last]
+    if not passes(piece, begin, end):
+        return 1.0
+    after = Instant(at.t + h, work.states[last], end)
+    given = (control.bend, memory)
+    allowed = _knots_allow(after, work.rates[last], equations, scale, given)
+    to = reached(piece, (begin, end), h, allowed, method)
+    return 1.0 if to == end else float((to - begin) / (end - begin))
+
+
+@inner
 def _attempt(
     at: Instant,
     h: float,
@@ -168,8 +208,11 @@ def _attempt(
     pressing = pressing_at(at, equations)
     by_q, by_v = slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
-    allowed = (control.tolerance, control.tau)
+    allowed = (control.tolerance, control.lasting)
     most = MOST
+    if equations.course.piece[0] == SPLINE:
+        bend = _knots_allow(at, work.begin, equations, scale, (control.bend, memory))
+        h = shortened(at, h, (work.begin, bend), method, equations.course)
     while h >= _shortest(at.t):
         factor(h, by_q, by_v, method, work)
         if plain:
@@ -187,9 +230,13 @@ def _attempt(
             slipped = _slip(h, method, work) / control.tolerance
             error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
             change = _factor_of_step(error, stages, iterations)
-            if error < 1.0:
+            part = _part(at, h, equations, scale, means)
+            if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
                 return h, error, min(change, most)
+            if error < 1.0:
+                h *= part
+                continue
             h *= min(change, SAFETY)
         else:
             h, plain = h / 2, True
@@ -240,7 +287,7 @@ def _end_at_touch(
     by_q, by_v = slopes(at, pressing_at(at, equations), equations)
     factor(h, by_q, by_v, method, work)
     scale = scale_at(at, equations, control.reaches)
-    allowed = (control.tolerance, control.tau)
+    allowed = (control.tolerance, control.lasting)
     ended, iterations = iterate(at, h, allowed, equations, (method, scale, work))
     memory[ITERATED] += iterations
     if ended == SOLVED:

@@ -32,7 +32,8 @@ def packed_piece(piece: Curve) -> FloatArray:
     """Kind, start and end of a smooth piece, then the numbers of its kind, in one array.
 
     Arc: C, A, B. Line: a and the tangent. Spline: period (0 if open), number of spans, knots, and
-    of every span the coefficients x, y of w^3, w^2, w, 1.
+    of every span the coefficients x, y of w^3, w^2, w, 1; then the places within the piece at which
+    its third derivative jumps, in x and in y.
 
     Raises:
         TypeError: the curve is not a single smooth piece.
@@ -48,7 +49,8 @@ def packed_piece(piece: Curve) -> FloatArray:
         raise TypeError(f"not a smooth piece: {type(piece).__name__}")
     knots, spans = spline.cubics()
     head = [SPLINE, piece.start, piece.end, spline.period if spline.closed else 0.0, len(spans)]
-    return np.concatenate([head, knots, np.ravel(spans)])
+    inner = np.column_stack(piece.knots)
+    return np.concatenate([head, knots, np.ravel(spans), np.ravel(inner)])
 
 
 @inner

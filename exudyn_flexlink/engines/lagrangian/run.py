@@ -14,7 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
-from exudyn_flexlink.engines.coasting import coasting
+from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
@@ -136,9 +136,13 @@ def control(rig: Rig, tolerance: float, end: float) -> Control:
         part = rig.mechanism.parts[pivot.part]
         reaches[rig.layout.coordinate(pivot.part)] = part.reach
     tau = coasting(rig.mechanism, end)
+    # An error a of the acceleration moves a driven mechanism by a tau^2, as it swings; one that
+    # goes on as it was pushed by a end^2.
+    lasts = end if rig.layout.motor is None else tau
     channels = rig.mechanism.channels
-    share = WALLED_SHARE if channels else SHARE
-    return Control(resolving(tolerance, channels) * share, tau, np.inf, LONGEST_TURN, reaches)
+    share = resolving(tolerance, channels) * (WALLED_SHARE if channels else SHARE)
+    lasting = max(tau, keeping(rig.mechanism, end))
+    return Control(share, tau, lasting, np.inf, LONGEST_TURN, reaches, share / lasts**2)
 
 
 def solve(prepared: Prepared) -> str:

@@ -285,6 +285,20 @@ class ClosedCoordinates:
         blur = ROUNDING * self._size * float(self._gains.max())
         return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - blur)
 
+    def pushed(self, k: int, at: Held) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
+        slot = self._points[k].slot
+        own = next(rows for closure, rows in self.closures.rows if closure is slot)
+        y = np.array([*at.x, *at.places])
+        where = self.closures.at(np.array([self._time]), y[None])
+        push = np.zeros((self.closures.count, 2))
+        push[own] = np.eye(2)
+        split = self._split
+        square = self.closures.jacobian(where)[0][np.ix_(split.rows, split.dependent)]
+        moved = np.zeros((len(y), 2))
+        moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
+        return moved[: self._links]
+
     def on_dead_centre(self) -> bool:
         """Tell whether a stage of the last step tried all but fell on one that can be passed."""
         return bool(self._gains.max() > SINGULAR)

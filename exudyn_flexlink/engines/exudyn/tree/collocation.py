@@ -34,6 +34,15 @@ POWERS = np.arange(1, STAGES + 2)
 NODES = np.linalg.inv(np.vander(np.array([0.0, *C]), increasing=True))
 
 
+def _finer_rule() -> tuple[FloatArray, FloatArray]:
+    """Values at 12 places of Gauss's rule by those at the start and the stages; its weights."""
+    places, weights = np.polynomial.legendre.leggauss(12)
+    return np.vander((places + 1) / 2, STAGES + 1, increasing=True) @ NODES, weights / 2
+
+
+TO_LOOKS, LOOK_WEIGHTS = _finer_rule()
+
+
 def _systems() -> tuple[list[complex], FloatArray, FloatArray]:
     """Eigenvalues of B, the real one first and one of each pair, with the matrices T and T^-1."""
     values, vectors = np.linalg.eig(B)

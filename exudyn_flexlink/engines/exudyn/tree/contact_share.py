@@ -14,7 +14,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.tree.collocation import FROM, REAL, STAGES, TO, A
+from exudyn_flexlink.engines.exudyn.tree.collocation import (
+    FROM,
+    LOOK_WEIGHTS,
+    REAL,
+    STAGES,
+    TO,
+    TO_LOOKS,
+    WEIGHTS,
+    A,
+)
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -23,6 +32,7 @@ BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)
 ROUNDS = 40
 CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
 SHORTEST_PART = 1e-3  # of Newton's way
+STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
 
 
 class Pressing(NamedTuple):
@@ -44,7 +54,8 @@ class ContactShare(NamedTuple):
     arms: ComplexArray  # (systems, n, c): inverse times rows
     gains: FloatArray  # (stages c, stages c): changes of the gaps' rates by forces at the stages
     press: Press
-    start: Pressing  # (c,) each: at the start of the step
+    touching: FloatArray  # (c, 2): gaps and rates at the start of the step
+    start: Pressing  # (c,) each: there
 
     @classmethod
     def of(
@@ -57,7 +68,7 @@ class ContactShare(NamedTuple):
         gains = (BOTH @ by_system.reshape(len(arms), -1)).real  # (stages stages, c c)
         gains = gains.reshape(STAGES, STAGES, count, count).transpose(0, 2, 1, 3)
         gains = gains.reshape(STAGES * count, STAGES * count)
-        return cls(rows, arms, gains, press, press(touching))
+        return cls(rows, arms, gains, press, touching, press(touching))
 
     def share(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
         """What the contacts add to a change (stages, n) of the speeds found without them.
@@ -107,23 +118,43 @@ class ContactShare(NamedTuple):
         """Forces (n,) against a change of the coordinates, at the start of the step."""
         return np.asarray(self.rows.T @ (self.start.stiffness * (self.rows @ change)))
 
-    def filtered(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
-        """A change (n,) found by the real system without contacts, with those `touching` in it.
+    def errors(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
+        """Errors of the speeds (1 or 2, n), of which `change` (n,) was found without contacts.
 
-        A contact that creeps is a stiff damper: it wipes out errors, and the filter must know that.
-        But the damper fades while the point speeds up to lift off, and what it no longer wipes out
-        counts. So contacts damp as little as they do anywhere in the step: at its start, or at a
-        stage, where gaps and rates are `touching` (stages, c, 2).
+        `touching` (stages, c, 2) are gaps and rates at the stages. A contact that creeps is a stiff
+        damper: it wipes out errors. But the damper fades while the point speeds up to lift off, and
+        what it no longer wipes out counts. So contacts damp as little as they do anywhere in the
+        step. And where they leap like that, what happens between the stages counts, too.
         """
         stages = self.press(touching)
         stiffness = np.minimum(self.start.stiffness, stages.stiffness.min(axis=0))
         damping = np.minimum(self.start.damping, stages.damping.min(axis=0))
-        of_rates = stiffness * h / REAL + damping
+        filtered = self._filtered(stiffness * h / REAL + damping, change)
+        most = np.maximum(self.start.damping, stages.damping.max(axis=0))
+        if np.all(damping >= STEADY * most):
+            return filtered[None]
+        return np.stack([filtered, self._missed(h, touching, stages)])
+
+    def _filtered(self, of_rates: FloatArray, change: FloatArray) -> FloatArray:
+        """A change (n,) found by the real system without contacts, with such ones (c,) in it."""
         arm = self.arms[0].real
         system = np.eye(len(arm.T)) + (self.rows @ arm) * of_rates
         return np.asarray(
             change - arm @ (of_rates * np.linalg.solve(system, self.rows @ change)), float
         )
+
+    def _missed(self, h: float, touching: FloatArray, stages: Pressing) -> FloatArray:
+        """Errors (n,) of the speeds by what the forces do between the stages.
+
+        The embedded formula sees the stages alone. Where a force leaps between two of them, its
+        impulse by a finer rule, along the step's polynomial, is another than by the stages.
+        """
+        nodes = np.concatenate([self.touching[None], touching])
+        between = self.press(
+            (TO_LOOKS @ nodes.reshape(STAGES + 1, -1)).reshape(-1, *nodes.shape[1:])
+        )
+        impulses = h * (LOOK_WEIGHTS @ between.force - WEIGHTS @ stages.force)
+        return np.asarray((REAL / h) * (self.arms[0].real @ impulses))
 
 
 @cache

@@ -20,6 +20,7 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 FloatArray = NDArray[np.float64]
 
 KEPT_TIMES = 64
+LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
 LARGEST_TURN = 0.3  # rad per step of what a closure holds: the search for its place stays local
 
 
@@ -74,6 +75,9 @@ class Coordinates(Protocol):
 
     def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
+
+    def pushed(self, k: int, at: Held) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
     def on_dead_centre(self) -> bool:
         """Tell whether a stage of the last step tried all but fell on one that can be passed."""
@@ -219,6 +223,20 @@ class OpenCoordinates:
             gone = stages[-1].x[k] - start.x[k]
             off = max(off, abs(float(gone - h * (weights @ speeds))))
         return off
+
+    def pushed(self, k: int, at: Held) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2.
+
+        Pushed aside, a guided point slides by 1 / sine of the angle between guide and track.
+        """
+        moved = np.zeros((self._links, 1 if k < len(self._guides) else 2))
+        if k < len(self._guides):
+            guide = self._guides[k]
+            sine = guide.sine(float(at.x[guide.guided.turning]), at.places[k])
+            moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), LEAST_SINE)
+        else:
+            moved[list(self._rides[k - len(self._guides)]), [0, 1]] = 1.0
+        return moved
 
     def on_dead_centre(self) -> bool:
         """Tell whether a stage fell on a dead centre that can be passed: there is none here."""

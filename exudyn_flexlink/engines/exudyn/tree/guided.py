@@ -116,9 +116,13 @@ class SlotGuide(TrackPoint):
         """Tell whether the guide's axis all but touches the track at the last place."""
         return self._grazes(angle, self._home)
 
-    def _grazes(self, angle: float, u: float) -> bool:
+    def sine(self, angle: float, u: float) -> float:
+        """Of the angle between the guide's axis and the track at a place."""
         _, _, dx, dy, _, _ = self.at(u)
-        return abs(cos(angle) * dy - sin(angle) * dx) < GRAZING * hypot(dx, dy)
+        return (cos(angle) * dy - sin(angle) * dx) / hypot(dx, dy)
+
+    def _grazes(self, angle: float, u: float) -> bool:
+        return abs(self.sine(angle, u)) < GRAZING
 
     def settle(self, u: float, angle: float) -> None:
         """Search from this place on, where the last step ended, and this angle of the guide."""

@@ -93,10 +93,7 @@ class TreeModel:
             ]
             riders = [TrackPoint(r.slot, places[r.slot.name], events) for r in layout.rides]
             return OpenCoordinates(layout, self.start, guides, riders)
-        points = [
-            TrackPoint(slot, float(place), events)
-            for slot, place in zip(slots, places, strict=True)
-        ]
+        points = [TrackPoint(slot, places[slot.name], events) for slot in slots]
         moves = self._reaches.moves(self.start[0])
         ends = moves.reshape(len(moves), 2, -1)
         lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
@@ -255,6 +252,15 @@ class TreeModel:
         return float(
             np.sqrt((moved * moved).reshape(*moved.shape[:-1], 2, -1).sum(-2)).max(initial=0.0)
         )
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
+        whole: Whole = at.kept
+        if not len(at.force):
+            return 0.0
+        pushed = whole.mass @ self.coordinates.pushed(k, Held(*whole[1:7]))
+        along = pushed[self._picked] if whole.reach is None else whole.reach.T @ pushed
+        return self.size(np.linalg.solve(at.mass, along).T)
 
     def look(self, x: FloatArray, reach: FloatArray | None = None) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""

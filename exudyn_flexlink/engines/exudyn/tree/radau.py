@@ -12,8 +12,10 @@ of the size of q:
     (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
 
 The error is that of Hairer and Wanner's embedded formula, of order 5, filtered by the real matrix,
-with contacts as slack as they become within the step. Between steps speeds follow the polynomial
-through those of the start and of the stages, places its integral.
+with contacts as slack as they become within the step; and where their forces leap, what their
+impulses along the step's polynomial differ by from those of the stages (see `contact_share`).
+Between steps speeds follow the polynomial through those of the start and of the stages, places its
+integral.
 """
 
 from __future__ import annotations
@@ -45,6 +47,7 @@ ComplexArray = NDArray[np.complex128]
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
+LASTING = 0.1  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]
@@ -164,7 +167,7 @@ class Radau:
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
         share = SWING if matrices.contacts is not None else FREE * SWING
-        errors[1] = share * errors[1] + self.slow @ errors[1]
+        errors[1:] = share * errors[1:] + errors[1:] @ self.slow.T
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
         self._last = (h, known)
@@ -205,7 +208,8 @@ class Radau:
             if matrices.contacts is not None:
                 change += matrices.contacts.share(h, change, self._touching())
             w += change
-            size = h * self.problem.size(change) + self.problem.size(self.slow @ change[-1])
+            size = h * self.problem.size(change)
+            size += LASTING * self.problem.size(self.slow @ change[-1])
             if before > 0:
                 rate = size / before
                 if not rate < 1:
@@ -240,7 +244,7 @@ class Radau:
         moved: FloatArray,
         matrices: _Matrices,
     ) -> FloatArray:
-        """Estimated errors of coordinates and speeds (2, n)."""
+        """Estimated errors of coordinates, and of speeds in one or two ways (2 or 3, n)."""
         h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
         of_place = state.v + ERROR @ moved / h
         push = start.force + start.mass @ (ERROR @ w) / h
@@ -248,9 +252,10 @@ class Radau:
         if contacts is not None:
             pull += contacts.pull(of_place)
         of_speed = real @ (push - (h / REAL) * pull)
+        of_speeds = of_speed[None]
         if contacts is not None:
-            of_speed = contacts.filtered(h, of_speed, self._touching())
-        return np.array([(h / REAL) * (of_place + of_speed), of_speed])
+            of_speeds = contacts.errors(h, of_speed, self._touching())
+        return np.vstack([(h / REAL) * (of_place + of_speeds[0]), of_speeds])
 
 
 class _Matrices(NamedTuple):

@@ -10,19 +10,16 @@ from exudyn_flexlink.engines.coasting import PART, SWING
 
 FloatArray = NDArray[np.float64]
 
-RIGID = 1e-12  # of the largest square of a frequency: a motion without springs
-
 
 def slow_motions(mass: FloatArray, stiffness: FloatArray, end: float) -> FloatArray:
     """Matrix (n, n) from errors of speeds to those of places that slow motions make of them, s.
 
     A mode of angular frequency omega turns an error of its speed into one of place within 1/omega,
-    a motion without springs until the end of the run (s): there errors of all steps add up.
+    a motion without springs until the end of the run (s). Of that a part counts, since errors of
+    steps fall on all phases of it.
     """
     if not len(mass):
         return np.zeros((0, 0))
     squares, modes = eigh(stiffness, mass)
-    rigid = squares <= RIGID * max(float(squares[-1]), end**-2)
-    times = np.full(len(mass), end)
-    times[~rigid] = np.minimum(PART / np.sqrt(squares[~rigid]), end)
+    times = PART / np.sqrt(np.maximum(squares, end**-2))
     return np.asarray((modes * np.where(times > SWING, times, 0.0)) @ modes.T @ mass)

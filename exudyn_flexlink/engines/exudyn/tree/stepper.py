@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.clock import instant
+from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.tree.coordinates import Held
 from exudyn_flexlink.engines.exudyn.tree.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.tree.guided import DeadCentreError
+from exudyn_flexlink.engines.exudyn.tree.knots import KnotControl
 from exudyn_flexlink.engines.exudyn.tree.model import TreeModel
-from exudyn_flexlink.engines.exudyn.tree.radau import NoConvergenceError, Radau, State, Step
+from exudyn_flexlink.engines.exudyn.tree.radau import FREE, NoConvergenceError, Radau, State, Step
 from exudyn_flexlink.engines.exudyn.tree.slow_motions import slow_motions
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +53,9 @@ class Stepper:
         self._state = State(q, v, v)
         self._dead: DeadCentreError | None = None
         self.restart()
+        # An error a of the acceleration moves what swings by a tau^2, what turns freely by a end^2.
+        lasts = end if self.radau.slow.any() else FREE * SWING
+        self.knots = KnotControl(model, control.allowed / lasts**2)
 
     def restart(self) -> None:
         """Begin anew from the present state: the equations have changed."""
@@ -83,36 +88,50 @@ class Stepper:
         """
         if self.model.coordinates.worn():
             self.restart()
-        left = stop - self.time
-        h = min(self.h, self._longest())
-        first, lengths = True, [*LENGTHS]
+        h, first, lengths = min(self.h, self._longest()), True, [*LENGTHS]
         while True:
-            if h > 0.999999 * left:
-                h = left
-            elif h > 0.5 * left:
-                h = left / 2
-            if h < instant(self.time, EVENT_TIME) and h < left:
-                raise self._dead or NoConvergenceError(f"{h:.3g} s")
+            h = self._fitted(h, stop - self.time)
             step = self._step(h)
-            good = step is not None and not self._slips(step)
-            if lengths and not (good and self._passes(step)) and self._on_dead_centre():
+            if lengths and self._fails_on_dead_centre(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
                 h *= lengths.pop()
-                continue
-            if step is None or not good:
+            elif step is None or self._slips(step):
                 h, first = h / 4, False
-                continue
-            if self.control.fixed is not None:
+            elif self.control.fixed is not None:
                 return step
-            factor = self.control.factor(h, step.error)
-            if self._passes(step) or self._rounded(step):
-                self.control.note(h, step.error)
-                self.h = self.control.next(h, factor if first else min(factor, 1.0))
-                return step
-            h, first = h * min(factor, 0.9), False
+            elif self._over_knots(step):
+                h *= self.knots.part(step)
+            else:
+                factor = self.control.factor(h, step.error)
+                if self.control.passes(step.error) or self._rounded(step):
+                    self.control.note(h, step.error)
+                    self.h = self.control.next(h, factor if first else min(factor, 1.0))
+                    return step
+                h, first = h * min(factor, 0.9), False
 
-    def _passes(self, step: Step | None) -> bool:
-        return step is not None and self.control.passes(step.error)
+    def _fitted(self, h: float, left: float) -> float:
+        """Length of a step so that what is `left` (s) ends with a step, and knots end steps, too.
+
+        Raises:
+            DeadCentreError: the guide can't turn further.
+            NoConvergenceError: the clock does not tell it from none.
+
+        """
+        if h > 0.999999 * left:
+            h = left
+        elif h > 0.5 * left:
+            h = left / 2
+        if h < instant(self.time, EVENT_TIME) and h < left:
+            raise self._dead or NoConvergenceError(f"{h:.3g} s")
+        if self.control.fixed is not None:
+            return h
+        return self.knots.shortened(self.time, h, self._state, self.at)
+
+    def _fails_on_dead_centre(self, step: Step | None) -> bool:
+        """Tell that a step is not good enough, and that a stage of it is on a dead centre."""
+        if not self._on_dead_centre():
+            return False
+        return step is None or self._slips(step) or not self.control.passes(step.error)
 
     def _on_dead_centre(self) -> bool:
         return self.control.fixed is None and self.model.coordinates.on_dead_centre()
@@ -125,7 +144,7 @@ class Stepper:
         """Make a step to what was found; None, and a shorter one next, if it is not good enough."""
         h = found.time - self.time
         step = self._at_the_end(found, h)
-        if step is None or self._misses(found, step):
+        if step is None or self._misses(found, step) or self._over_knots(step):
             self.h = h / 3  # reach the event from nearer
             return None
         return step
@@ -174,6 +193,10 @@ class Stepper:
         touch = contact.touch(last.x, last.v)
         off = FARTHEST_OFF * contact.peak / contact.law.stiffness
         return not contact.beside(touch) and touch.gap > off
+
+    def _over_knots(self, step: Step) -> bool:
+        """Tell that a step goes over knots that cost too much."""
+        return self.control.fixed is None and self.knots.part(step) < 1
 
     def _slips(self, step: Step) -> bool:
         """Tell that a dependent coordinate did not go where its speed would have taken it."""

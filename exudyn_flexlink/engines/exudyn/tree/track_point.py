@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from exudyn_flexlink.curves import Evaluator, evaluator, lap_number, pieces_of_laps
+from exudyn_flexlink.curves import Evaluator, Knots, evaluator, lap_number, pieces_of_laps
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.result import Event
 
@@ -22,6 +22,7 @@ class TrackPoint:
         self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         self._winding = self._lap
         self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
+        self._knots = [piece.knots for piece in self.curve.pieces]
 
     @property
     def at(self) -> Evaluator:
@@ -32,6 +33,11 @@ class TrackPoint:
         """Derivative of a piece's point by its parameter."""
         _, _, dx, dy, _, _ = self._at[piece](u)
         return dx, dy
+
+    @property
+    def knots(self) -> Knots:
+        """Where on the present piece the third derivative jumps."""
+        return self._knots[self.piece]
 
     def left(self, u: float) -> tuple[float, float]:
         """How far a place is from the end and from the start of the present piece."""

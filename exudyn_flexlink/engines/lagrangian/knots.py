@@ -1,0 +1,193 @@
+r"""Knots of the track, where its third derivative jumps: over which of them a step may go.
+
+With P's speed u' along the track its acceleration bends at a knot: from there on it has
+``J u'^3 (t - t_k)`` more, J the jump. The method takes smooth functions to its order 9, a bend only
+to order 2. If a step of length h passes the knots after its parts sigma_k, the speed at its stage i
+misses
+
+    h^2 u'^3 sum_k kappa_i(sigma_k) J_k,
+    kappa_i(s) = (c_i - s)_+^2 / 2 - sum_j A_ij (c_j - s)_+    (Peano's kernel).
+
+A lone knot counts in full; many close knots of a smooth curve cancel each other, as their jumps
+change slowly. A step goes over as many knots as may be, and else ends at one of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
+from exudyn_flexlink.engines.lagrangian.compiled import inner
+from exudyn_flexlink.engines.lagrangian.course import (
+    Course,
+    Equations,
+    Instant,
+    guide_at,
+    root_at,
+    torques_at,
+)
+from exudyn_flexlink.engines.lagrangian.equations import fill_rate
+from exudyn_flexlink.engines.lagrangian.radau import Scale, length_of
+from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE, place_on
+
+FloatArray = NDArray[np.float64]
+
+AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
+ROUNDS = 30  # of the search for the instant at a knot
+LEAST_SINE = 1e-9  # of the angle between guide and track
+
+
+@inner
+def _knot(piece: FloatArray, k: int) -> tuple[float, float, float]:
+    """Place of the knot k of a packed spline, and the jump there."""
+    i = 6 + 9 * int(piece[4]) + 3 * k
+    return piece[i], piece[i + 1], piece[i + 2]
+
+
+@inner
+def _first_beyond(piece: FloatArray, u: float) -> int:
+    """Number of the first knot at u or beyond."""
+    low, high = 0, (len(piece) - 6 - 9 * int(piece[4])) // 3
+    while low < high:
+        middle = (low + high) // 2
+        if _knot(piece, middle)[0] < u:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@inner
+def _missed(
+    piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], method: Method
+) -> float:
+    """Largest sum of kernel times jump over some knots, for a step from and to two places."""
+    stages = len(method.nodes)
+    x, y, since = np.zeros(stages), np.zeros(stages), np.empty(stages)
+    for k in range(knots[0], knots[1]):
+        u, jump_x, jump_y = _knot(piece, k)
+        part = (u - way[0]) / (way[1] - way[0])
+        if part <= AT_KNOT:
+            continue
+        for j in range(stages):
+            since[j] = max(method.nodes[j] - part, 0.0)
+        for i in range(stages):
+            kernel = since[i] * since[i] / 2
+            for j in range(stages):
+                kernel -= method.matrix[i, j] * since[j]
+            x[i] += kernel * jump_x
+            y[i] += kernel * jump_y
+    return float(np.sqrt(np.max(x * x + y * y)))
+
+
+@inner
+def passes(piece: FloatArray, begin: float, end: float) -> bool:
+    """Tell whether there is a knot between two places."""
+    if piece[0] != SPLINE:
+        return False
+    return _first_beyond(piece, min(begin, end)) < _first_beyond(piece, max(begin, end))
+
+
+@inner
+def reached(
+    piece: FloatArray, way: tuple[float, float], h: float, allowed: float, method: Method
+) -> float:
+    """How far a step of length h from and to two places may go: there, or to a knot before.
+
+    `allowed` (m/s^2) is what it may miss of P's acceleration, on average.
+    """
+    begin, end = way
+    first, last = _first_beyond(piece, min(way)), _first_beyond(piece, max(way))
+    speed = abs(end - begin) / h
+    while first < last:
+        if (
+            speed * speed * abs(end - begin) * _missed(piece, (begin, end), (first, last), method)
+            <= allowed
+        ):
+            break
+        # those at the start are no goals
+        if end > begin:
+            while first < last - 1 and _knot(piece, first)[0] - begin <= AT_KNOT * (end - begin):
+                first += 1
+            last = first + (last - first) // 2
+            end = _knot(piece, last)[0]
+        else:
+            while first < last - 1 and begin - _knot(piece, last - 1)[0] <= AT_KNOT * (begin - end):
+                last -= 1
+            first = last - 1 - (last - first) // 2
+            end = _knot(piece, first)[0]
+            first += 1
+    return end
+
+
+@inner
+def _place(at: Instant, after: float, begin: FloatArray, course: Course) -> tuple[float, int]:
+    """Where P will be after a time (s); `begin` is the state's rate."""
+    free = len(begin) // 2 - 1 - len(course.acting)
+    y = at.y.copy()
+    for j in range(free):
+        y[j] += after * (y[free + j] + after / 2 * begin[free + j])
+    theta, _, _ = guide_at(at.t + after, y, free, course)
+    u, _, ended = root_at(theta, y, free, at.near, course)
+    return u, ended
+
+
+@inner
+def shortened(
+    at: Instant, h: float, given: tuple[FloatArray, float], method: Method, course: Course
+) -> float:
+    """Length of the next step, at most h, by where P will be.
+
+    `given` are the state's rate, and what the step may miss of P's acceleration.
+    """
+    begin, allowed = given
+    end, ended = _place(at, h, begin, course)
+    if ended != FINE or not passes(course.piece, at.near, end):
+        return h  # where P is not found the step itself will be shorter
+    to = reached(course.piece, (at.near, end), h, allowed, method)
+    if to == end:
+        return h
+    low, high, before, beyond = 0.0, h, abs(to - at.near), -abs(end - to)
+    close = 0.1 * AT_KNOT * before
+    for _ in range(ROUNDS):
+        middle = low + (high - low) * before / (before - beyond)
+        u, ended = _place(at, middle, begin, course)
+        left = (to - u) if to > at.near else (u - to)
+        if ended != FINE or abs(left) <= close:
+            return middle
+        if left > 0:
+            low, before, beyond = middle, left, beyond / 2
+        else:
+            high, beyond, before = middle, left, before / 2
+    return high
+
+
+@inner
+def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: Scale) -> float:
+    """How much (m/s^2) points accelerate if the track pushes P aside by 1 m/s^2.
+
+    Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless there is
+    play between them. `rate` is the state's.
+    """
+    course, c = equations
+    count = len(c.inertias)
+    free = count - int(course.drive[0])
+    guide = guide_at(at.t, at.y, free, course)
+    u, root, _ = root_at(guide[0], at.y, free, at.near, course)
+    _, _, dx, dy, _, _ = place_on(course.piece, u)
+    length = np.sqrt(dx * dx + dy * dy)
+    x, y, speed = -dy / length, dx / length, at.y[2 * free - 1]
+    if course.drive[5] == 0.0:
+        c0, s0, speed = np.cos(guide[0]), np.sin(guide[0]), guide[1]
+        sine = max(abs(c0 * dy - s0 * dx) / length, LEAST_SINE)
+        x, y = c0 / sine, s0 / sine
+    if speed == 0.0:
+        return 0.0
+    square = speed * speed
+    pushed = (root[0], root[1], root[2], root[3], root[4] + x / square, root[5] + y / square)
+    changed = np.empty(len(rate))
+    holding = (course.acting, course.touching)
+    given = (guide, pushed, torques_at(at.t, count, course), holding)
+    fill_rate(at.y, given, c, changed)
+    return length_of(changed[free : 2 * free] - rate[free : 2 * free], scale)

@@ -1,0 +1,269 @@
+"""Mechanisms with loops and welds, in minimal coordinates, against laws of their own."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from results import scene_from
+from scipy.integrate import solve_ivp
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism.tree import tree_layout
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+MODELS = Path(__file__).parent.parent / "models"
+TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
+
+
+@cache
+def run(model: str, *settings: str) -> Result:
+    result = simulate(load_scene(MODELS / model, settings))
+    assert result.outcome.completed, result.outcome
+    return result
+
+
+def part(result: Result, name: str) -> np.ndarray:
+    """Pose of a part (samples, 3)."""
+    return result.poses[:, result.part_names.index(name)]
+
+
+# --- published and closed forms -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+def test_n_four_bar_ends_where_published(tolerance: float) -> None:
+    """IFToMM A02, N = 2: B0 after 10 s, past ten positions where all rods lie in one line."""
+    result = run("benchmarks/n_four_bar.yaml", f"accuracy.tolerance={tolerance}")
+    np.testing.assert_allclose(part(result, "b0")[-1, :2], [0.328458, 0.944519], atol=1e-6)
+    assert result.checks.energy_residual < 1e-6  # J
+    assert result.checks.constraint_error < 1e-12
+
+
+def test_n_four_bar_stays_a_row_of_squares_at_every_sample() -> None:
+    """Where all rods lie in one line another shape branches off; no sample is on it."""
+    result = run("benchmarks/n_four_bar.yaml", "run={duration: 10, sample: 1 ms}")
+    rods = np.stack([part(result, name)[:, 2] for name in ("a0", "a1", "a2")])
+    assert np.abs(rods - rods[0]).max() < 1e-9
+    assert np.abs(part(result, "b1")[:, 2]).max() < 1e-9
+
+
+CRANK, ROD = 0.1, 0.3
+
+
+def slider_crank_angle(times: np.ndarray) -> np.ndarray:
+    """Crank angle of `free_slider_crank.yaml`, from its one equation of motion.
+
+    ``I(a) a'' + I'(a) a'^2 / 2 = -V'(a)``: masses, inertias and weight of the file. The rod's angle
+    is -asin(r/l sin a), the slider keeps its own angle.
+    """
+    mass, centre = 1.0, 0.15
+
+    def energy(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Inertia for a' = 1, and potential."""
+        sine, cosine = np.sin(a), np.cos(a)
+        b = -np.arcsin(CRANK / ROD * sine)
+        rate = -CRANK / ROD * cosine / np.cos(b)
+        rod_x = -CRANK * sine - centre * rate * np.sin(b)
+        rod_y = CRANK * cosine + centre * rate * np.cos(b)
+        slider = -CRANK * sine - ROD * rate * np.sin(b)
+        inertia = 1e-3 + 0.5 * 0.05**2 + mass * (rod_x**2 + rod_y**2) + 1e-2 * rate**2
+        height = 0.5 * 0.05 * sine + mass * (CRANK * sine + centre * np.sin(b))
+        return inertia + 2.0 * slider**2, 9.81 * height
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        step = 1e-3
+        at = y[0] + step * np.array([-2, -1, 0, 1, 2])
+        inertia, potential = energy(at)
+        weights = np.array([1, -8, 0, 8, -1]) / (12 * step)
+        bend, slope = weights @ inertia, weights @ potential
+        return [y[1], -(0.5 * bend * y[1] ** 2 + slope) / inertia[2]]
+
+    start = [np.pi / 3, 10.0]
+    found = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-12)
+    return np.asarray(found.y[0])
+
+
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_a_slider_crank_that_nothing_drives_keeps_its_tolerance(tolerance: float) -> None:
+    """Errors of its speed last to the end of the run, and count so."""
+    result = run("textbook/free_slider_crank.yaml", f"accuracy.tolerance={tolerance}")
+    exact = slider_crank_angle(result.time)
+    off = CRANK * np.abs(part(result, "crank")[:, 2] - exact).max()
+    assert off < tolerance + 1e-9  # the last is what the differences above leave
+
+
+def test_a_driven_slider_crank_follows_its_closed_form() -> None:
+    result = run("textbook/slider_crank.yaml")
+    a = 10 * result.time
+    b = -np.arcsin(CRANK / ROD * np.sin(a))
+    place = CRANK * np.cos(a) + ROD * np.cos(b)
+    np.testing.assert_allclose(part(result, "slider")[:, 0], place, atol=1e-12)
+
+
+def test_the_ram_of_a_quick_return_follows_its_closed_form() -> None:
+    result = run("textbook/whitworth.yaml")
+    a = 5 * result.time
+    pin = np.stack([0.1 * np.cos(a), 0.2 + 0.1 * np.sin(a)])
+    head = 0.5 * pin / np.hypot(*pin)
+    ram = head[0] + np.sqrt(0.3**2 - (0.45 - head[1]) ** 2)
+    np.testing.assert_allclose(part(result, "ram")[:, 0], ram, atol=1e-12)
+
+
+# --- welds, redundant joints, and springs across hinges -----------------------------------------
+
+BAR = (
+    "{type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {a: [0, 0], b: [1, 0]}}"
+)
+
+
+def scene(text: str) -> Scene:
+    return scene_from(text)
+
+
+def test_two_halves_welded_at_an_angle_swing_as_one_body() -> None:
+    """A pendulum of two rods at a right angle, and the rigid body that has their mass."""
+    rod = "{type: rigid, mass: 1, inertia: 0.08333333333333333, centre_of_mass: [0.5, 0],"
+    rod += " points: {a: [0, 0], b: [1, 0]}}"
+    head = """
+title: pendulum
+gravity: [0, -9.81]
+run: {duration: 1, sample: 10 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+    welded = scene(
+        head
+        + f"""
+bodies: {{one: {rod}, two: {rod}}}
+joints:
+  pivot: {{type: revolute, points: [ground, one.a], at: [0, 0]}}
+  corner: {{type: weld, points: [one.b, two.a], angle: 90 deg}}
+initial: {{angles: {{one: 0}}}}
+"""
+    )
+    # Centre of both, and their inertia about it (Steiner).
+    arm = 0.25**2 + 0.25**2
+    inertia = 2 * (1 / 12) + 2 * arm
+    whole = scene(head + f"""
+bodies: {{one: {{type: rigid, mass: 2, inertia: {inertia!r}, centre_of_mass: [0.75, 0.25],
+                points: {{a: [0, 0]}}}}}}
+joints: {{pivot: {{type: revolute, points: [ground, one.a], at: [0, 0]}}}}
+initial: {{angles: {{one: 0}}}}
+""")  # fmt: skip
+    first, second = simulate(welded), simulate(whole)
+    np.testing.assert_allclose(part(first, "one")[:, 2], part(second, "one")[:, 2], atol=1e-8)
+    np.testing.assert_allclose(first.joint_forces["pivot"], second.joint_forces["pivot"], atol=1e-5)
+
+
+PARALLELOGRAM = """
+title: parallelogram
+bodies:
+  left: &bar
+    {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {a: [0, 0], b: [1, 0]}}
+  right: *bar
+  top:
+    type: rigid
+    mass: 1
+    inertia: 0.1
+    centre_of_mass: [1, 0]
+    points: {a: [0, 0], b: [1, 0], c: [2, 0]}
+  MIDDLE
+joints:
+  a: {type: revolute, points: [ground, left.a], at: [0, 0]}
+  b: {type: revolute, points: [ground, right.a], at: [2, 0]}
+  c: {type: revolute, points: [left.b, top.a]}
+  d: {type: revolute, points: [right.b, top.c]}
+  JOINTS
+gravity: [0, -9.81]
+initial: {angles: {left: 60 deg, right: 60 deg, top: 0 GUESS}}
+run: {duration: 1, sample: 10 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def test_the_force_in_the_joint_that_closes_a_loop_is_newtons() -> None:
+    """The right rod of a parallelogram: forces at its ends are its mass times its acceleration."""
+    text = PARALLELOGRAM.replace("MIDDLE", "").replace("JOINTS", "").replace(" GUESS", "")
+    result = simulate(scene(text.replace("sample: 10 ms", "sample: 1 ms")))
+    assert tree_layout(assemble_scene(result.scene).mechanism).closures
+    pose = part(result, "right")
+    centre = pose[:, :2] + 0.5 * np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=-1)
+    grid = np.isclose(result.time % 1e-3, 0, atol=1e-9) | np.isclose(result.time % 1e-3, 1e-3)
+    place = centre[grid]
+    step = 1e-3
+    weights = np.array([-1, 16, -30, 16, -1]) / (12 * step**2)
+    bend = sum(w * place[k : len(place) - 4 + k] for k, w in enumerate(weights))
+    forces = (result.joint_forces["b"] - result.joint_forces["d"])[grid][2:-2]
+    np.testing.assert_allclose(forces, bend + np.array([0, 9.81]), atol=1e-4)
+
+
+SPRUNG = """
+title: two bars with a spring from the second to the ground
+bodies: {{one: {bar}, two: {bar}}}
+joints:
+  a: {{type: revolute, points: [ground, one.a], at: [0, 0]}}
+  b: {{type: revolute, points: [one.b, two.a]}}
+  c: {{type: revolute, points: [ground, two.b], at: [1.2, 0]}}
+springs: {{k: {{type: torsional, joint: {joint}, stiffness: 20, damping: 0.1, rest_angle: 0.3}}}}
+gravity: [0, -9.81]
+initial: {{guesses: {{one: 60 deg, two: -60 deg}}}}
+run: {{duration: 0.5, sample: 10 ms}}
+"""
+
+
+@pytest.mark.parametrize("joint", ["a", "b", "c"])
+def test_a_spring_acts_on_any_hinge_of_a_loop(joint: str) -> None:
+    """Also on the one that the tree leaves over: energy is kept, and Exudyn's own solver agrees."""
+    text = SPRUNG.format(bar=BAR, joint=joint)
+    held = "drives: {m: {type: torque, joint: " + joint + ", value: 0.0}}\n"
+    tree = simulate(scene(text + held + "accuracy: {tolerance: 1.0e-9}\n"))
+    other = simulate(scene(text + "accuracy: {step: 1.0e-4, formulation: joints}\n"))
+    assert tree.outcome.completed
+    np.testing.assert_allclose(
+        np.interp(other.time, tree.time, part(tree, "one")[:, 2]), part(other, "one")[:, 2],
+        atol=1e-4,
+    )  # fmt: skip
+    assert tree.checks.energy_residual < 1e-8
+
+
+def test_a_loop_that_can_go_no_further_says_so() -> None:
+    """A driven crank that coupler and rocker can't follow stops where those two lie in line."""
+    text = """
+title: a double rocker
+bodies:
+  crank: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [1, 0]}}
+  coupler: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [0.6, 0]}}
+  rocker: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [0.9, 0]}}
+joints:
+  a: {type: revolute, points: [ground, crank.a], at: [0, 0]}
+  b: {type: revolute, points: [crank.b, coupler.a]}
+  c: {type: revolute, points: [coupler.b, rocker.b]}
+  d: {type: revolute, points: [ground, rocker.a], at: [1, 0]}
+drives: {m: {type: speed, joint: a, value: 1 rad/s}}
+initial: {angles: {crank: 60 deg}, guesses: {coupler: 0, rocker: 60 deg}}
+run: {duration: 5, sample: 10 ms}
+accuracy: {tolerance: 1.0e-6}
+"""
+    result = simulate(scene(text))
+    # Coupler and rocker in line: 1.5^2 = 1 + 1 - 2 cos(a) at the crank's angle a.
+    turned = np.arccos(1 - 1.5**2 / 2) - np.pi / 3
+    assert not result.outcome.completed
+    assert result.outcome.time == pytest.approx(turned, abs=1e-3)
+    assert "dead centre" in result.outcome.reason or "stay closed" in result.outcome.reason
+    assert result.time[-1] == pytest.approx(result.outcome.time)
+
+
+def test_a_motor_may_turn_the_joint_that_closes_a_loop() -> None:
+    """The same four-bar driven at one end of the chain or at the other moves the same."""
+    text = PARALLELOGRAM.replace("MIDDLE", "").replace("JOINTS", "").replace(" GUESS", "")
+    runs = [
+        simulate(scene(text + f"drives: {{m: {{type: speed, joint: {joint}, value: 1}}}}\n"))
+        for joint in ("a", "b")
+    ]
+    np.testing.assert_allclose(runs[0].poses, runs[1].poses, atol=1e-9)
+    power = [result.energy.supplied[-1] for result in runs]
+    assert power[0] == pytest.approx(power[1], rel=1e-9)
