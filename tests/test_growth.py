@@ -10,7 +10,6 @@ import pytest
 
 from exudyn_flexlink import source
 from exudyn_flexlink.chain import Beam, discretise
-from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.contacts import Contact
@@ -267,10 +266,3 @@ def test_settings_through_what_is_no_section_are_refused(setting: str, told: str
 
 def test_entries_of_a_list_may_have_zeros_in_front() -> None:
     load_scene(MODELS / "no_clearance.yaml", ["curves.track.curves.000000000001=ellipse"])
-
-
-def test_a_target_beyond_all_tolerances_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["accuracy", str(MODELS / "smooth.yaml"), "--target", "1e30"])
-    assert ended.value.code == 2
-    assert "--target: invalid length in m value: '1e30'" in capsys.readouterr().err

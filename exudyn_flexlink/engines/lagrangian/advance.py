@@ -20,6 +20,7 @@ from exudyn_flexlink.engines.lagrangian.course import (
 )
 from exudyn_flexlink.engines.lagrangian.equations import unpacked
 from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
+from exudyn_flexlink.engines.lagrangian.leaps import leaps
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
     ITERATIONS,
@@ -32,6 +33,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     finish,
     guess,
     iterate,
+    length_of,
     scale_at,
     work_for,
 )
@@ -132,28 +134,6 @@ def _slip(h: float, method: Method, work: Work) -> float:
 
 
 @inner
-def _slackest(
-    at: Instant,
-    h: float,
-    pressing: FloatArray,
-    equations: Equations,
-    means: tuple[Method, Work],
-) -> FloatArray:
-    """How contacts press (.., 3), `pressing` so at the step's start, where they do it least.
-
-    A contact that creeps is a stiff damper: it wipes out errors, and the filter of the estimate
-    must know that. But the damper fades while the point speeds up to lift off, and what it no
-    longer wipes out counts.
-    """
-    method, work = means
-    least: FloatArray = pressing.copy()
-    for i in range(len(work.states)):
-        stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
-        least[:] = np.minimum(least, pressing_at(stage, equations))
-    return least
-
-
-@inner
 def _knots_allow(
     at: Instant,
     rate: FloatArray,
@@ -223,10 +203,12 @@ def _attempt(
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
+            missed = 0.0
             if np.any(pressing):
-                slack = _slackest(at, h, pressing, equations, (method, work))
+                slack, sped = leaps(at, h, pressing, equations, (method, work))
                 factor_real(h, *slopes(at, slack, equations), method, work)
-            error = estimate(h, by_q, begin, control.tau, (method, scale, work))
+                missed = control.tau * length_of(sped, scale)
+            error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
             slipped = _slip(h, method, work) / control.tolerance
             error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
             change = _factor_of_step(error, stages, iterations)

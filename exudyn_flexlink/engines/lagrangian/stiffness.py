@@ -98,6 +98,20 @@ def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatAr
 
 
 @inner
+def accelerated_by(
+    forces: FloatArray, q: FloatArray, root: Root, equations: Equations
+) -> FloatArray:
+    """Return M^-1 times generalised forces (N,), of the free coordinates (f,)."""
+    course, c = equations
+    first = int(course.drive[0])
+    mass = mass_matrix(q, root, c)
+    factorise(mass, first)
+    found: FloatArray = forces.copy()
+    substitute(mass, first, found)
+    return found[first:]
+
+
+@inner
 def _add_contacts(
     state: tuple[FloatArray, FloatArray, Root],
     pressing: FloatArray,

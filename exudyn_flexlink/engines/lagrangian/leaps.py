@@ -1,0 +1,86 @@
+"""Contacts whose force leaps within a step: what that means for the step's estimated error."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
+from exudyn_flexlink.engines.lagrangian.compiled import inner
+from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY, penalty_force, touches
+from exudyn_flexlink.engines.lagrangian.radau import Work
+from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
+
+FloatArray = NDArray[np.float64]
+
+STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
+PLACES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+PLACES, WEIGHTS = (PLACES + 1) / 2, WEIGHTS / 2  # of Gauss's rule within a step
+
+
+@inner
+def leaps(
+    at: Instant, h: float, pressing: FloatArray, equations: Equations, means: tuple[Method, Work]
+) -> tuple[FloatArray, FloatArray]:
+    """How contacts press where they do it least (c, 3), and errors (f,) of the free speeds.
+
+    `pressing` is how they do at the step's start. A contact that creeps is a stiff damper: it wipes
+    out errors, and the filter of the estimate must know that. But the damper fades while the point
+    speeds up to lift off, and what it no longer wipes out counts. Where it fades like that, what
+    forces do between the stages counts, too: the embedded formula does not see it.
+    """
+    method, work = means
+    least, most = pressing.copy(), pressing.copy()
+    for i in range(len(work.states)):
+        stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
+        found = pressing_at(stage, equations)
+        least[:] = np.minimum(least, found)
+        most[:] = np.maximum(most, found)
+    if np.all(least[:, 1] > STEADY * most[:, 1]):  # where all are zero, a leap may lie in between
+        return least, np.zeros(work.speeds.shape[1])
+    return least, _missed(at, h, equations, method, work)
+
+
+@inner
+def _missed(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> FloatArray:
+    """Errors of the free speeds: impulses along the step's polynomial less those by the stages."""
+    course, c = equations
+    stages = len(work.states)
+    rows = np.empty((stages + 1, len(course.acting), 2))  # gaps and their rates
+    q, v, root, _ = coordinates_at(at, equations)
+    first, gradients, _ = touches(q, v, root, c)
+    rows[0, :, 0], rows[0, :, 1] = first[:, 0], first[:, 2]
+    for i in range(stages):
+        stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
+        q1, v1, root1, _ = coordinates_at(stage, equations)
+        later, _, _ = touches(q1, v1, root1, c)
+        rows[i + 1, :, 0], rows[i + 1, :, 1] = later[:, 0], later[:, 2]
+    impulses = np.zeros(len(q))
+    for k in range(len(course.acting)):
+        if course.acting[k] == PENALTY:
+            impulses += gradients[k] * _impulse(h, rows[:, k], c.faces[k], method)
+    return accelerated_by(impulses, q, root, equations)
+
+
+@inner
+def _impulse(h: float, rows: FloatArray, face: FloatArray, method: Method) -> float:
+    """By how much a contact's impulse along the polynomial differs from that by the stages, N s.
+
+    `rows` (1 + s, 2) are gap and rate at the step's start and at the stages.
+    """
+    stages = len(rows) - 1
+    impulse = 0.0
+    for i in range(stages):
+        force = penalty_force(min(rows[i + 1, 0], 0.0), rows[i + 1, 1], face)
+        impulse -= method.matrix[stages - 1, i] * force
+    for j in range(len(PLACES)):
+        gap, rate, power = rows[0, 0], rows[0, 1], 1.0
+        for k in range(stages):
+            power *= PLACES[j]
+            for i in range(stages):
+                weight = power * method.powers[k, i]
+                gap += weight * (rows[i + 1, 0] - rows[0, 0])
+                rate += weight * (rows[i + 1, 1] - rows[0, 1])
+        impulse += WEIGHTS[j] * penalty_force(min(gap, 0.0), rate, face)
+    return h * impulse
