@@ -5,7 +5,7 @@ from __future__ import annotations
 from exudyn_flexlink.mechanism import Mechanism, swing_times
 
 SWING = 4e-3  # s: 1/omega of a lever at 40 Hz, the least that is counted
-PART = 0.5  # of 1/omega of a slower one: a tenth left the tip of a 5 Hz lever 9 tolerances off
+KEPT = 0.1  # of a run: for how much of it a guide that turns freely keeps what the solver leaves
 # m, of the tip of a lever at 40 Hz: what formulation `joints` leaves with 60 steps for a strike,
 # whatever the tolerance. Measured: models/rigid.yaml, a turn, 1e-4 to 1e-6 m: 8e-6 to 1.4e-5; with
 # 120 steps 3e-7 to 7e-6.
@@ -15,7 +15,7 @@ LEFT, STEPS = 2e-5, 60
 def coasting(mechanism: Mechanism, end: float) -> float:
     """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s)."""
     longest = max(swing_times(mechanism).values(), default=0.0)
-    return max(SWING, PART * min(longest, end))
+    return max(SWING, min(longest, end))
 
 
 def keeping(mechanism: Mechanism, end: float) -> float:
@@ -24,7 +24,7 @@ def keeping(mechanism: Mechanism, end: float) -> float:
     What the solver leaves of its equations at every step counts so long. Errors of the step itself
     need not: its order makes those of the slow guide far smaller than estimated.
     """
-    return PART * end if mechanism.slots and not mechanism.speed_motors else 0.0
+    return KEPT * end if mechanism.slots and not mechanism.speed_motors else 0.0
 
 
 def left_by_strikes(mechanism: Mechanism, end: float, steps: float) -> float:

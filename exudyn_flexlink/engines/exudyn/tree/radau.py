@@ -25,7 +25,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.tree.collocation import (
     EIGENVALUES,
     ERROR,
@@ -132,10 +131,13 @@ class NoConvergenceError(RuntimeError):
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, slow: FloatArray) -> None:
-        """Problem, and the matrix (n, n), s, by which slow motions make places of speeds."""
+    def __init__(self, problem: Problem, tau: float, slow: FloatArray) -> None:
+        """Problem, how long (s) errors of speeds last that a contact leaves, and slow motions.
+
+        `slow` (n, n), s, is the matrix by which those make places of errors of speeds.
+        """
         self.problem = problem
-        self.slow = slow
+        self.tau, self.slow = tau, slow
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -166,7 +168,7 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
-        share = SWING if matrices.contacts is not None else FREE * SWING
+        share = self.tau if matrices.contacts is not None else FREE * self.tau
         errors[1:] = share * errors[1:] + errors[1:] @ self.slow.T
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from exudyn_flexlink.engines.coasting import PART, SWING
+from exudyn_flexlink.engines.coasting import SWING
 
 FloatArray = NDArray[np.float64]
 
+PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
 FREELY = 0.3  # of the run: what turns freely keeps an error of its speed for half of it on average
 
 

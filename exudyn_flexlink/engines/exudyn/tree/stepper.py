@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.clock import instant
-from exudyn_flexlink.engines.coasting import SWING
+from exudyn_flexlink.engines.coasting import coasting
 from exudyn_flexlink.engines.exudyn.pace import too_long
 from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.tree.control import ErrorControl
@@ -46,7 +46,8 @@ class Stepper:
     ) -> None:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
-        self.radau = Radau(model, np.zeros((0, 0)))
+        tau = coasting(model.assembly.mechanism, end)
+        self.radau = Radau(model, tau, np.zeros((0, 0)))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         q, v = model.coordinates.state()
@@ -54,7 +55,7 @@ class Stepper:
         self._dead: DeadCentreError | None = None
         self.restart()
         # An error a of the acceleration moves what swings by a tau^2, what turns freely by a end^2.
-        lasts = end if self.radau.slow.any() else FREE * SWING
+        lasts = end if self.radau.slow.any() else FREE * tau
         self.knots = KnotControl(model, control.allowed / lasts**2)
 
     def restart(self) -> None:
