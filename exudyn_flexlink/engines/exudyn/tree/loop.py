@@ -93,6 +93,11 @@ class TreeLoop:
         """Newton's iterations so far."""
         return 0 if self._stepper is None else self._stepper.radau.iterations
 
+    @property
+    def rounded(self) -> list[float]:
+        """Instants (s) of steps on dead centres, where rounding decided on errors."""
+        return [] if self._stepper is None else self._stepper.rounded
+
     def interrupt(self) -> None:
         """End the run after the step that is under way."""
         self.interrupted = True

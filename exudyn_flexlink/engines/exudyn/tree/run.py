@@ -85,7 +85,8 @@ def finish(run: TreeRun, complaint: tuple[str, str]) -> Result:
     found = report(run)
     mechanism = run.model.assembly.mechanism
     outcome = _outcome(run, *complaint)
-    return result_of(run.scene, mechanism, found, _shortened(run), outcome)
+    told = [*_shortened(run), *_on_dead_centres(run)]
+    return result_of(run.scene, mechanism, found, told, outcome)
 
 
 def _shortened(run: TreeRun) -> list[str]:
@@ -96,6 +97,17 @@ def _shortened(run: TreeRun) -> list[str]:
         return []
     found = [halves[k] for k in touched if too_long(given, halves[k])]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
+
+
+def _on_dead_centres(run: TreeRun) -> list[str]:
+    """Say where a loop passed a dead centre so closely that rounding decided on errors."""
+    found = run.loop.rounded
+    if not found:
+        return []
+    return [
+        f"a loop of joints passed a dead centre at {found[0]:.4g} s: near it rounding decides on "
+        "errors, not the tolerance; compare with a run at another one"
+    ]
 
 
 def _bends(mechanism: Mechanism) -> list[float]:

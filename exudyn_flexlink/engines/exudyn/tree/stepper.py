@@ -25,8 +25,8 @@ FloatArray = NDArray[np.float64]
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
 SHORTEST_LOOK = 1e-3  # of a contact's half period
-LENGTHS = (1.6, 0.8, 1.25)  # of a step whose stage is on a dead centre, last first
-ROUNDED = 100.0  # times the error allowed: what rounding may make of it there
+LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a dead centre, each of the last
+ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps to the end of a face
 
 
@@ -53,6 +53,7 @@ class Stepper:
         q, v = model.coordinates.state()
         self._state = State(q, v, v)
         self._dead: DeadCentreError | None = None
+        self.rounded: list[float] = []  # s: steps on dead centres
         self.restart()
         # An error a of the acceleration moves what swings by a tau^2, what turns freely by a end^2.
         lasts = end if self.radau.slow.any() else FREE * tau
@@ -105,6 +106,7 @@ class Stepper:
             else:
                 factor = self.control.factor(h, step.error)
                 if self.control.passes(step.error) or self._rounded(step):
+                    self._note_dead_centre()
                     self.control.note(h, step.error)
                     self.h = self.control.next(h, factor if first else min(factor, 1.0))
                     return step
@@ -137,6 +139,10 @@ class Stepper:
 
     def _good(self, step: Step | None) -> bool:
         return step is not None and not self._slips(step) and self.control.passes(step.error)
+
+    def _note_dead_centre(self) -> None:
+        if self.model.coordinates.on_dead_centre()[0]:
+            self.rounded.append(self.time)
 
     def _rounded(self, step: Step) -> bool:
         """Tell that an error too large may be one of rounding, at a dead centre that is passed."""

@@ -1,0 +1,80 @@
+"""What a tolerance means for mechanisms with loops and welds: the error that is really made.
+
+Usage:
+    python scripts/loop_tolerance.py                     all models of this kind, 1e-3 to 1e-8 m
+    python scripts/loop_tolerance.py --models textbook/slider_crank --tolerances 1e-6
+
+Errors are the largest of any part's origin over the run, against the same formulation at 1e-10 m;
+tests/test_loops.py holds it against closed forms and published numbers. Seconds are of
+processor time, for a whole run. The exit code is 1 if an error is above its tolerance.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from functools import cache
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import Result
+
+MODELS = Path(__file__).parent.parent / "models"
+NAMES = (
+    "textbook/slider_crank",
+    "textbook/free_slider_crank",
+    "textbook/whitworth",
+    "textbook/double_pendulum",
+    "textbook/flexible_four_bar",
+    "textbook/welded_cantilever",
+)
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+TIGHT = 1e-10  # m
+
+
+@cache
+def run(name: str, tolerance: float) -> Result:
+    """Simulate one of the models."""
+    scene = load_scene(MODELS / f"{name}.yaml", [f"accuracy.tolerance={tolerance}"])
+    return simulate(scene, measure=False)
+
+
+def error(name: str, tolerance: float) -> float:
+    """Largest distance (m) of any part from where it is in the tight run."""
+    loose, tight = run(name, tolerance), run(name, TIGHT)
+    if not tight.outcome.completed:
+        raise SystemExit(f"{name}: the reference ended: {tight.outcome.reason}")
+    _, one, other = np.intersect1d(
+        np.round(loose.time, 9), np.round(tight.time, 9), return_indices=True
+    )
+    return float(np.abs(loose.poses[one] - tight.poses[other])[..., :2].max())
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--models", nargs="+", choices=NAMES, default=list(NAMES))
+    parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
+    options = parser.parse_args()
+    print("| model | " + " | ".join(f"{t:.0e} m" for t in options.tolerances) + " |")
+    print("|---" * (len(options.tolerances) + 1) + "|")
+    above = False
+    for name in options.models:
+        cells = []
+        for tolerance in options.tolerances:
+            began = process_time()
+            steps = run(name, tolerance).checks.steps
+            seconds = process_time() - began
+            found = error(name, tolerance)
+            above = above or found > tolerance
+            cells.append(f"{found:.1e} ({steps}, {seconds:.2f} s)")
+        print(f"| `{name}` | " + " | ".join(cells) + " |", flush=True)
+    return int(above)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
