@@ -162,7 +162,7 @@ def _add_accuracy(commands: Any) -> None:
     _add_model(parser)
     parser.add_argument(
         "--target",
-        type=_target,
+        type=_length,
         metavar="M",
         help="error that is good enough, m; default: the model's tolerance, or 1e-4",
     )
@@ -193,18 +193,6 @@ def _length(text: str) -> float:
 
 
 _length.__name__ = "length in m"  # what argparse calls it in its complaint
-
-
-def _target(text: str) -> float:
-    from exudyn_flexlink.quantities import LARGEST
-
-    value = _length(text)
-    if value > LARGEST:  # a model's tolerance may not be more
-        raise ValueError(text)
-    return value
-
-
-_target.__name__ = "length in m"
 
 
 def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:
