@@ -13,6 +13,7 @@ from exudyn_flexlink.mechanism import (
     Channel,
     Mechanism,
     Start,
+    always_redundant,
     approach,
     assemble,
     build_curves,
@@ -20,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     end_of_run,
     extent,
     face_length,
+    formulation,
     least_tolerance,
     pairs,
     sample_bytes,
@@ -255,8 +257,18 @@ def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
     return max(depths.items(), key=lambda item: item[1], default=None)
 
 
+def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:
+    """Tell whether joints that others imply always can be left out: in minimal coordinates."""
+    drives = set(scene.drives) & set(assembly.surplus)
+    if not assembly.surplus or drives or formulation(scene, assembly.mechanism) != "tree":
+        return False
+    return always_redundant(assembly)
+
+
 def _redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Joints and drives that hold what others hold already: forces in them have no one answer."""
+    if _may_be_redundant(scene, assembly):
+        return []
     found = []
     for name, count in assembly.surplus.items():
         drive = name in scene.drives and name not in scene.joints

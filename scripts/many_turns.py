@@ -5,7 +5,7 @@
 
 Prints the README's table, a line as soon as a run is done: strikes, touches of the walls, what the
 energy balance missed at most, and in the first and the second half of the run. 500 turns take some
-minutes without clearance; with it, some hours in all.
+minutes without clearance; with it, Exudyn takes an hour, the Lagrangian some minutes.
 """
 
 from __future__ import annotations
@@ -20,12 +20,11 @@ from exudyn_flexlink.observables import relative_energy_residual, strikes
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
-LOCAL = ("accuracy.relative_tolerance=1e-7", "accuracy.absolute_tolerance=1e-9")
 RUNS = (
     ("no_clearance", "exudyn", ()),
     ("no_clearance", "lagrangian", ()),
     ("clearance", "exudyn", ("bodies.link.rods=4", "accuracy.tolerance=4e-4")),
-    ("clearance", "lagrangian", LOCAL),
+    ("clearance", "lagrangian", ()),
 )
 
 

@@ -255,12 +255,12 @@ def clearance() -> Iterator[Row]:
     for name, (model, own, end) in WITH_CLEARANCE.items():
         settings = (*own, f"run={{duration: {end}, sample: 1 ms}}")
         tight = (within(TIGHT_WALLS),)
-        for engine, accuracy in (("exudyn", ()), ("exudyn", tight), ("lagrangian", ())):
+        for engine, accuracy in (("exudyn", ()), ("exudyn", tight), ("lagrangian", tight)):
             result = run(model, *settings, *accuracy, engine=engine)
             found = against_series(name, result)
             early = found.until(0.3).largest
-            at = f", tolerance {result.settings['tolerance']:.0e} m" if engine == "exudyn" else ""
-            limit = "1e-6 m to 0.3 s, 2e-5 m to the end" if accuracy or not at else "none"
+            at = f", tolerance {result.settings['tolerance']:.0e} m"
+            limit = "1e-6 m to 0.3 s, 2e-5 m to the end" if accuracy else "none"
             told = f"{early:.1e} m to 0.3 s, {found.largest:.1e} m to {end} s ({cost(result)})"
             yield f"S of `{name}`, {engine}{at}", limit, told
     parts = contact_states(result, "sleeve").fractions()

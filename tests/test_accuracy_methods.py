@@ -68,7 +68,7 @@ def test_methods_are_engines_and_formulations_the_models_own_first():
 
 
 def test_an_engine_of_local_tolerances_is_turned_by_those():
-    """The Lagrangian with walls: the tolerance of the model does not reach it."""
+    """The Lagrangian with rigid contacts: the tolerance of the model does not reach it."""
     scene = scene_with("accuracy.tolerance=1e-5", "accuracy.relative_tolerance=1e-7")
     method = methods_of(scene, BOTH, local=["lagrangian"])[1]
     assert method.told(1e-8) == "Lagrangian, rtol 1e-08"
@@ -76,9 +76,10 @@ def test_an_engine_of_local_tolerances_is_turned_by_those():
     assert (accuracy.tolerance, accuracy.relative_tolerance) == (1e-5, 1e-8)
     assert accuracy.absolute_tolerance == pytest.approx(1e-10)
     assert own_value(scene, method) == 1e-7
-    walls = load_scene(MODEL.with_name("clearance.yaml"))
-    assert not engines.takes_tolerance(walls, "lagrangian")
-    assert engines.takes_tolerance(walls, "exudyn")
+    for name in ("clearance", "clearance_friction", "supported"):
+        walls = load_scene(MODEL.with_name(f"{name}.yaml"))
+        assert engines.takes_tolerance(walls, "lagrangian")
+        assert engines.takes_tolerance(walls, "exudyn")
     assert engines.takes_tolerance(scene, "lagrangian")
     assert not engines.takes_tolerance(with_impact(scene, "impulse"), "lagrangian")
 

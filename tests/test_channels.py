@@ -12,7 +12,7 @@ from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.mechanism import approach, node_anchor, pair_sides, pairs
+from exudyn_flexlink.mechanism import anchor_position, approach, node_anchor, pair_sides, pairs
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -120,9 +120,11 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
         return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
 
     chain = chain_of(rig.constants)
-    states = walls.wall_states(q, v, root_of(q), chain)
-    assert states.shape == (len(pairs(channel)), 5)
-    expected = np.zeros(len(q))
+    states, total = walls.wall_forces(q, v, root_of(q), chain)
+    assert states.shape == (len(pairs(channel)), 2)
+    expected, sums, power = np.zeros(len(q)), np.zeros(2), 0.0
+    touching = np.zeros(len(states), dtype=np.int64)
+    poses = rig.poses(q[None], v[None], np.array([root_of(q)]))[0][0]
     h = 1e-6
     for k, (at, contact) in enumerate(zip(touches(q, v), pairs(channel), strict=True)):
         length = np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
@@ -130,6 +132,11 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
         rub = channel.friction.force(press, at.place_rate)
         assert states[k, walls.PRESS] == pytest.approx(float(press), rel=1e-9, abs=1e-9)
         assert states[k, walls.RUB] == pytest.approx(float(rub), rel=1e-9, abs=1e-9)
+        touching[k] = press > 0
+        power -= float(press) * at.gap_rate + float(rub) * at.place_rate
+        along = anchor_position(contact.end, poses) - anchor_position(contact.start, poses)
+        push = press * at.normal + rub * along / length
+        sums += push if contact.point.part in channel.rods else -push
         for j in range(len(q)):
             step = np.zeros(len(q))
             step[j] = h
@@ -137,7 +144,9 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
             expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
             expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
     found = np.zeros(len(q))
-    walls.add_wall_forces(q, v, root_of(q), chain, found)
+    taken = walls.add_wall_forces((q, v, root_of(q)), touching, chain, found)
+    assert taken == pytest.approx(power, rel=1e-9)
+    assert total == pytest.approx(sums, rel=1e-9, abs=1e-9)
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max()))
 
 

@@ -32,12 +32,14 @@ KICKED = {
     "out of the mouth": (*REST, "initial={angles: {guide: 150 deg}, speeds: {link: -60}}"),
 }
 SAMPLE = 2e-6  # s
+TIGHT = "accuracy.tolerance=1e-9"
 RING = ("curves.ring={type: circle, centre: [0.02, 0], radius: 0.03}", "joints.pin.curve=ring")
 
 
 @cache
 def run(*settings, model="clearance.yaml"):
-    result = simulate(load_scene(MODELS / model, settings), "lagrangian", measure=False)
+    scene = load_scene(MODELS / model, [TIGHT, *settings])
+    result = simulate(scene, "lagrangian", measure=False)
     assert result.outcome.completed, result.outcome
     return result
 
@@ -112,7 +114,7 @@ def test_impulse_loss_peak_and_speed_of_each_touch(case):
         assert touches.impulse[i] == pytest.approx(impulse, rel=1e-4, abs=jump)
         lost, jump = -np.trapezoid(power, time), SAMPLE * np.abs(power).max()
         assert touches.energy_lost[i] == pytest.approx(lost, rel=1e-4, abs=jump)
-        assert touches.peak_force[i] == pytest.approx(press.max(), rel=1e-2)
+        assert touches.peak_force[i] == pytest.approx(press.max(), rel=1e-3)
         assert touches.approach_speed[i] == pytest.approx(-at.gap_rate[0], rel=1e-2)
 
 
@@ -129,14 +131,33 @@ def test_the_touches_lose_what_the_whole_run_loses(case):
         assert energy.dissipated[-1] > 1e-5
 
 
-def test_looser_tolerances_blur_a_touch_as_little_as_the_motion():
-    loose = ("accuracy.relative_tolerance=1e-6", "accuracy.absolute_tolerance=1e-8")
-    short = (*KICKED["inside"], "run={duration: 6 ms}")
-    one, other = (run(*short, *more).sleeves["sleeve"].touches for more in ((), loose))
-    assert one.pair.tolist() == other.pair.tolist()
-    assert len(one.pair) > 3
-    assert other.begin == pytest.approx(one.begin, abs=1e-8)
-    assert other.impulse == pytest.approx(one.impulse, rel=1e-3)
+@pytest.mark.parametrize("case", KICKED)
+def test_an_explicit_method_finds_the_same_touches(case):
+    """SciPy's DOP853 at local tolerances, which shares equations and events, but no integrator."""
+    local = ("accuracy.relative_tolerance=1e-9", "accuracy.absolute_tolerance=1e-11")
+    short = (*KICKED[case], FRICTION, "run={duration: 6 ms}")
+    one, other = (run(*short, *more) for more in ((), local))
+    assert one.settings["integrator"] == "Radau IIA of order 9"
+    assert other.settings["integrator"] == "DOP853"
+    ours, judged = (result.sleeves["sleeve"].touches for result in (one, other))
+    assert ours.pair.tolist() == judged.pair.tolist()
+    assert len(ours.pair) > 2
+    assert ours.begin == pytest.approx(judged.begin, abs=1e-8)
+    assert ours.end == pytest.approx(judged.end, abs=1e-7)
+    assert ours.impulse == pytest.approx(judged.impulse, rel=1e-4, abs=1e-10)
+    assert ours.energy_lost == pytest.approx(judged.energy_lost, rel=1e-4, abs=1e-12)
+    assert ours.peak_force == pytest.approx(judged.peak_force, rel=1e-2)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
+@pytest.mark.parametrize("case", KICKED)
+def test_a_rattling_link_keeps_its_tolerance(case, tolerance):
+    short = (*KICKED[case], FRICTION, "run={duration: 6 ms, sample: 0.1 ms}")
+    one, other = (run(*short, f"accuracy.tolerance={t}") for t in (tolerance, 1e-11))
+    at, there = (np.searchsorted(r.time, np.arange(0, 6e-3, 1e-4) - 1e-12) for r in (one, other))
+    for point in ("link.start", "link.end"):
+        apart = path(one, point).position[at] - path(other, point).position[there]
+        assert np.linalg.norm(apart, axis=1).max() < tolerance
 
 
 # --- reactions --------------------------------------------------------------------------------
@@ -253,3 +274,15 @@ def test_supported_rods_stay_near_the_axis_and_have_no_touches():
     assert deepest <= history.deepest * (1 + 1e-6)
     assert result.checks.largest_penetration == history.deepest
     assert result.checks.energy_residual < 1e-9 * result.checks.largest_kinetic_energy
+
+
+def test_largest_forces_of_touches_do_not_depend_on_the_steps():
+    """A force falls at once where the gap turns, between two stages of a step over half a touch."""
+    settings = ("run={duration: 0.2, sample: 1 ms}",)
+    coarse, fine = (
+        run(*settings, f"accuracy.tolerance={tolerance}").sleeves["sleeve"].touches
+        for tolerance in (1e-6, 1e-9)
+    )
+    assert coarse.pair.tolist() == fine.pair.tolist()
+    assert len(fine.pair) > 5
+    assert coarse.peak_force == pytest.approx(fine.peak_force, rel=3e-3)

@@ -263,13 +263,18 @@ def test_a_ramp_and_a_torque_are_met() -> None:
     "setting",
     ["accuracy.absolute_tolerance=1e-9",
      "contacts.strike.law={type: impulse, restitution: 0.5}",
-     "joints.sleeve.clearance=5 mm",
      "accuracy={step: 1e-4}"],
 )  # fmt: skip
-def test_local_tolerances_walls_and_impulses_stay_with_the_explicit_method(setting: str) -> None:
-    walls = "joints.sleeve.law={stiffness: 1e5, restitution: 0.5}"
-    settings = [setting, walls] if "clearance" in setting else [setting]
-    assert isinstance(prepare(load_scene(MODELS / "no_clearance.yaml", settings)).loop, Loop)
+@pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml", "supported.yaml"])
+def test_local_tolerances_steps_and_impulses_stay_with_the_explicit_method(
+    model: str, setting: str
+) -> None:
+    assert isinstance(prepare(load_scene(MODELS / model, [setting])).loop, Loop)
+
+
+@pytest.mark.parametrize("model", ["clearance.yaml", "clearance_friction.yaml", "supported.yaml"])
+def test_walls_are_for_the_implicit_method(model: str) -> None:
+    assert isinstance(prepare(load_scene(MODELS / model)).loop, March)
 
 
 def test_a_dead_centre_ends_the_run_and_says_so() -> None:

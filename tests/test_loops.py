@@ -185,6 +185,21 @@ accuracy: {tolerance: 1.0e-8}
 """
 
 
+def test_a_third_rod_in_a_parallelogram_is_redundant_and_runs() -> None:
+    """Without mass of its own worth mentioning it changes nothing: one constraint is too many."""
+    plain = simulate(scene(
+        PARALLELOGRAM.replace("MIDDLE", "").replace("JOINTS", "").replace(" GUESS", "")
+    ))  # fmt: skip
+    third = "third: {type: rigid, mass: 1.0e-9, inertia: 1.0e-10, points: {a: [0, 0], b: [1, 0]}}"
+    joints = "e: {type: revolute, points: [ground, third.a], at: [1, 0]}\n"
+    joints += "  f: {type: revolute, points: [third.b, top.b]}"
+    text = PARALLELOGRAM.replace("MIDDLE", third).replace("JOINTS", joints)
+    doubled = scene(text.replace(" GUESS", ", third: 60 deg"))
+    assert assemble_scene(doubled).redundant == 1
+    result = simulate(doubled)
+    np.testing.assert_allclose(part(result, "left")[:, 2], part(plain, "left")[:, 2], atol=1e-7)
+
+
 def test_the_force_in_the_joint_that_closes_a_loop_is_newtons() -> None:
     """The right rod of a parallelogram: forces at its ends are its mass times its acceleration."""
     text = PARALLELOGRAM.replace("MIDDLE", "").replace("JOINTS", "").replace(" GUESS", "")

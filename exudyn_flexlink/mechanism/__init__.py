@@ -6,6 +6,7 @@ from exudyn_flexlink.mechanism.assembly import (
     CannotMoveError,
     Start,
     State,
+    always_redundant,
     assemble,
 )
 from exudyn_flexlink.mechanism.build import beam_of, build_mechanism, chain_of
@@ -88,6 +89,7 @@ __all__ = [
     "TurnGoal",
     "Weld",
     "accelerations",
+    "always_redundant",
     "anchor_jacobian",
     "anchor_position",
     "anchor_velocity",

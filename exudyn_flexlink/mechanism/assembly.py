@@ -12,6 +12,7 @@ from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
     Start,
+    neighbouring,
     positions,
     scale_roots,
 )
@@ -208,6 +209,16 @@ class _Moving:
 
 
 # --- redundant constraints --------------------------------------------------------------------
+
+
+def always_redundant(assembly: Assembly) -> bool:
+    """Tell whether the surplus constraints are so elsewhere, too, not just at a dead centre."""
+    mechanism = assembly.mechanism
+    try:
+        q, places = neighbouring(mechanism, assembly.state.q)
+    except CannotAssembleError:
+        return False
+    return _surplus(mechanism, q, places) == assembly.surplus
 
 
 def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:

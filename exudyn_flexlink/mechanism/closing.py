@@ -22,6 +22,7 @@ FloatArray = NDArray[np.float64]
 
 CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60
+AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
 KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
 
 
@@ -70,6 +71,18 @@ def positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArra
             except CannotAssembleError as error:
                 errors.append(error)
     raise min(errors, key=lambda error: error.gap)
+
+
+def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and slot places that close all joints, a hundredth of its reach off every part.
+
+    Raises:
+        CannotAssembleError: there are none so near.
+
+    """
+    away = np.random.default_rng(0).uniform(-AWAY, AWAY, q.shape)
+    scales = np.array([(part.reach, part.reach, 1.0) for part in mechanism.parts])
+    return _close(mechanism, q + away * scales, set(), straight=False)
 
 
 def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -> Start:

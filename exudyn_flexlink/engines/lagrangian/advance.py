@@ -9,8 +9,15 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.clock import CLOCK
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.course import Course, Equations, Instant, guide_at, rate_at
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.course import (
+    Course,
+    Equations,
+    Instant,
+    coordinates_at,
+    guide_at,
+    rate_at,
+)
 from exudyn_flexlink.engines.lagrangian.equations import unpacked
 from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
 from exudyn_flexlink.engines.lagrangian.radau import (
@@ -30,17 +37,18 @@ from exudyn_flexlink.engines.lagrangian.radau import (
 )
 from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE
 from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
-from exudyn_flexlink.engines.lagrangian.watch import Watched, uneventful
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
+from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
 
 FloatArray = NDArray[np.float64]
 
-FULL, THERE, LOOK, STUCK = 0, 1, 2, 3  # why `advance` ended
+FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 
 SAFETY = 0.9
 LEAST, MOST = 0.2, 5.0  # times the last step
 SHORTEST = 1e-14  # s, where the clock tells that apart
-# of `Buffer.memory`; MOVED: largest `moved_by_point` so far
-STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED = range(8)
+# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch
+STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR = range(9)
 
 
 class Control(NamedTuple):
@@ -62,16 +70,16 @@ class Buffer(NamedTuple):
     states: FloatArray  # (m + 1, size)
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,) of P on the piece
-    memory: FloatArray  # (8,) what the next call goes on with
+    memory: FloatArray  # (9,) what the next call goes on with
 
 
-@compiled
+@inner
 def _shortest(t: float) -> float:
     """Least step at t, s."""
     return max(SHORTEST, CLOCK * t)
 
 
-@compiled
+@inner
 def _longest(
     at: tuple[float, FloatArray, float], free: int, course: Course, control: Control
 ) -> float:
@@ -85,20 +93,20 @@ def _longest(
     return control.longest
 
 
-@compiled
+@inner
 def _factor_of_step(error: float, stages: int, iterations: int) -> float:
     """How much longer the next step may be, by the error in parts of the tolerance."""
     safety = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + iterations)
     return float(min(MOST, max(LEAST, safety * max(error, 1e-12) ** (-1.0 / (stages + 1)))))
 
 
-@compiled
+@inner
 def _trend(h: float, error: float, stages: int, memory: FloatArray) -> float:
     """Gustafsson: how much longer the next step may be if the trend of the last two goes on."""
     return float(h / memory[OLD_STEP] * (memory[OLD_ERROR] / error) ** (1.0 / (stages + 1)))
 
 
-@compiled
+@inner
 def _start(h: float, method: Method, work: Work) -> None:
     """Speeds to start the iteration with where no last step is known: of steady acceleration."""
     stages, free = work.speeds.shape
@@ -107,7 +115,7 @@ def _start(h: float, method: Method, work: Work) -> None:
             work.speeds[i, j] = method.nodes[i] * h * work.begin[free + j]
 
 
-@compiled
+@inner
 def _slip(h: float, method: Method, work: Work) -> float:
     """How far from P at the step's end the integral of its velocity takes it, m.
 
@@ -123,7 +131,7 @@ def _slip(h: float, method: Method, work: Work) -> float:
     return float(np.sqrt(x * x + y * y))
 
 
-@compiled
+@inner
 def _slackest(
     at: Instant,
     h: float,
@@ -131,7 +139,7 @@ def _slackest(
     equations: Equations,
     means: tuple[Method, Work],
 ) -> FloatArray:
-    """How contacts press (c, 3), `pressing` so at the step's start, where they do it least.
+    """How contacts press (.., 3), `pressing` so at the step's start, where they do it least.
 
     A contact that creeps is a stiff damper: it wipes out errors, and the filter of the estimate
     must know that. But the damper fades while the point speeds up to lift off, and what it no
@@ -145,7 +153,7 @@ def _slackest(
     return least
 
 
-@compiled
+@inner
 def _knots_allow(
     at: Instant,
     rate: FloatArray,
@@ -159,7 +167,7 @@ def _knots_allow(
     return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
 
 
-@compiled
+@inner
 def _part(
     at: Instant,
     h: float,
@@ -180,7 +188,7 @@ def _part(
     return 1.0 if to == end else float((to - begin) / (end - begin))
 
 
-@compiled
+@inner
 def _attempt(
     at: Instant,
     h: float,
@@ -238,6 +246,72 @@ def _attempt(
     return 0.0, 0.0, 0.0
 
 
+@inner
+def _cut(
+    part: float, y: FloatArray, changes: FloatArray, method: Method, scratch: FloatArray
+) -> None:
+    """Make of the `changes` (s, size) of a step from y those of a part of it: of its polynomial."""
+    for i in range(len(scratch)):
+        interpolate(part * method.nodes[i], y, changes, method.powers, scratch[i])
+    for i in range(len(scratch)):
+        changes[i] = scratch[i] - y
+
+
+@inner
+def _end_at_touch(
+    at: Instant,
+    whole: float,
+    changes: FloatArray,
+    equations: Equations,
+    means: tuple[Method, Control, Work, FloatArray],
+) -> tuple[float, int]:
+    """Cut a step where the first pair of link and guide begins or ceases to touch.
+
+    The step is made anew to end there, since its end is known to a higher order than what is
+    within, and then cut, or lengthened, by the little that is left. Return its length and the pair,
+    or `NONE`; `changes` (s, size) are changed.
+    """
+    method, control, work, memory = means
+    stages, free = work.speeds.shape
+    part, pair = first_change(Step(at, whole, changes, method.powers), equations)
+    if pair == NONE:
+        return whole, NONE
+    _cut(part, at.y, changes, method, work.states)
+    h = part * whole
+    if h < _shortest(at.t):
+        return h, pair
+    known = changes.copy()
+    for i in range(stages):
+        for j in range(free):
+            work.speeds[i, j] = changes[i, free + j]
+    by_q, by_v = slopes(at, pressing_at(at, equations), equations)
+    factor(h, by_q, by_v, method, work)
+    scale = scale_at(at, equations, control.reaches)
+    allowed = (control.tolerance, control.lasting)
+    ended, iterations = iterate(at, h, allowed, equations, (method, scale, work))
+    memory[ITERATED] += iterations
+    if ended == SOLVED:
+        finish(at.y, h, method, work, changes)
+        part, again = nearby(pair, Step(at, h, changes, method.powers), equations)
+        if again != NONE:
+            _cut(part, at.y, changes, method, work.states)
+            return part * h, again
+    changes[:] = known
+    return h, pair
+
+
+@inner
+def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) -> Instant:
+    """Rates and P at the start of a step; of one that goes on from the last they are known."""
+    if going_on:  # a step's last stage is its end, where the iteration left its rates
+        stages = len(work.near)
+        work.begin[:] = work.rates[stages - 1]
+        work.way[0] = work.way[stages]
+        return at
+    near, _ = rate_at(at, equations, work.begin, work.way[0])
+    return Instant(at.t, at.y, near)
+
+
 @compiled
 def advance(
     stop: float,
@@ -269,14 +343,7 @@ def advance(
         planned = ahead
         if wanted < ahead * (1 - 1e-9):
             planned = min(wanted, max(ahead / 2, _shortest(t)))
-        if done > 0:  # a step's last stage is its end, where the iteration left its rates
-            work.begin[:] = work.rates[stages - 1]
-            work.way[0] = work.way[stages]
-            at = Instant(t, y, buffer.places[done])
-        else:
-            first = Instant(t, y, buffer.places[0])
-            near, _ = rate_at(first, equations, work.begin, work.way[0])
-            at = Instant(t, y, near)
+        at = _beginning(Instant(t, y, buffer.places[done]), done > 0, equations, work)
         known = (buffer.changes[max(done - 1, 0)], done > 0)
         h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))
         if h == 0.0:
@@ -284,17 +351,24 @@ def advance(
             break
         changes, end = buffer.changes[done], buffer.states[done + 1]
         finish(y, h, method, work, changes)
+        near, whole = work.near[stages - 1], h
+        if len(course.touching) > 0:
+            means = (method, control, work, memory)
+            h, pair = _end_at_touch(at, whole, changes, equations, means)
+            if pair != NONE:
+                memory[PAIR], ended = pair, TOUCH
+                near = coordinates_at(Instant(t + h, y + changes[stages - 1], near), equations)[3]
         end[:] = y + changes[stages - 1]
         t = stop if h == ahead else t + h
-        buffer.times[done + 1], buffer.places[done + 1] = t, work.near[stages - 1]
+        buffer.times[done + 1], buffer.places[done + 1] = t, near
         if done > 0:
             change = max(LEAST, min(change, change * _trend(h, error, stages, memory)))
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
         memory[STEPS] += 1
         done += 1
-        after = Instant(t, end, work.near[stages - 1])
+        after = Instant(t, end, near)
         if not uneventful(at, after, (changes, method.powers), equations, watched):
             ended = LOOK
-        wanted = max(h * change, wanted if h == ahead else 0.0)
+        wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
     memory[STEP] = wanted
     return done, ended

@@ -6,6 +6,7 @@ changes. Here it is dropped when any file of this package with compiled function
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from hashlib import sha256
@@ -19,6 +20,7 @@ try:
 except ImportError:
     numba = None
 
+MARKED = re.compile(rb"^@(compiled|inner)$", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -29,11 +31,23 @@ def compiled(function: F) -> F:
 
     The code is kept on disk where there is a place for it, else compiled in every run.
     """
+    return _compiled(function)
+
+
+def inner(function: F) -> F:
+    """As `compiled`, of a function that compiled ones alone call.
+
+    To take arguments from Python apart would be a large part of what there is to compile.
+    """
+    return _compiled(function, no_cpython_wrapper=True)
+
+
+def _compiled(function: F, **options: bool) -> F:
     if numba is None:
         return function
-    dispatcher = numba.njit(no_cfunc_wrapper=True, error_model="numpy", fastmath=REORDERED)(
-        function
-    )
+    dispatcher = numba.njit(
+        no_cfunc_wrapper=True, error_model="numpy", fastmath=REORDERED, **options
+    )(function)
     with suppress(AttributeError):  # compiling switched off, or kept elsewhere than in files
         with suppress(RuntimeError):  # neither this folder nor the user's can be written
             dispatcher.enable_caching()
@@ -65,7 +79,7 @@ def version() -> str:
 def fingerprint(folder: Path) -> str:
     """Fingerprint of all sources in a folder that have compiled functions."""
     sources = [file.read_bytes() for file in sorted(folder.glob("*.py"))]
-    return sha256(b"".join(source for source in sources if b"\n@compiled" in source)).hexdigest()
+    return sha256(b"".join(source for source in sources if MARKED.search(source))).hexdigest()
 
 
 _STAMP = fingerprint(Path(__file__).parent)

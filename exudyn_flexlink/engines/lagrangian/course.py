@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 from exudyn_flexlink.engines.lagrangian.equations import Constants, Root, fill_rate
 from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
@@ -24,6 +24,7 @@ class Course(NamedTuple):
     drive: FloatArray  # (6,): driven (0 or 1), value, duration, way, first angle; P is a coordinate
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
     acting: NDArray[np.int64]  # (c,): how each contact acts, as in `equations`
+    touching: NDArray[np.int64]  # (pairs,): 1 where a pair of link and guide touches, else 0
 
 
 class Equations(NamedTuple):
@@ -65,7 +66,7 @@ def _ramp(t: float, value: float, duration: float) -> tuple[float, float, float]
     return integral, now, value * 30 * x * x * (1 - x) ** 2 / duration
 
 
-@compiled
+@inner
 def guide_at(t: float, y: FloatArray, free: int, course: Course) -> tuple[float, float, float]:
     """Angle, speed and prescribed acceleration of the guide."""
     drive = course.drive
@@ -75,7 +76,7 @@ def guide_at(t: float, y: FloatArray, free: int, course: Course) -> tuple[float,
     return drive[4] + drive[3] * turned, drive[3] * speed, drive[3] * rate
 
 
-@compiled
+@inner
 def torques_at(t: float, count: int, course: Course) -> FloatArray:
     """Generalised forces (N,) of the torque motors."""
     torques = np.zeros(count)
@@ -86,7 +87,7 @@ def torques_at(t: float, count: int, course: Course) -> FloatArray:
     return torques
 
 
-@compiled
+@inner
 def root_at(
     theta: float, y: FloatArray, free: int, near: float, course: Course
 ) -> tuple[float, Root, int]:
@@ -97,7 +98,7 @@ def root_at(
     return crossing(course.piece, (course.centre[0], course.centre[1]), theta, near)
 
 
-@compiled
+@inner
 def rate_at(
     at: Instant, equations: Equations, rate: FloatArray, way: FloatArray
 ) -> tuple[float, int]:
@@ -108,13 +109,14 @@ def rate_at(
     free = count - int(course.drive[0])
     guide = guide_at(t, y, free, course)
     u, root, ended = root_at(guide[0], y, free, near, course)
-    fill_rate(y, (guide, root, torques_at(t, count, course), course.acting), c, rate)
+    holding = (course.acting, course.touching)
+    fill_rate(y, (guide, root, torques_at(t, count, course), holding), c, rate)
     moved = guide[1] if course.drive[5] == 0.0 else y[2 * free - 1]
     way[0], way[1], way[2], way[3] = root[0], root[1], root[2] * moved, root[3] * moved
     return u, ended
 
 
-@compiled
+@inner
 def coordinates_at(at: Instant, equations: Equations) -> tuple[FloatArray, FloatArray, Root, float]:
     """All coordinates and speeds (N,), P, and its place on the piece."""
     t, y, near = at

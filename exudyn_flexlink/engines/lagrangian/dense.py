@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 
 FloatArray = NDArray[np.float64]
 
 
-@compiled
+@inner
 def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
     """Factors L U, in place, with partial pivoting; `rows` tells which row was taken."""
     size = len(matrix)
@@ -37,7 +37,7 @@ def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
                 matrix[i, j] -= factor * matrix[p, j]
 
 
-@compiled
+@inner
 def solve(factors: NDArray[Any], rows: NDArray[np.int64], vector: NDArray[Any]) -> None:
     """Solve in place with the factors of `decompose`."""
     size = len(vector)
@@ -76,7 +76,7 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
         vector[i] /= matrix[i, i]
 
 
-@compiled
+@inner
 def factorise(matrix: FloatArray, first: int) -> None:
     """Factors L D L^T, in place, of a positive definite matrix from row and column `first` on.
 
@@ -101,13 +101,13 @@ def factorise(matrix: FloatArray, first: int) -> None:
             matrix[i, j] = entry / pivot
 
 
-@compiled
+@inner
 def _stands_alone(matrix: FloatArray, first: int, row: int) -> bool:
     """Tell whether a row is zero left of its diagonal."""
     return not np.any(matrix[row, first:row])
 
 
-@compiled
+@inner
 def substitute(factors: FloatArray, first: int, vector: FloatArray) -> None:
     """Solve in place, with the factors of `factorise`, for the entries from `first` on."""
     size = len(vector)

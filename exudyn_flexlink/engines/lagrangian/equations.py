@@ -35,14 +35,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
-from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces, wall_power
+from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
 
 FloatArray = NDArray[np.float64]
 Root = tuple[float, float, float, float, float, float]
 Turned = tuple[FloatArray, FloatArray]
-Given = tuple[tuple[float, float, float], Root, FloatArray, NDArray[np.int64]]
+IntArray = NDArray[np.int64]
+Acting = tuple[IntArray, IntArray]  # how each contact acts, and which pairs of a sleeve touch
+Given = tuple[tuple[float, float, float], Root, FloatArray, Acting]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
 HOLD = 1e3  # 1/s: rate at which rounding in the gap of a lasting contact dies out
@@ -95,7 +97,7 @@ def packed(c: Constants) -> FloatArray:
     return np.concatenate([np.ravel(part) for part in (sizes, *c)]).astype(np.float64)
 
 
-@compiled
+@inner
 def unpacked(data: FloatArray) -> Constants:
     """Constants as views into the array of `packed`."""
     n, count, contacts, walls = int(data[0]), int(data[1]), int(data[2]), int(data[3])
@@ -130,7 +132,7 @@ def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
     return _mass((np.cos(q), np.sin(q)), root, c)
 
 
-@compiled
+@inner
 def _mass(turned: Turned, root: Root, c: Constants) -> FloatArray:
     """As `mass_matrix`, from cosines and sines of the coordinates."""
     n, p, count = len(c.firsts), int(c.root), len(turned[0])
@@ -159,7 +161,7 @@ def quadratic_terms(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> F
     return -terms
 
 
-@compiled
+@inner
 def _take_quadratic_terms(
     turned: Turned, v: FloatArray, root: Root, c: Constants, right: FloatArray
 ) -> None:
@@ -182,7 +184,7 @@ def _take_quadratic_terms(
     right[p] -= c.mass * (root[2] * root[4] + root[3] * root[5]) * moved
 
 
-@compiled
+@inner
 def _torques(state: State, turned: Turned, c: Constants) -> FloatArray:
     """Generalised forces Q (N,) of springs, dampers and weight."""
     q, v, root = state
@@ -250,7 +252,7 @@ def touches(
     return states, gradients, slides
 
 
-@compiled
+@inner
 def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
     """Force (N) of `laws.RestitutionPenalty` at a gap and its rate.
 
@@ -267,7 +269,7 @@ def chain_of(c: Constants) -> tuple[FloatArray, float, FloatArray, FloatArray]:
     return c.rods, c.root, c.lengths, c.channel
 
 
-@compiled
+@inner
 def _solve_free(mass: FloatArray, right: FloatArray, first: int, result: FloatArray) -> None:
     """Fill in accelerations from the first free one on, where no contact lasts."""
     for j in range(first, len(right)):
@@ -278,7 +280,7 @@ def _solve_free(mass: FloatArray, right: FloatArray, first: int, result: FloatAr
     substitute(mass, first, result)
 
 
-@compiled
+@inner
 def _solve(
     mass: FloatArray,
     right: FloatArray,
@@ -313,7 +315,7 @@ def _solve(
         forces[rows[i]] = vector[free + i]
 
 
-@compiled
+@inner
 def _push(
     state: State,
     acting: NDArray[np.int64],
@@ -341,7 +343,7 @@ def _push(
     return states, gradients
 
 
-@compiled
+@inner
 def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
     """Numbers of the contacts that last."""
     rows = np.empty(len(acting), dtype=np.int64)
@@ -355,16 +357,17 @@ def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @compiled
 def accelerations(
-    state: State, drive: Drive, acting: NDArray[np.int64], c: Constants
-) -> tuple[FloatArray, float, FloatArray, FloatArray]:
-    """Accelerations (N,), torque of the speed drive, contact forces and the powers they take.
+    state: State, drive: Drive, holding: Acting, c: Constants
+) -> tuple[FloatArray, float, FloatArray, FloatArray, float]:
+    """Accelerations (N,), torque of the speed drive, contact forces, the powers that they take.
 
-    `acting` tells how each contact acts. Solved is
+    The last is the power that the walls take. Solved is
 
         M q'' - sum F G^T = Q - h,     G q'' = -b - 2 HOLD g' - HOLD^2 g   for lasting contacts
 
     without the row of theta where theta'' is known; that row gives the drive's torque.
     """
+    acting, touching = holding
     contacts = len(acting)
     forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
     turned = (np.cos(state.q), np.sin(state.q))
@@ -374,8 +377,9 @@ def accelerations(
     for j in range(len(right)):
         right[j] += drive.torques[j]
     states, gradients = _push(state, acting, c, (forces, drags), right)
-    if len(c.channel) > 0:
-        add_wall_forces(state.q, state.v, state.root, chain_of(c), right)
+    walled = 0.0
+    if len(touching) > 0:
+        walled = add_wall_forces((state.q, state.v, state.root), touching, chain_of(c), right)
     result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
@@ -394,7 +398,7 @@ def accelerations(
                 motor -= forces[k] * gradients[k, 0]
     for k in range(len(states)):
         powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
-    return result, motor, forces, powers
+    return result, motor, forces, powers, walled
 
 
 @compiled
@@ -403,7 +407,7 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     guide: tuple[float, float, float],
     root: Root,
     torques: FloatArray,
-    acting: NDArray[np.int64],
+    holding: Acting,
     data: FloatArray,
 ) -> FloatArray:
     """Time derivative of the integrator's state.
@@ -414,33 +418,31 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     constants, packed.
     """
     rate = np.empty(len(y))
-    fill_rate(y, (guide, root, torques, acting), unpacked(data), rate)
+    fill_rate(y, (guide, root, torques, holding), unpacked(data), rate)
     return rate
 
 
-@compiled
+@inner
 def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> None:
-    """Fill in the rate of `state_rate`; `given` are its arguments guide, root, torques, acting."""
-    guide, root, torques, acting = given
-    count, contacts = len(c.inertias), len(acting)
+    """Fill in the rate of `state_rate`; `given` are its arguments guide, root, torques, holding."""
+    guide, root, torques, holding = given
+    count, contacts = len(c.inertias), len(holding[0])
     free = (len(y) - 2 - 2 * contacts) // 2
     first = count - free
     q, v = np.empty(count), np.empty(count)
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
-    found, motor, forces, powers = accelerations(
-        State(q, v, root), Drive(first, guide[2], torques), acting, c
+    found, motor, forces, powers, lost = accelerations(
+        State(q, v, root), Drive(first, guide[2], torques), holding, c
     )
     for j in range(free):
         rate[j], rate[free + j] = v[first + j], found[first + j]
-    lost, supplied = 0.0, motor * v[0]
+    supplied = motor * v[0]
     for j in range(count):
         supplied += torques[j] * v[j]
         for k in range(count):
             lost += v[j] * c.damping[j, k] * v[k]
-    if len(c.channel) > 0:
-        lost += wall_power(q, v, root, chain_of(c))
     at = 2 * free
     rate[at], rate[at + 1] = lost, supplied
     for k in range(contacts):

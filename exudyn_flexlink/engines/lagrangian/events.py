@@ -20,6 +20,7 @@ from exudyn_flexlink.engines.clock import instant
 
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
+Guards = Callable[[float, FloatArray], Sequence[float]]
 
 EVENT_TIME = 1e-12  # s: to which events are located, where the clock tells that apart
 LOOKS = 8  # guards are looked at so often within a step where something may happen
@@ -151,7 +152,7 @@ class Loop:
         """Find instant and number of the guard that falls first in the last step."""
         if self.system.quiet(solver.t - solver.t_old, solver.t, solver.y):
             return None
-        return first_event(self.system, dense, solver.t_old, solver.t)
+        return first_event(self.system.guards, dense, solver.t_old, solver.t)
 
 
 def _require_numbers(y: FloatArray) -> None:
@@ -160,32 +161,32 @@ def _require_numbers(y: FloatArray) -> None:
         raise StuckError("the state is no number any more: the tolerance is too loose")
 
 
-def first_event(system: Hybrid, dense: Dense, begin: float, end: float) -> tuple[float, int] | None:
+def first_event(guards: Guards, dense: Dense, begin: float, end: float) -> tuple[float, int] | None:
     """Find instant and number of the guard that falls first in a step."""
     t = begin
     for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():
         found = [
-            (_fall(system, dense, which, (t, after)), which)
-            for which, value in enumerate(system.guards(after, dense(after)))
+            (_fall(guards, dense, which, (t, after)), which)
+            for which, value in enumerate(guards(after, dense(after)))
             if value < -NOTHING
         ]
-        found += _grazes(system, dense, t, after)
+        found += _grazes(guards, dense, t, after)
         if found:
             return min(found)
         t = after
     return None
 
 
-def _grazes(system: Hybrid, dense: Dense, t: float, after: float) -> list[tuple[float, int]]:
+def _grazes(guards: Guards, dense: Dense, t: float, after: float) -> list[tuple[float, int]]:
     """Guards that fall below zero and are back between two looks: instant and number of each."""
     bit = SLOPE * (after - t)
-    values = [np.array(system.guards(at, dense(at))) for at in (t, t + bit, after - bit, after)]
+    values = [np.array(guards(at, dense(at))) for at in (t, t + bit, after - bit, after)]
     turns = (values[1] < values[0]) & (values[2] < values[3]) & (values[3] >= -NOTHING)
     found = []
     for which in np.flatnonzero(turns & (values[0] > 0)).tolist():
 
         def guard(at: float, which: int = which) -> float:
-            return system.guards(at, dense(at))[which]
+            return guards(at, dense(at))[which]
 
         lowest = float(
             minimize_scalar(
@@ -193,16 +194,16 @@ def _grazes(system: Hybrid, dense: Dense, t: float, after: float) -> list[tuple[
             ).x
         )
         if guard(lowest) < -NOTHING:
-            found.append((_fall(system, dense, which, (t, lowest)), which))
+            found.append((_fall(guards, dense, which, (t, lowest)), which))
     return found
 
 
-def _fall(system: Hybrid, dense: Dense, which: int, within: tuple[float, float]) -> float:
+def _fall(guards: Guards, dense: Dense, which: int, within: tuple[float, float]) -> float:
     """Instant at which a guard falls to zero."""
     t, after = within
 
     def guard(at: float) -> float:
-        return system.guards(at, dense(at))[which]
+        return guards(at, dense(at))[which]
 
     if guard(t) <= NOTHING:
         # Right after an event it starts at zero, and a bounce may be lower than any fixed

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.recognition import Pivot
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import Motion
-from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
+from exudyn_flexlink.engines.lagrangian.walls import wall_forces
 from exudyn_flexlink.mechanism import GROUND, approach
 
 FloatArray = NDArray[np.float64]
@@ -56,10 +56,9 @@ class Forces:
         c = self.rig.constants
         if not len(c.channel):
             return np.zeros((len(self.motions), 2))
-        unused, chain = np.zeros(len(c.inertias)), chain_of(c)
-        return np.array(
-            [add_wall_forces(m.q, m.v, m.root, chain, unused) for m in self.motions]
-        ).reshape(-1, 2)
+        chain = chain_of(c)
+        found = [wall_forces(m.q, m.v, m.root, chain)[1] for m in self.motions]
+        return np.array(found).reshape(-1, 2)
 
     def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
     Equations,
@@ -38,14 +38,14 @@ ROUNDS = 30  # of the search for the instant at a knot
 LEAST_SINE = 1e-9  # of the angle between guide and track
 
 
-@compiled
+@inner
 def _knot(piece: FloatArray, k: int) -> tuple[float, float, float]:
     """Place of the knot k of a packed spline, and the jump there."""
     i = 6 + 9 * int(piece[4]) + 3 * k
     return piece[i], piece[i + 1], piece[i + 2]
 
 
-@compiled
+@inner
 def _first_beyond(piece: FloatArray, u: float) -> int:
     """Number of the first knot at u or beyond."""
     low, high = 0, (len(piece) - 6 - 9 * int(piece[4])) // 3
@@ -58,7 +58,7 @@ def _first_beyond(piece: FloatArray, u: float) -> int:
     return low
 
 
-@compiled
+@inner
 def _missed(
     piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], method: Method
 ) -> float:
@@ -81,7 +81,7 @@ def _missed(
     return float(np.sqrt(np.max(x * x + y * y)))
 
 
-@compiled
+@inner
 def passes(piece: FloatArray, begin: float, end: float) -> bool:
     """Tell whether there is a knot between two places."""
     if piece[0] != SPLINE:
@@ -89,7 +89,7 @@ def passes(piece: FloatArray, begin: float, end: float) -> bool:
     return _first_beyond(piece, min(begin, end)) < _first_beyond(piece, max(begin, end))
 
 
-@compiled
+@inner
 def reached(
     piece: FloatArray, way: tuple[float, float], h: float, allowed: float, method: Method
 ) -> float:
@@ -121,7 +121,7 @@ def reached(
     return end
 
 
-@compiled
+@inner
 def _place(at: Instant, after: float, begin: FloatArray, course: Course) -> tuple[float, int]:
     """Where P will be after a time (s); `begin` is the state's rate."""
     free = len(begin) // 2 - 1 - len(course.acting)
@@ -133,7 +133,7 @@ def _place(at: Instant, after: float, begin: FloatArray, course: Course) -> tupl
     return u, ended
 
 
-@compiled
+@inner
 def shortened(
     at: Instant, h: float, given: tuple[FloatArray, float], method: Method, course: Course
 ) -> float:
@@ -163,7 +163,7 @@ def shortened(
     return high
 
 
-@compiled
+@inner
 def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: Scale) -> float:
     """How much (m/s^2) points accelerate if the track pushes P aside by 1 m/s^2.
 
@@ -187,6 +187,7 @@ def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: S
     square = speed * speed
     pushed = (root[0], root[1], root[2], root[3], root[4] + x / square, root[5] + y / square)
     changed = np.empty(len(rate))
-    given = (guide, pushed, torques_at(at.t, count, course), course.acting)
+    holding = (course.acting, course.touching)
+    given = (guide, pushed, torques_at(at.t, count, course), holding)
     fill_rate(at.y, given, c, changed)
     return length_of(changed[free : 2 * free] - rate[free : 2 * free], scale)

@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.lagrangian.advance import (
     FULL,
     ITERATED,
     LOOK,
+    PAIR,
     STEP,
     STUCK,
     TROUBLE,
@@ -38,6 +39,7 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.sampling import Block
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
 
 FloatArray = NDArray[np.float64]
@@ -77,7 +79,7 @@ class March:
             np.zeros((self.room + 1, len(y))),
             np.zeros((self.room, len(self.method.nodes), len(y))),
             np.zeros(self.room + 1),
-            np.zeros(8),
+            np.zeros(9),
         )
         self._buffer.memory[STEP] = self.first_step
         self.recorder.after(self.time, y, False)
@@ -94,6 +96,7 @@ class March:
         while ended in {FULL, LOOK} and not system.over:
             buffer.times[0], buffer.states[0] = self.time, self.state
             buffer.places[0] = system.track.u
+            buffer.memory[PAIR] = NONE
             # An iteration that goes astray may overflow: it is not a number, hence rejected.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 done, ended = advance(stop, course, how, watched, buffer)
@@ -104,6 +107,9 @@ class March:
             if ended == STUCK:
                 self._give_up()
             if ended == LOOK and self._look(calm, began, course):
+                return
+            if buffer.memory[PAIR] >= 0 and not system.over:
+                self._touch(int(buffer.memory[PAIR]), began)
                 return
 
     def _take(self, first: int, last: int, course: Course) -> None:
@@ -133,7 +139,7 @@ class March:
         b = self._buffer
         begin, end = float(b.times[last]), float(b.times[last + 1])
         dense = Dense(begin, end, b.states[last].copy(), b.changes[last].copy(), self.method)
-        found = first_event(self.system, dense, begin, end)
+        found = first_event(self.system.point_guards, dense, begin, end)
         if found is None:
             self._take(last, last + 1, course)
             return False
@@ -144,14 +150,22 @@ class March:
             self.smallest = min(self.smallest, at - begin)
         self.recorder.before(at, dense)
         self.time, y = at, dense(at)
-        at_once = at - began < instant(at, EVENT_TIME)
-        self._at_once = self._at_once + 1 if at_once else 0
-        if self._at_once > MOST_AT_ONCE:
-            raise StuckError("events follow one another at one instant")
+        self._count_event(began)
         self.state = self.system.cross(at, y, which)
         self.system.track.settle()
         self.recorder.after(at, self.state, True)
         return True
+
+    def _touch(self, pair: int, began: float) -> None:
+        """Work off the event of a pair of link and guide, at the end of the last step."""
+        self._count_event(began)
+        self.system.touch(self.time, self.state, pair)
+
+    def _count_event(self, began: float) -> None:
+        at_once = self.time - began < instant(self.time, EVENT_TIME)
+        self._at_once = self._at_once + 1 if at_once else 0
+        if self._at_once > MOST_AT_ONCE:
+            raise StuckError("events follow one another at one instant")
 
     def _give_up(self) -> None:
         """Say why no step is short enough: where P can't be found next, that is what is wrong."""

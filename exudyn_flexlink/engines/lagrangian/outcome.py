@@ -19,8 +19,8 @@ from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_states
-from exudyn_flexlink.engines.walls import soft_walls
+from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
+from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
 from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -52,6 +52,11 @@ class Prepared:
     recorder: Recorder
     loop: Loop | March
     end: float
+
+    @property
+    def tolerance(self) -> float:
+        """Error in positions that the implicit method's run may make, m."""
+        return resolving(self.scene.accuracy.tolerance or 0.0, self.rig.mechanism.channels)
 
 
 def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]) -> Result:
@@ -88,7 +93,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         extremes=recorder.seeker.extremes(),
         events=recorder.seeker.with_peaks(events),
         checks=_checks(prepared),
-        warnings=_soft_walls(prepared),
+        warnings=_warnings(prepared),
         outcome=_outcome(prepared, complaint),
     )
     began, ready, solved = clock
@@ -111,7 +116,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         order = 2 * len(loop.method.nodes) - 1
         return {
             "integrator": f"Radau IIA of order {order}",
-            "tolerance": prepared.scene.accuracy.tolerance or 0.0,
+            "tolerance": prepared.tolerance,
         }
     return {
         "integrator": "DOP853",
@@ -130,13 +135,13 @@ def _contacts(rig: Rig, forces: Forces) -> dict[str, ContactHistory]:
 
 def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
     recorder, constants = prepared.recorder, prepared.rig.constants
-    if not recorder.watches:
+    if not prepared.system.walls:
         return {}
     chain = chain_of(constants)
     force = np.array(
-        [wall_states(m.q, m.v, m.root, chain)[:, PRESS] for m in recorder.samples.motion]
+        [wall_forces(m.q, m.v, m.root, chain)[0][:, PRESS] for m in recorder.samples.motion]
     )
-    return {watch.channel.name: watch.history(force) for watch in recorder.watches}
+    return {walls.channel.name: walls.history(force) for walls in prepared.system.walls}
 
 
 def _checks(prepared: Prepared) -> Checks:
@@ -156,8 +161,13 @@ def _checks(prepared: Prepared) -> Checks:
     )
 
 
-def _soft_walls(prepared: Prepared) -> tuple[str, ...]:
-    return tuple(soft_walls((watch.channel, watch.deepest) for watch in prepared.recorder.watches))
+def _warnings(prepared: Prepared) -> tuple[str, ...]:
+    asked, finer = prepared.scene.accuracy.tolerance, prepared.tolerance
+    channels = prepared.rig.mechanism.channels
+    told = []
+    if isinstance(prepared.loop, March) and asked is not None and finer < asked:
+        told.append(made_finer(asked, finer, channels))
+    return (*told, *soft_walls((walls.channel, walls.deepest) for walls in prepared.system.walls))
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at, rate_at
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.rail import FINE
@@ -57,7 +57,7 @@ class Scale(NamedTuple):
     reaches: FloatArray  # (N,): of guide and levers, m
 
 
-@compiled
+@inner
 def work_for(stages: int, size: int, free: int) -> Work:
     """Fresh arrays."""
     pairs = (stages - 1) // 2
@@ -74,7 +74,7 @@ def work_for(stages: int, size: int, free: int) -> Work:
     )
 
 
-@compiled
+@inner
 def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
     """Lengths that changes at the state y mean."""
     course, c = equations
@@ -86,7 +86,7 @@ def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
     return Scale(np.cos(angles), np.sin(angles), c.lengths, gamma, places, reaches)
 
 
-@compiled
+@inner
 def length_of(change: FloatArray, scale: Scale) -> float:
     """Largest way that a point of the mechanism goes in a change (f,) of the free coordinates."""
     first, root, begin = scale.places[0], scale.places[1], scale.places[2]
@@ -108,7 +108,7 @@ def length_of(change: FloatArray, scale: Scale) -> float:
     return float(np.sqrt(largest))
 
 
-@compiled
+@inner
 def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
     """Factors of the real and of the complex matrices of a step h."""
     factor_real(h, by_q, by_v, method, work)
@@ -123,7 +123,7 @@ def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: W
         decompose(work.pairs[p], work.rows[1 + p])
 
 
-@compiled
+@inner
 def factor_real(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
     """Factors of the real matrix alone, which filters the estimated error."""
     free = len(by_q)
@@ -135,7 +135,7 @@ def factor_real(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, wo
     decompose(work.real, work.rows[0])
 
 
-@compiled
+@inner
 def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
     """Speeds at the stages from the polynomial of the last step's changes, `ahead` = h / its h."""
     stages, free = work.speeds.shape
@@ -152,7 +152,7 @@ def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
                     work.speeds[i, j] += weight * last[m, free + j]
 
 
-@compiled
+@inner
 def _stages(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> int:
     """States and rates at the stages from their speeds; return how the search for P ended."""
     stages, free = work.speeds.shape
@@ -173,7 +173,7 @@ def _stages(at: Instant, h: float, equations: Equations, method: Method, work: W
     return FINE
 
 
-@compiled
+@inner
 def _residual(h: float, method: Method, work: Work) -> FloatArray:
     """What the speeds W lack of ``a - A^-1 W / h`` being zero, (s, f)."""
     stages, free = work.speeds.shape
@@ -187,7 +187,7 @@ def _residual(h: float, method: Method, work: Work) -> FloatArray:
     return residual
 
 
-@compiled
+@inner
 def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
     """One step of Newton's method: `change` (s, f) of the speeds, which are changed by it."""
     stages, free = work.speeds.shape
@@ -210,7 +210,7 @@ def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
     work.speeds[:] += change
 
 
-@compiled
+@inner
 def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Method) -> float:
     """Length that a change (s, f) of the stages' speeds means."""
     stages, free = change.shape
@@ -228,7 +228,7 @@ def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Met
     return largest
 
 
-@compiled
+@inner
 def iterate(  # noqa: PLR0911 - every way in which an iteration ends
     at: Instant,
     h: float,
@@ -271,7 +271,7 @@ def iterate(  # noqa: PLR0911 - every way in which an iteration ends
     return DIVERGED, ITERATIONS
 
 
-@compiled
+@inner
 def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatArray) -> None:
     """Changes (s, size) of the whole state at the stages, from the speeds and the last rates."""
     stages, free = work.speeds.shape
@@ -289,7 +289,7 @@ def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatAr
             changes[i, j] = h * value
 
 
-@compiled
+@inner
 def estimate(
     h: float,
     by_q: FloatArray,

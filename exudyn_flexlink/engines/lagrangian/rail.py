@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.curves import Arc, Curve, LineSegment, Spline, SplinePiece
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 
 FloatArray = NDArray[np.float64]
 Root = tuple[float, float, float, float, float, float]
@@ -53,7 +53,7 @@ def packed_piece(piece: Curve) -> FloatArray:
     return np.concatenate([head, knots, np.ravel(spans), np.ravel(inner)])
 
 
-@compiled
+@inner
 def _span(piece: FloatArray, u: float) -> int:
     """Index of the spline's span with u; the first or the last one beyond the ends."""
     low, high = 0, int(piece[4]) - 1
@@ -93,7 +93,7 @@ def place_on(piece: FloatArray, u: float) -> Root:
     )
 
 
-@compiled
+@inner
 def _bend_at_knots(piece: FloatArray, axis: tuple[float, float], u: float, v: float) -> float:
     """Largest |e x gamma_uu| at the knots between two places on a spline, e = axis."""
     low, high = min(u, v), max(u, v)
@@ -116,7 +116,7 @@ def _bend_at_knots(piece: FloatArray, axis: tuple[float, float], u: float, v: fl
         span += 1
 
 
-@compiled
+@inner
 def _newton(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
 ) -> tuple[float, Root, int]:
@@ -165,7 +165,7 @@ def _newton(
     return u, (x, y, dx, dy, ddx, ddy), ended
 
 
-@compiled
+@inner
 def _walk(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
 ) -> tuple[float, Root, int]:

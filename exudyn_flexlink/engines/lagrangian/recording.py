@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.lagrangian.equations import Root
 from exudyn_flexlink.engines.lagrangian.events import Dense
 from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
-from exudyn_flexlink.engines.lagrangian.touching import WallWatch
+from exudyn_flexlink.engines.lagrangian.touching import Rule
 from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
@@ -31,6 +31,9 @@ _Motion = tuple[FloatArray, FloatArray, Root]
 
 BLOCK = 1024
 SECONDS_BETWEEN_REPORTS = 0.1
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
+GAUSS_NODES = (1 + _PLACES) / 2
+GAUSS = Rule.of(GAUSS_NODES, _WEIGHTS / 2)
 
 
 @dataclass
@@ -39,7 +42,7 @@ class Samples:
 
     time: list[float] = field(default_factory=list)
     motion: list[Motion] = field(default_factory=list)
-    totals: list[FloatArray] = field(default_factory=list)  # see Recorder._row
+    totals: list[FloatArray] = field(default_factory=list)  # see Recorder._rows
 
     def drop_last(self) -> None:
         """Forget the last instant."""
@@ -77,7 +80,6 @@ class Recorder:
         self.progress = progress
         self.samples = Samples()
         self.meter = EnergyMeter(system.rig.mechanism)
-        self.watches = [WallWatch(system, channel) for channel in system.rig.mechanism.channels]
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
@@ -93,10 +95,7 @@ class Recorder:
 
     def before(self, end: float, dense: Dense) -> None:
         """Keep the samples within a step, and follow the walls through it."""
-        for watch in self.watches:
-            watch.step(end, dense)
-            if watch.deepest > deepest_allowed(watch.channel):
-                self.system.stop(broken_wall(watch.channel), BROKEN_WALL_ADVICE)
+        self._follow_walls(end, dense)
         self._steps.append(self._step(end, dense))
         while self._next < len(self.grid) and self.grid[self._next] < end:
             at = float(self.grid[self._next])
@@ -104,9 +103,6 @@ class Recorder:
 
     def after(self, t: float, y: FloatArray, crossed: bool) -> None:
         """Keep the sample at a step's end if one is due, and check the state."""
-        if crossed:
-            for watch in self.watches:
-                watch.jump(t, y)
         due = self._next < len(self.grid) and self.grid[self._next] <= t
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
@@ -121,6 +117,28 @@ class Recorder:
             self.flush()
         self._tell(t)
 
+    def _follow_walls(self, end: float, dense: Dense) -> None:
+        """Integrate over a step to `end`, by Gauss's rule."""
+        for walls in self.system.walls:
+            length = end - walls.time
+            instants = (walls.time + length * GAUSS_NODES).tolist()
+            motion = [self.system.coordinates(t, dense(t)) for t in instants]
+            q, v, roots = (np.array(part) for part in zip(*motion, strict=True))
+            self._take_walls(end, np.array([length]), GAUSS, (q, v, roots))
+
+    def _take_walls(
+        self,
+        end: float,
+        lengths: FloatArray,
+        rule: Rule,
+        motion: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> None:
+        """Hand steps to `end` on to the walls, and stop where the link broke through one."""
+        for walls in self.system.walls:
+            walls.take(end, lengths, rule, motion)
+            if walls.deepest > deepest_allowed(walls.channel):
+                self.system.stop(broken_wall(walls.channel), BROKEN_WALL_ADVICE)
+
     def _tell(self, t: float) -> None:
         if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
             self._told = monotonic()
@@ -134,9 +152,13 @@ class Recorder:
             self._keep_all(self.grid[self._next : last], block)
             self._next = last
         found, shift = self._nodes_of(block), self.system.track.place_of(0.0)
+        if self.system.walls:
+            rule = Rule.of(self.seeker.nodes, np.array([0.0, *block.method.matrix[-1]]))
+            lengths = np.diff(block.times)
+            self._take_walls(end, lengths, rule, (found.q, found.v, found.root))
         ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
         q, v, roots, u = (part[ends] for part in (found.q, found.v, found.root, found.u))
-        rows = self._rows(block.states[1:])
+        rows = self._rows(block.states[1:], found.pressed[ends])
         self._checked.append((q, v, np.column_stack([roots, u + shift]), rows))
         self._waiting += len(rows)
         self._start = end, None
@@ -202,18 +224,27 @@ class Recorder:
         kept.time += instants.tolist()
         kept.motion += [
             Motion(q, v, a, tuple(root), u + shift, motor, forces)
-            for q, v, a, root, u, motor, forces in zip(*found, strict=True)
+            for q, v, a, root, u, motor, forces in zip(*found[:-1], strict=True)
         ]
-        kept.totals += list(self._rows(states))
+        kept.totals += list(self._rows(states, found.pressed))
 
-    def _rows(self, states: FloatArray) -> FloatArray:
-        """As `_row`, of many states of a mechanism without walls, (m, ..)."""
+    def _rows(self, states: FloatArray, pressed: FloatArray) -> FloatArray:
+        """Values of states (m, size) between two events, of each contact where it says so, (m, ..).
+
+        Energies dissipated and supplied; of each contact its work, whether it acts, whether it may
+        touch; the energy in the walls, of which `pressed` (m,) is as in `Motions`.
+        """
+        contacts = self.system.contacts
         _, _, impulses, _ = self.system.totals(states[0])
         at, count = states.shape[1] - 2 - 2 * len(impulses), len(impulses)
-        first = self._row(0.0, states[0])
-        rows = np.tile(first, (len(states), 1))
+        acts = [contact.side is Side.PRESSED for contact in contacts]
+        free = [contact.side is not Side.BEHIND for contact in contacts]
+        rows = np.zeros((len(states), 3 + 3 * count))
         rows[:, :2] = states[:, at : at + 2]
         rows[:, 2 : 2 + count] = states[:, at + 2 + count :]
+        rows[:, 2 + count : 2 + 3 * count] = [*acts, *free]
+        for walls in self.system.walls:
+            rows[:, -1] = walls.stored(pressed)
         return rows
 
     def keep_last(self, t: float, y: FloatArray) -> None:
@@ -232,12 +263,11 @@ class Recorder:
             self._next += 1
 
     def _row(self, t: float, y: FloatArray) -> FloatArray:
-        """Energies dissipated and supplied, of each contact: work, acts, may touch; of walls."""
-        dissipated, supplied, _, works = self.system.totals(y)
-        acts = [contact.side is Side.PRESSED for contact in self.system.contacts]
-        free = [contact.side is not Side.BEHIND for contact in self.system.contacts]
-        in_walls = sum(watch.stored(t, y) for watch in self.watches)
-        return np.array([dissipated, supplied, *works, *acts, *free, in_walls], dtype=float)
+        """As `_rows`, of one state."""
+        pressed = np.zeros(1)
+        for walls in self.system.walls:
+            pressed[0] = walls.pressed_at(*self.system.coordinates(t, y))
+        return np.asarray(self._rows(y[None], pressed)[0])
 
     def flush(self) -> None:
         """Work off the block: extremes within its steps, and checks of their ends."""
@@ -255,7 +285,7 @@ class Recorder:
         residual = total - self._start_energy + energies[:, 2] - energies[:, 3]
         errors = joint_residuals(self.system.rig.mechanism, poses, roots[:, 6:])
         depth = self._penetrations(poses, rates, rows)
-        walls = max((watch.deepest for watch in self.watches), default=0.0)
+        walls = max((walls.deepest for walls in self.system.walls), default=0.0)
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))

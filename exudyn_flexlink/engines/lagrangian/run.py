@@ -1,7 +1,7 @@
 """Run a scene by the hand-written equations of motion.
 
 A scene's `accuracy.tolerance` is the error that the whole run may make in positions, m: an implicit
-method of order 9 keeps it (see `advance`). Where local tolerances are given, or with walls or rigid
+method of order 9 keeps it (see `advance`). Where local tolerances are given, or with rigid
 contacts, an explicit method runs, whose tolerances are those of one step (see `events`). Over the
 paper's two laps their defaults leave about 1e-9 m in the motion without contact, and through a
 strike less than the references themselves know (1e-7 m).
@@ -27,6 +27,7 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig, build_rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
+from exudyn_flexlink.engines.walls import resolving
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run, sample_times, turn_goal
@@ -37,6 +38,8 @@ STAGES = 5  # order 9
 # Measured over the shipped scenes without clearance, tolerances from 1e-3 to 1e-8 m: over two turns
 # the error of S and of the tip is 0.02 to 0.8 of the tolerance, where that limits the steps.
 SHARE = 0.2  # of the tolerance: error that one step may make
+# The same with walls, where a touch multiplies errors.
+WALLED_SHARE = 0.02
 LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
 EXPLICIT_NODES = np.array([0.0, 0.5, 1.0])  # at which an explicit step is looked at for extremes
 RELATIVE = 1e-10
@@ -119,13 +122,11 @@ def takes_tolerance(scene: Scene) -> bool:
 
 
 def not_smooth(mechanism: Mechanism) -> bool:
-    """Tell whether the implicit method is no use: walls that are no events, or jumps of speeds.
+    """Tell whether speeds jump, where the implicit method is no use.
 
-    Bounces that get lower and lower need errors small against the bounce, not against a length;
-    and walls' forces set in within a step, where a high order is lost.
+    Bounces that get lower and lower need errors small against the bounce, not against a length.
     """
-    rigid = any(isinstance(contact.law, Impulse) for contact in mechanism.contacts)
-    return rigid or bool(mechanism.channels)
+    return any(isinstance(contact.law, Impulse) for contact in mechanism.contacts)
 
 
 def control(rig: Rig, tolerance: float, end: float) -> Control:
@@ -138,9 +139,10 @@ def control(rig: Rig, tolerance: float, end: float) -> Control:
     # An error a of the acceleration moves a driven mechanism by a tau^2, as it swings; one that
     # goes on as it was pushed by a end^2.
     lasts = end if rig.layout.motor is None else tau
-    bend = tolerance * SHARE / lasts**2
+    channels = rig.mechanism.channels
+    share = resolving(tolerance, channels) * (WALLED_SHARE if channels else SHARE)
     lasting = max(tau, keeping(rig.mechanism, end))
-    return Control(tolerance * SHARE, tau, lasting, np.inf, LONGEST_TURN, reaches, bend)
+    return Control(share, tau, lasting, np.inf, LONGEST_TURN, reaches, share / lasts**2)
 
 
 def solve(prepared: Prepared) -> str:
@@ -150,6 +152,7 @@ def solve(prepared: Prepared) -> str:
     stops = [t for t in _bends(prepared.rig.mechanism) if 0 < t < prepared.end]
     with interrupts(system.interrupt):
         try:
+            system.begin()
             loop.state = loop.run(system.start, [*stops, prepared.end])
         except DeadCentreError as error:
             complaint = str(error)

@@ -23,8 +23,10 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     Drive,
     State,
     accelerations,
+    chain_of,
     unpacked,
 )
+from exudyn_flexlink.engines.lagrangian.walls import depths_squared
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
 
 FloatArray = NDArray[np.float64]
@@ -57,6 +59,7 @@ class Motions(NamedTuple):
     u: FloatArray  # (m,)
     motor: FloatArray  # (m,)
     forces: FloatArray  # (m, c)
+    pressed: FloatArray  # (m,): sum of the squares of how deep the link is in its walls, m^2
 
 
 @compiled
@@ -95,6 +98,7 @@ def motions_at(
         np.zeros(size),
         np.zeros(size),
         np.zeros((size, contacts)),
+        np.zeros(size),
     )
     for i in range(size):
         t, y = times[i], states[i]
@@ -102,10 +106,13 @@ def motions_at(
         found.q[i], found.v[i], found.u[i] = q, v, u
         for k in range(6):
             found.root[i, k] = root[k]
+        if np.any(course.touching):
+            found.pressed[i] = depths_squared(q, v, root, course.touching, chain_of(c))
         if with_forces:
             alpha = guide_at(t, y, count - first, course)[2]
             drive = Drive(first, alpha, torques_at(t, count, course))
-            a, motor, forces, _ = accelerations(State(q, v, root), drive, course.acting, c)
+            holding = (course.acting, course.touching)
+            a, motor, forces, _, _ = accelerations(State(q, v, root), drive, holding, c)
             found.a[i], found.motor[i] = a, motor
             for k in range(contacts):
                 penalty = course.acting[k] == PENALTY

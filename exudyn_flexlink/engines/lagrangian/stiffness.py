@@ -9,49 +9,61 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Root,
+    chain_of,
     mass_matrix,
     touches,
 )
+from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, take_wall_slopes
 
 FloatArray = NDArray[np.float64]
 
 
-@compiled
+@inner
 def slopes(
     at: Instant, pressing: FloatArray, equations: Equations
 ) -> tuple[FloatArray, FloatArray]:
     """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y.
 
-    Contacts give way and damp as `pressing` (c, 3) says, see `pressing_at`.
+    Contacts and walls give way and damp as `pressing` says, see `pressing_at`.
     """
     course, c = equations
     first = int(course.drive[0])
     q, v, root, _ = coordinates_at(at, equations)
     springs, dampers = -c.stiffness, -c.damping
-    if np.any(pressing):
-        _add_contacts((q, v, root), pressing, equations, (springs, dampers))
+    contacts = len(course.acting)
+    if np.any(pressing[:contacts]):
+        _add_contacts((q, v, root), pressing[:contacts], equations, (springs, dampers))
+    if np.any(pressing[contacts:]):
+        add_wall_slopes((q, v, root), pressing[contacts:], chain_of(c), (springs, dampers))
     mass = mass_matrix(q, root, c)
     factorise(mass, first)
     return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
 
 
-@compiled
+@inner
 def pressing_at(at: Instant, equations: Equations) -> FloatArray:
-    """How the force of each contact rises with depth and speed, its friction with slip (c, 3).
+    """How the force of each contact rises with depth and speed, its friction with slip.
 
-    All are positive, in N/m, N s/m and N s/m; zero while a contact does not press.
+    (c + pairs, 3), contacts first, then pairs of link and guide. All are positive, in N/m, N s/m
+    and N s/m; zero while a contact does not press.
     """
     course, c = equations
-    found = np.zeros((len(course.acting), 3))
-    if not np.any(course.acting == PENALTY):
+    contacts = len(course.acting)
+    found = np.zeros((contacts + len(course.touching), 3))
+    struck, walled = np.any(course.acting == PENALTY), np.any(course.touching)
+    if not struck and not walled:
         return found
     q, v, root, _ = coordinates_at(at, equations)
+    if walled:
+        take_wall_slopes((q, v, root), course.touching, chain_of(c), found[contacts:])
+    if not struck:
+        return found
     states, _, _ = touches(q, v, root, c)
     for k in range(len(course.acting)):
         if course.acting[k] != PENALTY:
@@ -65,7 +77,7 @@ def pressing_at(at: Instant, equations: Equations) -> FloatArray:
     return found
 
 
-@compiled
+@inner
 def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatArray:
     """Return M^-1 times the columns of a matrix (N, N) of forces, of the free coordinates."""
     count = len(forces)
@@ -85,7 +97,7 @@ def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatAr
     return found
 
 
-@compiled
+@inner
 def _add_contacts(
     state: tuple[FloatArray, FloatArray, Root],
     pressing: FloatArray,

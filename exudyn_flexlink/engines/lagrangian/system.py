@@ -23,18 +23,17 @@ from exudyn_flexlink.engines.lagrangian.equations import (
 )
 from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
+from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
-from exudyn_flexlink.engines.lagrangian.walls import wall_states
 from exudyn_flexlink.engines.lagrangian.watch import APART, BEHIND, PRESSED, Watched
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach, wall_half_period
+from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
 ROUNDING_OF_TURNS = 1e-9  # rad
-LOOKS_AT_WALLS = 0.5  # of the half period of a wall's stiffness: the longest step with walls
 LOSE_SPEED = "a smaller restitution, which ends the bounces, or a law with stiffness"
 ROUNDS = 50  # of impacts that follow from one
 
@@ -87,8 +86,8 @@ class System:
         self._turning = 0.0
         self._root = rig.layout.root
         self._chain = chain_of(rig.constants)
-        halves = [wall_half_period(rig.assembly, channel) for channel in mechanism.channels]
-        self._longest = min((LOOKS_AT_WALLS * half for half in halves), default=inf)
+        self.walls = [Walls(channel, self._chain) for channel in mechanism.channels]
+        self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
 
     @property
     def start(self) -> FloatArray:
@@ -96,6 +95,11 @@ class System:
         q, v = self.rig.start
         rest = np.zeros(2 + 2 * len(self.contacts))
         return np.concatenate([q[self._first :], v[self._first :], rest])
+
+    def begin(self) -> None:
+        """Take in what touches at time 0."""
+        for walls in self.walls:
+            walls.start(*self.coordinates(0.0, self.start))
 
     @property
     def over(self) -> bool:
@@ -135,6 +139,7 @@ class System:
             drive_numbers(self._ramp, self._way, self._theta, layout.play),
             motor_numbers(self._motors, self._first + self._free),
             self._acting,
+            self._touching,
         )
 
     def watched(self) -> Watched:
@@ -159,7 +164,8 @@ class System:
         torques = self._torques(t) if self._motors else self._still
         try:
             root = self._root_at(guide[0], y)
-            return state_rate(y, guide, root, torques, self._acting, self._data)
+            holding = (self._acting, self._touching)
+            return state_rate(y, guide, root, torques, holding, self._data)
         except (ValueError, ArithmeticError) as error:
             # A trial step too far; where no step is short enough, this is what is wrong.
             self.trouble = str(error)
@@ -182,8 +188,9 @@ class System:
         """Everything about one instant."""
         q, v, root = self.coordinates(t, y)
         drive = Drive(self._first, self._guide(t, y)[2], self._torques(t))
-        a, motor, forces, _ = accelerations(
-            State(q, v, root), drive, self._acting, self.rig.constants
+        holding = (self._acting, self._touching)
+        a, motor, forces, _, _ = accelerations(
+            State(q, v, root), drive, holding, self.rig.constants
         )
         forces = np.where(self._acting == PENALTY, np.maximum(forces, 0.0), forces)
         return Motion(q, v, a, root, self.track.place, motor, forces)
@@ -193,16 +200,16 @@ class System:
         at, count = 2 * self._free, len(self.contacts)
         return float(y[at]), float(y[at + 1]), y[at + 2 : at + 2 + count], y[at + 2 + count :]
 
-    def wall_states(self, t: float, y: FloatArray) -> FloatArray:
-        """Pairs of link and guide, (pairs, 5) as in `walls`; none without walls."""
-        if not len(self.rig.constants.channel):
-            return np.zeros((0, 5))
-        q, v, root = self.coordinates(t, y)
-        return wall_states(q, v, root, self._chain)
-
     # --- guards -------------------------------------------------------------------------------
 
     def guards(self, t: float, y: FloatArray) -> list[float]:
+        """Those of `point_guards`, and one of each pair of link and guide."""
+        values = self.point_guards(t, y)
+        for walls in self.walls:
+            values += walls.guards(*self.coordinates(t, y))
+        return values
+
+    def point_guards(self, t: float, y: FloatArray) -> list[float]:
         """Track's two ends, turns to make, three of each contact."""
         q, v, root = self.coordinates(t, y)
         values = [*self.track.left, self._turns_left(q)]
@@ -233,14 +240,15 @@ class System:
             states, _, _ = touches(q, v, root, self.rig.constants)
             looks = [c.quiet(s, done) for c, s in zip(self.contacts, states, strict=True)]
             quiet = all(looks) and quiet
-        return quiet
+        looks = [walls.quiet(done, q, v, root) for walls in self.walls]
+        return all(looks) and quiet
 
     def longest_step(self, t: float, y: FloatArray) -> float:
-        """Limit of the next step: the guide turns a little, and no touch of a wall is missed."""
+        """Limit of the next step: the guide turns a little."""
         speed = abs(self._guide(t, y)[1])
         if self._ramp is not None:
             speed = abs(self._ramp.value)
-        return min(LARGEST_TURN / speed if speed > 0 else inf, self._longest)
+        return LARGEST_TURN / speed if speed > 0 else inf
 
     def _turns_left(self, q: FloatArray) -> float:
         """Angle that is still to turn; 1 without a goal."""
@@ -256,14 +264,24 @@ class System:
 
     def cross(self, t: float, y: FloatArray, which: int) -> FloatArray:
         """Work off the event of one guard."""
+        for walls in self.walls:
+            walls.forget()
         if which < 2:
             y = self._end_of_piece(t, y, 1 if which == 0 else -1)
         elif which == 2:
             self.reached = True
-        else:
+        elif which < 3 + 3 * len(self.contacts):
             y = self._contact_event(t, y, *divmod(which - 3, 3))
+        else:
+            self.touch(t, y, which - 3 - 3 * len(self.contacts))
         self._acting[:] = [contact.acting for contact in self.contacts]
         return y
+
+    def touch(self, t: float, y: FloatArray, k: int) -> None:
+        """Pair k of link and guide begins or ceases to touch, and whichever do with it."""
+        q, v, root = self.coordinates(t, y)
+        for walls in self.walls:
+            walls.change(t, k, q, v, root)
 
     def _end_of_piece(self, t: float, y: FloatArray, way: int) -> FloatArray:
         slot = self.rig.mechanism.slots[0].name

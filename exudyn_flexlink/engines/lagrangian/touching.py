@@ -1,130 +1,164 @@
-"""When each pair of link and guide touched, from the integrator's steps.
+"""Which pairs of link and guide touch now, and what was made of every touch: a table.
 
-The walls' forces are part of the equations all the time, so that no event must stop the integration
-for them: the error control shortens its steps where they set in, and a step is never longer than a
-part of a contact. Beginnings and ends are then found by bisection in the dense output. They cut the
-step into parts in which all forces are smooth; impulses and energies are integrals over these.
+Touches begin and end by events of the system; between them impulses and energies are integrals
+over steps in which all forces are smooth.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.events import Dense
-from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.engines.lagrangian.walls import GAP, GAP_RATE, PRESS, RUB, SLIP
+from exudyn_flexlink.engines.lagrangian.equations import Root
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE, calm, first_changed, wall_guards
+from exudyn_flexlink.engines.lagrangian.walls import (
+    GAP_RATE,
+    Chain,
+    depths_squared,
+    look,
+    pair_count,
+    wall_work,
+)
 from exudyn_flexlink.mechanism import Channel, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory, Touches
 
 FloatArray = NDArray[np.float64]
+PARTS = 32  # of a step: where the largest force is looked for
 Row = tuple[int, float, float, float, float, float, float]
 
-HALVINGS = 30  # of a step, to find when a touch begins or ends
-PLACES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # of Gauss's rule on -1 .. 1
+
+class Rule(NamedTuple):
+    """How values at n nodes of a step become integrals, and values in between."""
+
+    weights: FloatArray  # (n,) of the step's length
+    between: FloatArray  # (p, n): values at even parts of the step
+    slopes: FloatArray  # (p, n): slopes there, by the part of the step
+
+    @classmethod
+    def of(cls, nodes: FloatArray, weights: FloatArray) -> Rule:
+        """Return the rule of nodes (n,), parts of the step, by the polynomial through them."""
+        powers, parts = np.arange(len(nodes)), np.linspace(0.0, 1.0, PARTS + 1)[:, None]
+        of_values = np.linalg.inv(nodes[:, None] ** powers)
+        slopes = powers * parts ** np.maximum(powers - 1, 0)
+        return cls(weights, parts**powers @ of_values, slopes @ of_values)
 
 
 @dataclass
 class _Open:
-    """A touch that lasts: since when, how fast it began, totals before, largest force."""
+    """A touch that lasts: since when, how fast it began, what it gave and took, largest force."""
 
     begin: float
     speed: float
-    impulse: float
-    work: float
+    impulse: float = 0.0
+    lost: float = 0.0
     peak: float = 0.0
 
 
 @dataclass
-class WallWatch:
-    """Follows the pairs of one channel; `deepest` is the largest penetration so far, m."""
+class Walls:
+    """The pairs of one channel; `deepest` is the largest penetration so far, m."""
 
-    system: System
     channel: Channel
+    chain: Chain
     deepest: float = 0.0
     rows: list[Row] = field(default_factory=list)
     _open: dict[int, _Open] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._time = 0.0
-        self._states = self.system.wall_states(0.0, self.system.start)
-        count = len(self._states)
-        self._impulse, self._work = np.zeros(count), np.zeros(count)
+        self.touching = np.zeros(pair_count(self.chain), dtype=np.int64)
+        self._two_sided = self.channel.clearance == 0
+        self.time = 0.0
+        self._seen: FloatArray | None = None
 
-    def step(self, end: float, dense: Dense) -> None:
-        """Follow a step to `end` (s), whose states `dense` gives."""
-        states = self.system.wall_states(end, dense(end))
-        acting, acted = states[:, GAP] < 0, self._states[:, GAP] < 0
-        if acting.any() or acted.any():
-            if self.channel.clearance > 0:
-                self._follow(end, dense, acting, acted)
-            self._see(states)
-        self._time, self._states = end, states
+    def start(self, q: FloatArray, v: FloatArray, root: Root) -> None:
+        """Take in which pairs touch at time 0."""
+        self._change_all(0.0, look(q, v, root, self.chain).pairs)
 
-    def jump(self, t: float, y: FloatArray) -> None:
-        """Speeds jumped at the end of the step."""
-        self._states = self.system.wall_states(t, y)
+    def guards(self, q: FloatArray, v: FloatArray, root: Root) -> list[float]:
+        """Values at whose fall below zero a pair begins or ceases to touch, m."""
+        seen = look(q, v, root, self.chain).pairs
+        found: list[float] = wall_guards(seen, self.touching, self._two_sided).tolist()
+        return found
 
-    def stored(self, t: float, y: FloatArray) -> float:
-        """Energy in all pairs in the state y at time t, J."""
-        states = self._states if t == self._time else self.system.wall_states(t, y)
-        return float(self.channel.law.stored_energy(-states[:, GAP]).sum())
+    def quiet(self, done: float, q: FloatArray, v: FloatArray, root: Root) -> bool:
+        """Tell whether no pair can have changed in the last step, of length `done` (s)."""
+        before, self._seen = self._seen, look(q, v, root, self.chain).pairs
+        if before is None:
+            return False
+        return bool(calm(before, self._seen, self.touching, self._two_sided, done))
+
+    def forget(self) -> None:
+        """What was seen last is no end of a step any more."""
+        self._seen = None
+
+    def change(self, t: float, k: int, q: FloatArray, v: FloatArray, root: Root) -> None:
+        """Pair k begins to touch, or ceases to; likewise whichever do at the same time."""
+        seen = look(q, v, root, self.chain).pairs
+        self._change(t, k, seen)
+        self._change_all(t, seen)
+
+    def _change_all(self, t: float, seen: FloatArray) -> None:
+        for _ in seen:
+            k = first_changed(seen, self.touching, self._two_sided)
+            if k == NONE:
+                return
+            self._change(t, int(k), seen)
+
+    def _change(self, t: float, k: int, seen: FloatArray) -> None:
+        self.touching[k] = 1 - self.touching[k]
+        if self.touching[k]:
+            self._open[k] = _Open(t, -float(seen[k, GAP_RATE]))
+        else:
+            self.rows.append(self._row(k, self._open.pop(k), t))
+
+    def take(
+        self,
+        end: float,
+        lengths: FloatArray,
+        rule: Rule,
+        motion: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> None:
+        """Take steps to `end` in which nothing changes, of some lengths (m,), both in s.
+
+        The motion at the n nodes of each is q, v (m n, N) and P (m n, 6).
+        """
+        self.time = end
+        if not self._open:
+            return
+        work = wall_work(*motion, self.touching, self.chain)
+        work = work.reshape(len(lengths), len(rule.weights), -1, 3)[lengths > 0]
+        lengths = lengths[lengths > 0]
+        if not len(lengths):
+            return
+        for k, touch in self._open.items():
+            press, power, depth = (work[:, :, k, column] for column in range(3))
+            touch.impulse += float(lengths @ press @ rule.weights)
+            touch.lost += float(lengths @ power @ rule.weights)
+            # A force that falls at once as the gap opens peaks between two nodes.
+            depths, rates = depth @ rule.between.T, depth @ rule.slopes.T / lengths[:, None]
+            self.deepest = max(self.deepest, float(depths.max()))
+            touch.peak = max(touch.peak, float(self.channel.law.force(depths, rates).max()))
+
+    def pressed_at(self, q: FloatArray, v: FloatArray, root: Root) -> float:
+        """Sum of the squares of how deep the pairs are that touch, m^2."""
+        return float(depths_squared(q, v, root, self.touching, self.chain))
+
+    def stored(self, pressed: FloatArray) -> FloatArray:
+        """Energy in all pairs, J, by the sums of their squared depths, m^2."""
+        return np.asarray(self.channel.law.stored_energy(np.sqrt(pressed)))
 
     def history(self, force: FloatArray) -> SleeveHistory:
         """All touches; what still touches ends now. `force` is (samples, pairs)."""
-        rows = [*self.rows, *(self._row(k, touch, self._time) for k, touch in self._open.items())]
+        rows = [*self.rows, *(self._row(k, touch, self.time) for k, touch in self._open.items())]
         rows = sorted(rows, key=lambda row: (row[1], row[0])) if self.channel.clearance > 0 else []
         columns = np.array(rows, dtype=float).reshape(-1, 7).T
         names = tuple(contact.name for contact in pairs(self.channel))
         touches = Touches(columns[0].astype(np.int64), *columns[1:])
         return SleeveHistory(names, pair_sides(self.channel), force, touches, self.deepest)
 
-    def _see(self, states: FloatArray) -> None:
-        """Keep the largest penetration, and the largest force of each touch."""
-        self.deepest = max(self.deepest, float(-states[:, GAP].min()))
-        for k, touch in self._open.items():
-            touch.peak = max(touch.peak, float(states[k, PRESS]))
-
-    def _follow(
-        self, end: float, dense: Dense, acting: NDArray[np.bool_], acted: NDArray[np.bool_]
-    ) -> None:
-        """Work off what begins and ends within a step, and integrate in between."""
-        changed = np.flatnonzero(acting != acted).tolist()
-        now = self._time
-        for at, k in sorted((self._change(k, end, dense, bool(acting[k])), k) for k in changed):
-            self._integrate(now, at, dense)
-            if acting[k]:
-                speed = -self.system.wall_states(at, dense(at))[k, GAP_RATE]
-                self._open[k] = _Open(at, float(speed), self._impulse[k], self._work[k])
-            elif k in self._open:
-                self.rows.append(self._row(k, self._open.pop(k), at))
-            now = at
-        self._integrate(now, end, dense)
-
-    def _integrate(self, begin: float, end: float, dense: Dense) -> None:
-        """Integrate impulses and the work done on each pair, where no touch begins or ends."""
-        half = (end - begin) / 2
-        if half <= 0 or not self._open:
-            return
-        for place, weight in zip(PLACES.tolist(), WEIGHTS.tolist(), strict=True):
-            t = begin + half * (1 + place)
-            states = self.system.wall_states(t, dense(t))
-            self._see(states)
-            self._impulse += half * weight * states[:, PRESS]
-            power = states[:, PRESS] * states[:, GAP_RATE] + states[:, RUB] * states[:, SLIP]
-            self._work -= half * weight * power
-
-    def _change(self, k: int, end: float, dense: Dense, begins: bool) -> float:
-        """Find when within the step a pair began or ended to touch."""
-        before, after = self._time, end
-        for _ in range(HALVINGS):
-            middle = (before + after) / 2
-            acts = self.system.wall_states(middle, dense(middle))[k, GAP] < 0
-            before, after = (before, middle) if acts == begins else (middle, after)
-        return after
-
-    def _row(self, k: int, touch: _Open, end: float) -> Row:
-        impulse, lost = self._impulse[k] - touch.impulse, self._work[k] - touch.work
-        return (k, touch.begin, end, float(impulse), float(lost), touch.peak, touch.speed)
+    @staticmethod
+    def _row(k: int, touch: _Open, end: float) -> Row:
+        return (k, touch.begin, end, touch.impulse, touch.lost, touch.peak, touch.speed)

@@ -10,158 +10,292 @@ is at ``place = e_j.(K - r_j)``, ``lateral = e^_j.(K - r_j)`` of rod j and touch
 ``s lateral < 0``, ``0 <= place <= l_j``. The pairs are numbered as in `mechanism.channels`; a
 channel without clearance holds nodes and rods on its axis from both sides.
 
+Forces set in by a bend where a gap closes, and by a jump where a face ends; which pairs touch is
+therefore given, and changes by events only (see `touching`). Until then the law is continued.
+
 A chain is the coordinates of the rods, that of P, the rods' lengths, and the numbers of the walls:
 C (2), a, b, L, c, stiffness, restitution, transition speed, coefficient of friction, slip speed.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Root = tuple[float, float, float, float, float, float]
 Chain = tuple[FloatArray, float, FloatArray, FloatArray]
 
-PRESS, RUB, GAP, GAP_RATE, SLIP = 0, 1, 2, 3, 4  # columns of `wall_states`
+# Columns of a pair: gap, its rate, way inside the face from its nearer end, its rate, slip (m, m/s)
+GAP, GAP_RATE, INSIDE, INSIDE_RATE, SLIP = range(5)
+PRESS, RUB = range(2)  # columns of `wall_forces`
+
+
+class Looked(NamedTuple):
+    """Pairs (pairs, 5), sides on which they are (pairs,), nodes and axes they were made of."""
+
+    pairs: FloatArray
+    sides: FloatArray  # +1 on the upper side of the link, -1 on the lower
+    nodes: FloatArray  # (n + 1, 4): places from the guide's pivot, velocities, global axes
+    axes: FloatArray  # (n + 1, 2): cosine and sine of the guide's angle, then of the rods'
 
 
 @compiled
-def _nodes(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> FloatArray:
-    """Nodes from the guide's pivot, and their velocities, (n + 1, 4), global axes."""
+def pair_count(chain: Chain) -> int:
+    """Number of pairs; 0 without walls."""
+    if len(chain[3]) == 0:
+        return 0
+    return (3 * len(chain[0]) + 1) * (2 if chain[3][5] > 0.0 else 1)
+
+
+@inner
+def _nodes(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> tuple[FloatArray, FloatArray]:
+    """Nodes and axes of `Looked`."""
     rods, p, lengths, walls = chain
     n, moved = len(rods), v[int(p)]
-    nodes = np.empty((n + 1, 4))
+    nodes, axes = np.empty((n + 1, 4)), np.empty((n + 1, 2))
+    axes[0, 0], axes[0, 1] = np.cos(q[0]), np.sin(q[0])
     nodes[0, 0], nodes[0, 1] = root[0] - walls[0], root[1] - walls[1]
     nodes[0, 2], nodes[0, 3] = root[2] * moved, root[3] * moved
     for i in range(n):
         j = int(rods[i])
-        x, y = lengths[i] * np.cos(q[j]), lengths[i] * np.sin(q[j])
+        c, s = np.cos(q[j]), np.sin(q[j])
+        x, y = lengths[i] * c, lengths[i] * s
+        axes[i + 1, 0], axes[i + 1, 1] = c, s
         nodes[i + 1, 0], nodes[i + 1, 1] = nodes[i, 0] + x, nodes[i, 1] + y
         nodes[i + 1, 2], nodes[i + 1, 3] = nodes[i, 2] - y * v[j], nodes[i, 3] + x * v[j]
-    return nodes
+    return nodes, axes
+
+
+@inner
+def _fill(  # noqa: PLR0913, PLR0917 - a tuple more to take apart costs more than the rest
+    pair: FloatArray, gap: float, rate: float, place: float, slip: float, length: float
+) -> None:
+    pair[GAP], pair[GAP_RATE], pair[SLIP] = gap, rate, slip
+    near = place < length - place
+    pair[INSIDE], pair[INSIDE_RATE] = (place, slip) if near else (length - place, -slip)
 
 
 @compiled
-def _press(state: FloatArray, gap: float, gap_rate: float, slip: float, walls: FloatArray) -> None:
-    """Fill in a pair that touches: the law of `laws.RestitutionPenalty`, with friction."""
-    e2 = walls[7] * walls[7]
-    rising = np.tanh(-gap_rate / walls[8])
-    force = -gap * walls[6] * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
-    state[PRESS], state[GAP], state[GAP_RATE], state[SLIP] = force, gap, gap_rate, slip
-    state[RUB] = -walls[9] * force * np.tanh(slip / walls[10])
-
-
-@compiled
-def wall_states(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> FloatArray:
-    """Pairs as rows of pressing force, friction (N), gap (m), its rate and the slip (m/s).
-
-    Zero where a pair does not touch.
-    """
+def look(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> Looked:
+    """All pairs at coordinates and speeds (N,)."""
     rods, _, lengths, walls = chain
     n, clearance = len(rods), walls[5]
-    sides = 2 if clearance > 0 else 1
-    states = np.zeros((sides * (3 * n + 1), 5))
-    nodes = _nodes(q, v, root, chain)
-    c, s, omega = np.cos(q[0]), np.sin(q[0]), v[0]
+    ways = 2 if clearance > 0.0 else 1
+    nodes, axes = _nodes(q, v, root, chain)
+    pairs, sides = np.empty((ways * (3 * n + 1), 5)), np.empty(ways * (3 * n + 1))
+    c, s, omega = axes[0, 0], axes[0, 1], v[0]
+    k = 0
     for i in range(n + 1):
         x = c * nodes[i, 0] + s * nodes[i, 1] - walls[2]
         y = c * nodes[i, 1] - s * nodes[i, 0] - walls[3]
-        if x < 0 or x > walls[4] or abs(y) <= clearance:
-            continue
         slip = c * nodes[i, 2] + s * nodes[i, 3] + omega * (y + walls[3])
         across = c * nodes[i, 3] - s * nodes[i, 2] - omega * (x + walls[2])
-        side = 1.0 if y > 0 else -1.0
-        k = sides * i + (1 if sides == 2 and side < 0 else 0)
-        _press(states[k], clearance - side * y, -side * across, slip, walls)
-    first = sides * (n + 1)
+        for way in range(ways):
+            side = 1.0 if way == 0 else -1.0
+            if ways == 1 and y < 0.0:
+                side = -1.0
+            sides[k] = side
+            _fill(pairs[k], clearance - side * y, -side * across, x, slip, walls[4])
+            k += 1
     for j in range(n):
-        angle = q[int(rods[j])]
-        cosine, sine, turning = np.cos(angle), np.sin(angle), v[int(rods[j])]
-        for corner in range(2 * sides):
-            mouth, way = corner // sides, corner % sides
-            x = walls[2] + mouth * walls[4]
-            y = walls[3] + (clearance if way == 0 else -clearance)
+        cosine, sine, turning = axes[j + 1, 0], axes[j + 1, 1], v[int(rods[j])]
+        for corner in range(2 * ways):
+            x = walls[2] + (walls[4] if corner >= ways else 0.0)
+            y = walls[3] + (clearance if corner % ways == 0 else -clearance)
             kx, ky = c * x - s * y, s * x + c * y
             dx, dy = kx - nodes[j, 0], ky - nodes[j, 1]
             place, lateral = cosine * dx + sine * dy, cosine * dy - sine * dx
-            if place < 0 or place > lengths[j]:
-                continue
-            side = 1.0 if way == 0 else -1.0
-            if sides == 1:
-                side = -1.0 if lateral > 0 else 1.0
-            if side * lateral >= 0:
-                continue
+            side = 1.0 if corner % ways == 0 else -1.0
+            if ways == 1 and lateral > 0.0:
+                side = -1.0
             ux, uy = -omega * ky - nodes[j, 2], omega * kx - nodes[j, 3]
             rate = cosine * uy - sine * ux - turning * place
             slip = cosine * ux + sine * uy + turning * lateral
-            _press(states[first + 2 * sides * j + corner], side * lateral, side * rate, slip, walls)
-    return states
+            sides[k] = side
+            _fill(pairs[k], side * lateral, side * rate, place, slip, lengths[j])
+            k += 1
+    return Looked(pairs, sides, nodes, axes)
 
 
-@compiled
-def _push_node(
-    force: FloatArray, i: int, at: tuple[FloatArray, FloatArray], root: Root, chain: Chain
-) -> None:
-    """Add to the generalised forces `at[1]` a force (2,), global, on node i."""
-    rods, p, lengths, _ = chain
-    q, right = at
-    right[int(p)] += force[0] * root[2] + force[1] * root[3]
-    for h in range(i):
+@inner
+def fill_rows(
+    k: int, looked: Looked, root: Root, chain: Chain, rows: FloatArray
+) -> tuple[float, float, float, float]:
+    """Fill in the gradients (2, N) of pair k's gap and place.
+
+    Return the directions, global, of the forces that the link feels by pressing and by friction.
+    """
+    rods, p, lengths, walls = chain
+    _, sides, nodes, axes = looked
+    n = len(rods)
+    ways = 2 if walls[5] > 0.0 else 1
+    c, s, side = axes[0, 0], axes[0, 1], sides[k]
+    rows[:] = 0.0
+    if k < ways * (n + 1):
+        last = k // ways
+        x, y = nodes[last, 0], nodes[last, 1]
+        nx, ny, tx, ty = side * s, -side * c, c, s
+        rows[0, 0], rows[1, 0] = side * (c * x + s * y), c * y - s * x
+    else:
+        last, corner = (k - ways * (n + 1)) // (2 * ways), (k - ways * (n + 1)) % (2 * ways)
+        x = walls[2] + (walls[4] if corner >= ways else 0.0)
+        y = walls[3] + (walls[5] if corner % ways == 0 else -walls[5])
+        kx, ky = c * x - s * y, s * x + c * y
+        cosine, sine = axes[last + 1, 0], axes[last + 1, 1]
+        dx, dy = kx - nodes[last, 0], ky - nodes[last, 1]
+        nx, ny, tx, ty = side * sine, -side * cosine, -cosine, -sine
+        rows[0, 0], rows[1, 0] = side * (cosine * kx + sine * ky), sine * kx - cosine * ky
+        own = int(rods[last])
+        rows[0, own] -= side * (cosine * dx + sine * dy)
+        rows[1, own] += cosine * dy - sine * dx
+    for h in range(last):
         j = int(rods[h])
-        right[j] += lengths[h] * (force[1] * np.cos(q[j]) - force[0] * np.sin(q[j]))
+        x, y = -lengths[h] * axes[h + 1, 1], lengths[h] * axes[h + 1, 0]
+        rows[0, j] += nx * x + ny * y
+        rows[1, j] += tx * x + ty * y
+    rows[0, int(p)] += nx * root[2] + ny * root[3]
+    rows[1, int(p)] += tx * root[2] + ty * root[3]
+    return nx, ny, tx, ty
+
+
+@inner
+def pressing(pair: FloatArray, walls: FloatArray) -> tuple[float, float]:
+    """Force of a pair by the law of `laws.RestitutionPenalty`, and its friction, N."""
+    e2 = walls[7] * walls[7]
+    rising = np.tanh(-pair[GAP_RATE] / walls[8])
+    force = -pair[GAP] * walls[6] * ((1.0 + e2) / 2 + (1.0 - e2) / 2 * rising)
+    return force, -walls[9] * force * np.tanh(pair[SLIP] / walls[10])
 
 
 @compiled
 def add_wall_forces(
-    q: FloatArray, v: FloatArray, root: Root, chain: Chain, right: FloatArray
-) -> FloatArray:
-    """Add the walls' forces to the generalised forces (N,); return their sum on the link (2,)."""
-    rods, _, _, walls = chain
-    n, total = len(rods), np.zeros(2)
-    states = wall_states(q, v, root, chain)
-    sides = 2 if walls[5] > 0 else 1
-    first = sides * (n + 1)
-    nodes = _nodes(q, v, root, chain)
-    c, s = np.cos(q[0]), np.sin(q[0])
-    force = np.zeros(2)
-    for k in range(len(states)):
-        press, rub = states[k, PRESS], states[k, RUB]
-        if press == 0.0:
+    state: tuple[FloatArray, FloatArray, Root],
+    touching: IntArray,
+    chain: Chain,
+    right: FloatArray,
+) -> float:
+    """Add the walls' forces to the generalised forces (N,); return the power they take, W."""
+    if not np.any(touching):
+        return 0.0
+    looked = look(state[0], state[1], state[2], chain)
+    rows = np.empty((2, len(right)))
+    power = 0.0
+    for k in range(len(touching)):
+        if touching[k] == 0:
             continue
-        if k < first:
-            i = k // sides
-            x, y = nodes[i, 0], nodes[i, 1]
-            side = 1.0 if c * y - s * x - walls[3] > 0 else -1.0
-            force[0], force[1] = rub * c + side * press * s, rub * s - side * press * c
-            _push_node(force, i, (q, right), root, chain)
-            right[0] -= x * force[1] - y * force[0]
-        else:
-            i, corner = (k - first) // (2 * sides), (k - first) % (2 * sides)
-            j = int(rods[i])
-            ax = walls[2] + (corner // sides) * walls[4]
-            ay = walls[3] + (walls[5] if corner % sides == 0 else -walls[5])
-            x, y = c * ax - s * ay, s * ax + c * ay
-            cosine, sine = np.cos(q[j]), np.sin(q[j])
-            dx, dy = x - nodes[i, 0], y - nodes[i, 1]
-            side = 1.0 if cosine * dy - sine * dx < 0 else -1.0
-            # On the corner the rod gives a force along its normal; the rod takes the opposite.
-            force[0] = side * press * sine - rub * cosine
-            force[1] = -side * press * cosine - rub * sine
-            _push_node(force, i, (q, right), root, chain)
-            right[j] += dx * force[1] - dy * force[0]
-            right[0] -= x * force[1] - y * force[0]
-        total += force
-    return total
+        pair = looked.pairs[k]
+        press, rub = pressing(pair, chain[3])
+        fill_rows(k, looked, state[2], chain, rows)
+        for j in range(len(right)):
+            right[j] += press * rows[0, j] + rub * rows[1, j]
+        power -= press * pair[GAP_RATE] + rub * pair[SLIP]
+    return power
+
+
+@inner
+def take_wall_slopes(
+    state: tuple[FloatArray, FloatArray, Root],
+    touching: IntArray,
+    chain: Chain,
+    found: FloatArray,
+) -> None:
+    """Fill in how pairs that touch give way, damp and drag (pairs, 3), N/m, N s/m and N s/m."""
+    walls = chain[3]
+    pairs = look(state[0], state[1], state[2], chain).pairs
+    e2 = walls[7] * walls[7]
+    for k in range(len(touching)):
+        if touching[k] == 0:
+            continue
+        depth, slip = max(-pairs[k, GAP], 0.0), np.tanh(pairs[k, SLIP] / walls[10])
+        rising = np.tanh(-pairs[k, GAP_RATE] / walls[8])
+        found[k, 0] = walls[6] * ((1.0 + e2) / 2 + (1.0 - e2) / 2 * rising)
+        found[k, 1] = depth * walls[6] * (1.0 - e2) / 2 * (1.0 - rising * rising) / walls[8]
+        found[k, 2] = walls[9] * depth * found[k, 0] * (1.0 - slip * slip) / walls[10]
+
+
+@inner
+def add_wall_slopes(
+    state: tuple[FloatArray, FloatArray, Root],
+    slopes: FloatArray,
+    chain: Chain,
+    into: tuple[FloatArray, FloatArray],
+) -> None:
+    """Add what walls, of the `slopes` of `take_wall_slopes`, give by coordinates and by speeds.
+
+    Both are (N, N); directions count as fixed.
+    """
+    springs, dampers = into
+    walls, count = chain[3], len(springs)
+    looked = look(state[0], state[1], state[2], chain)
+    rows = np.empty((2, count))
+    for k in range(len(slopes)):
+        spring, damper, drag = slopes[k, 0], slopes[k, 1], slopes[k, 2]
+        if spring == 0.0:
+            continue
+        fill_rows(k, looked, state[2], chain, rows)
+        rubbed = walls[9] * np.tanh(looked.pairs[k, SLIP] / walls[10])
+        for i in range(count):
+            pushed = rows[0, i] - rubbed * rows[1, i]
+            for j in range(count):
+                springs[i, j] -= spring * pushed * rows[0, j]
+                dampers[i, j] -= damper * pushed * rows[0, j] + drag * rows[1, i] * rows[1, j]
 
 
 @compiled
-def wall_power(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> float:
-    """Power that the walls take, stored and lost, W."""
-    states = wall_states(q, v, root, chain)
-    power = 0.0
-    for k in range(len(states)):
-        power -= states[k, PRESS] * states[k, GAP_RATE] + states[k, RUB] * states[k, SLIP]
-    return power
+def wall_forces(
+    q: FloatArray, v: FloatArray, root: Root, chain: Chain
+) -> tuple[FloatArray, FloatArray]:
+    """Force and friction of all pairs (pairs, 2), N, and their sum on the link (2,), global axes.
+
+    Those press that are in touch by their places alone.
+    """
+    looked = look(q, v, root, chain)
+    forces, total = np.zeros((len(looked.pairs), 2)), np.zeros(2)
+    rows = np.empty((2, len(q)))
+    for k in range(len(forces)):
+        if looked.pairs[k, GAP] < 0.0 <= looked.pairs[k, INSIDE]:
+            nx, ny, tx, ty = fill_rows(k, looked, root, chain, rows)
+            press, rub = pressing(looked.pairs[k], chain[3])
+            forces[k, PRESS], forces[k, RUB] = press, rub
+            total[0] += press * nx + rub * tx
+            total[1] += press * ny + rub * ty
+    return forces, total
+
+
+@compiled
+def wall_work(
+    q: FloatArray, v: FloatArray, roots: FloatArray, touching: IntArray, chain: Chain
+) -> FloatArray:
+    """Pressing forces, powers that pairs take, and depths (m, pairs, 3) of a motion (m, ..).
+
+    Zero where a pair does not touch.
+    """
+    found = np.zeros((len(q), len(touching), 3))
+    for i in range(len(q)):
+        r = roots[i]
+        pairs = look(q[i], v[i], (r[0], r[1], r[2], r[3], r[4], r[5]), chain).pairs
+        for k in range(len(touching)):
+            if touching[k] != 0:
+                press, rub = pressing(pairs[k], chain[3])
+                found[i, k, 0] = press
+                found[i, k, 1] = -press * pairs[k, GAP_RATE] - rub * pairs[k, SLIP]
+                found[i, k, 2] = max(0.0, -pairs[k, GAP])
+    return found
+
+
+@compiled
+def depths_squared(
+    q: FloatArray, v: FloatArray, root: Root, touching: IntArray, chain: Chain
+) -> float:
+    """Sum of the squares of how deep the pairs are that touch, m^2: of the energy they store."""
+    pairs, total = look(q, v, root, chain).pairs, 0.0
+    for k in range(len(touching)):
+        if touching[k] != 0:
+            total += pairs[k, GAP] * pairs[k, GAP]
+    return total

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.equations import (
     penalty_force,
@@ -35,7 +35,7 @@ class Watched(NamedTuple):
     peaks: FloatArray  # (c,) largest force of each contact in steps that were let pass, N
 
 
-@compiled
+@inner
 def turns_left(q: FloatArray, goal: FloatArray) -> float:
     """Angle that is still to turn; 1 without a goal."""
     if goal[3] == 0.0:
@@ -48,7 +48,7 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
     return float(abs(goal[3]) - (done if goal[3] > 0 else -done))
 
 
-@compiled
+@inner
 def _all_hold(at: Instant, equations: Equations, watched: Watched) -> bool:
     """Tell whether no guard has fallen at an instant; keep the largest forces."""
     course, c = equations
@@ -72,7 +72,7 @@ def _all_hold(at: Instant, equations: Equations, watched: Watched) -> bool:
     return True
 
 
-@compiled
+@inner
 def _quiet(begin: Instant, end: Instant, equations: Equations, watched: Watched) -> bool:
     """Tell from the two ends of a step that nothing can have happened in between.
 
@@ -101,7 +101,7 @@ def _quiet(begin: Instant, end: Instant, equations: Equations, watched: Watched)
     return True
 
 
-@compiled
+@inner
 def _closing(at: Instant, equations: Equations, watched: Watched, rates: FloatArray) -> bool:
     """Tell whether a gap that closed at the last look opens now; keep the `rates` (c,), m/s.
 
@@ -134,7 +134,7 @@ def interpolate(
                 at[j] += weight * changes[m, j]
 
 
-@compiled
+@inner
 def uneventful(
     begin: Instant,
     end: Instant,

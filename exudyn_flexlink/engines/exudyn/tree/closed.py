@@ -38,7 +38,7 @@ OPEN = (
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
-SINGULAR = 1e3  # of residuals in dependent coordinates: accelerations lose its square in digits
+SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
 AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
@@ -299,9 +299,9 @@ class ClosedCoordinates:
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
 
-    def on_dead_centre(self) -> bool:
-        """Tell whether a stage of the last step tried all but fell on one that can be passed."""
-        return bool(self._gains.max() > SINGULAR)
+    def on_dead_centre(self) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
+        return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > SINGULAR)
 
     def locked(self, at: Held) -> str:
         """Say that the mechanism is all but at a dead centre; empty if it is not."""

@@ -79,8 +79,8 @@ class Coordinates(Protocol):
     def pushed(self, k: int, at: Held) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
-    def on_dead_centre(self) -> bool:
-        """Tell whether a stage of the last step tried all but fell on one that can be passed."""
+    def on_dead_centre(self) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
 
     def locked(self, at: Held) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
@@ -238,9 +238,9 @@ class OpenCoordinates:
             moved[list(self._rides[k - len(self._guides)]), [0, 1]] = 1.0
         return moved
 
-    def on_dead_centre(self) -> bool:
-        """Tell whether a stage fell on a dead centre that can be passed: there is none here."""
-        return False
+    def on_dead_centre(self) -> tuple[bool, bool]:
+        """Tell whether a step fell on a dead centre that can be passed: there is none here."""
+        return False, False
 
     def locked(self, at: Held) -> str:
         """Say that a guide's axis all but touches its track; empty if none does."""

@@ -47,7 +47,7 @@ ComplexArray = NDArray[np.complex128]
 
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
-LASTING = 0.1  # of what slow motions make of it: what the iteration leaves falls to either side
+LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
 SYSTEMS = np.array(EIGENVALUES)[:, None, None]

@@ -10,16 +10,19 @@ from exudyn_flexlink.engines.coasting import PART, SWING
 
 FloatArray = NDArray[np.float64]
 
+FREELY = 0.3  # of the run: what turns freely keeps an error of its speed for half of it on average
+
 
 def slow_motions(mass: FloatArray, stiffness: FloatArray, end: float) -> FloatArray:
     """Matrix (n, n) from errors of speeds to those of places that slow motions make of them, s.
 
     A mode of angular frequency omega turns an error of its speed into one of place within 1/omega,
-    a motion without springs until the end of the run (s). Of that a part counts, since errors of
-    steps fall on all phases of it.
+    a motion without springs until the end of the run (s). Of both a part counts, since errors of
+    steps fall on all phases and all instants.
     """
     if not len(mass):
         return np.zeros((0, 0))
     squares, modes = eigh(stiffness, mass)
-    times = PART / np.sqrt(np.maximum(squares, end**-2))
+    free = squares <= end**-2
+    times = np.where(free, FREELY * end, PART / np.sqrt(np.where(free, 1.0, squares)))
     return np.asarray((modes * np.where(times > SWING, times, 0.0)) @ modes.T @ mass)

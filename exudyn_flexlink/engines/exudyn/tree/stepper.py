@@ -92,7 +92,7 @@ class Stepper:
         while True:
             h = self._fitted(h, stop - self.time)
             step = self._step(h)
-            if lengths and self._fails_on_dead_centre(step):
+            if lengths and self._on_dead_centre(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
                 h *= lengths.pop()
             elif step is None or self._slips(step):
@@ -127,18 +127,20 @@ class Stepper:
             return h
         return self.knots.shortened(self.time, h, self._state, self.at)
 
-    def _fails_on_dead_centre(self, step: Step | None) -> bool:
-        """Tell that a step is not good enough, and that a stage of it is on a dead centre."""
-        if not self._on_dead_centre():
+    def _on_dead_centre(self, step: Step | None) -> bool:
+        """Tell that a step ends on a dead centre, or is no good since a stage of it is on one."""
+        if self.control.fixed is not None:
             return False
-        return step is None or self._slips(step) or not self.control.passes(step.error)
+        any_stage, end = self.model.coordinates.on_dead_centre()
+        return end or (any_stage and not self._good(step))
 
-    def _on_dead_centre(self) -> bool:
-        return self.control.fixed is None and self.model.coordinates.on_dead_centre()
+    def _good(self, step: Step | None) -> bool:
+        return step is not None and not self._slips(step) and self.control.passes(step.error)
 
     def _rounded(self, step: Step) -> bool:
         """Tell that an error too large may be one of rounding, at a dead centre that is passed."""
-        return step.error < ROUNDED * self.control.allowed and self._on_dead_centre()
+        on_one = self.model.coordinates.on_dead_centre()[0]
+        return on_one and step.error < ROUNDED * self.control.allowed
 
     def landed(self, found: Found) -> Step | None:
         """Make a step to what was found; None, and a shorter one next, if it is not good enough."""
