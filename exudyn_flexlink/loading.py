@@ -25,7 +25,6 @@ from exudyn_flexlink.mechanism import (
     least_tolerance,
     pairs,
     sample_bytes,
-    sample_interval,
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
@@ -133,20 +132,21 @@ def assemble_scene(scene: Scene) -> Assembly:
 
 
 def _samples_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """So many samples that they would not fit into memory."""
-    run, end = scene.run, end_of_run(scene, assembly.mechanism)
-    each = sample_bytes(assembly.mechanism)
-    most, count = MOST_MEMORY // each, end / sample_interval(scene, assembly.mechanism, end)
+    """A sampling interval so short that the samples would not fit into memory."""
+    run = scene.run
+    if run.sample is None:  # then samples are thinned
+        return []
+    end, each = end_of_run(scene, assembly.mechanism), sample_bytes(assembly.mechanism)
+    most, count = MOST_MEMORY // each, end / run.sample
     if count <= most:
         return []
-    key = "sample" if run.sample is not None else "duration" if run.turns is None else "turns"
     message = (
         f"would keep {count:.2g} samples, {count * each / 1e9:.2g} GB; {most} of {each} bytes fit "
         f"into {MOST_MEMORY / 1e9:.0f} GB"
     )
     shorter = "run.duration" if run.turns is None else "run.turns"
     hint = f"a run.sample of at least {end / most:.2g} s, or a smaller {shorter}"
-    return [Mistake(("run", key), message, hint)]
+    return [Mistake(("run", "sample"), message, hint)]
 
 
 def _tolerance_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:

@@ -48,7 +48,6 @@ from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
 from exudyn_flexlink.mechanism.sampling import (
     kept_interval,
     sample_bytes,
-    sample_interval,
     sample_times,
     wanted_interval,
 )
@@ -123,7 +122,6 @@ __all__ = [
     "pairs",
     "rate_of_jacobian_times_velocity",
     "sample_bytes",
-    "sample_interval",
     "sample_times",
     "solve_saddle",
     "swing_times",

@@ -28,16 +28,11 @@ BYTES_OF_SAMPLE, BYTES_OF_PART, BYTES_OF_PAIR, BYTES_OF_CONTACT = 1500, 250, 40,
 
 def sample_times(scene: Scene, mechanism: Mechanism, end: float) -> FloatArray:
     """Even instants from 0 to the end, which is one of them, s."""
-    interval = sample_interval(scene, mechanism, end)
+    interval = scene.run.sample or kept_interval(scene, mechanism, end)
     count = int(end / interval * (1 + 1e-12))
     grid = interval * np.arange(count + 1)
     # An end that is on the grid but for rounding takes the grid's place.
     return np.append(grid if end - grid[-1] > 1e-9 * interval else grid[:-1], end)
-
-
-def sample_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
-    """Time between two samples of a run that ends at `end`, s; a round one if not given."""
-    return scene.run.sample or kept_interval(scene, mechanism, end)
 
 
 def sample_bytes(mechanism: Mechanism) -> int:

@@ -52,17 +52,17 @@ class Report:
 
 
 def no_solution_advice(
-    assembly: Assembly, tolerance: float | None, shortest: float = 0.0, end: float = 0.0
+    assembly: Assembly, tolerance: float | None, shortest: float = 0.0, time: float = 0.0
 ) -> str:
     """Say what to try where no step was short enough.
 
     `tolerance` (m) is that of the run, None with steps of the user's own. `shortest` (s) is the
-    shortest step that is made in a run to `end` (s).
+    shortest step that is made at the `time` (s) that the run has come to.
     """
     if shortest > SHORT_ENOUGH:
         return (
-            f"shorten the run: in one of {end:.3g} s no step below {shortest:.2g} s is made, which "
-            "may be too long for what happens there"
+            f"shorten the run: at {time:.3g} s no step below {shortest:.2g} s is made, which may "
+            "be too long for what happens there"
         )
     if tolerance is None:
         knob = "shorten the step, "

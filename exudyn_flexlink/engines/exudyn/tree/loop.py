@@ -118,8 +118,8 @@ class TreeLoop:
             if locked:
                 return locked, LOCKED_ADVICE
             tolerance = self.control.tolerance if self.control.fixed is None else None
-            shortest = instant(self.end, EVENT_TIME)
-            advice = no_solution_advice(self.model.assembly, tolerance, shortest, self.end)
+            shortest = instant(self.time, EVENT_TIME)
+            advice = no_solution_advice(self.model.assembly, tolerance, shortest, self.time)
             return f"{NO_SOLUTION} ({error})", advice
         finally:
             if self.time < self.end * (1 - 1e-9):
