@@ -258,9 +258,15 @@ def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
 
 
 def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:
-    """Tell whether joints that others imply always can be left out: in minimal coordinates."""
+    """Tell whether joints that others imply always can be left out: in minimal coordinates.
+
+    Not those of a structure that nothing can move, nor drives.
+    """
+    moves = assembly.degrees_of_freedom > 0 or assembly.mechanism.speed_motors
     drives = set(scene.drives) & set(assembly.surplus)
-    if not assembly.surplus or drives or formulation(scene, assembly.mechanism) != "tree":
+    if not (assembly.surplus and moves) or drives:
+        return False
+    if formulation(scene, assembly.mechanism) != "tree":
         return False
     return always_redundant(assembly)
 
