@@ -261,7 +261,8 @@ def test_p_swings_about_the_seam_of_the_laps():
 
 
 def test_supported_rods_stay_near_the_axis_and_have_no_touches():
-    held = ("bodies.link.rods=3", "contacts={}", FRICTION)
+    # Stiff axis, few steps: the energy that the last assertion asks for takes this tolerance.
+    held = ("bodies.link.rods=3", "contacts={}", FRICTION, "accuracy.tolerance=1e-10")
     result = run(*held, "run={duration: 0.1}", model="supported.yaml")
     history = result.sleeves["sleeve"]
     assert len(history.touches.begin) == 0
