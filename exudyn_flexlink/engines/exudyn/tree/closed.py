@@ -92,11 +92,6 @@ class ClosedCoordinates:
 
     # --- which are independent ----------------------------------------------------------------
 
-    @property
-    def count(self) -> int:
-        """Number of the independent coordinates."""
-        return len(self._split.free)
-
     def _scale(self, y: FloatArray) -> FloatArray:
         """How far (m) a unit of every coordinate moves anything."""
         places = zip(self._points, y[self._links :].tolist(), strict=True)

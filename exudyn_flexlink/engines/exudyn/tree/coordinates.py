@@ -46,10 +46,6 @@ class Coordinates(Protocol):
     def points(self) -> Sequence[TrackPoint]:
         """The slots' points, as they are followed."""
 
-    @property
-    def count(self) -> int:
-        """Number of the independent coordinates."""
-
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
 
@@ -122,11 +118,6 @@ class OpenCoordinates:
         _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
         along, across = self._end[1][list(self._rides[k])].tolist()
         return float((along * dx + across * dy) / (dx * dx + dy * dy))
-
-    @property
-    def count(self) -> int:
-        """Number of the independent coordinates."""
-        return len(self.free) + len(self._riders)
 
     @property
     def points(self) -> Sequence[TrackPoint]:

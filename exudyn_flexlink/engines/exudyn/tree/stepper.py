@@ -68,8 +68,10 @@ class Stepper:
         self.at = self.model.evaluate(self.time, q, v)
         self.model.look(self.at.kept.x, self.at.kept.reach)
         self._state = State(q, v, self.model.accelerations(self.at))
-        stiffness = self.model.jacobians(self.at)[0]
-        self.radau.slow = slow_motions(self.at.mass, stiffness, self.end)
+        if len(self.radau.slow) != len(q) or self.at.kept.reach is not None:
+            # Once for an open chain; what follows others may do so otherwise, or by other ones.
+            stiffness = self.model.jacobians(self.at)[0]
+            self.radau.slow = slow_motions(self.at.mass, stiffness, self.end)
 
     def turn(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
