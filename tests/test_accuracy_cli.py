@@ -36,16 +36,16 @@ def test_a_small_study(tmp_path, capsys):
     assert data["advice"]["choice"]["error_largest_m"] <= 1e-5
     assert "\nThat is: simulate with --" in told
     tolerance = load_scene(MODELS / "smooth.yaml").accuracy.tolerance
-    assert data["own"] == f"Exudyn, tree, tolerance {tolerance:.2g} m"
+    assert data["own"] == f"Exudyn, minimal, tolerance {tolerance:.2g} m"
     own = next(
-        p for p in data["points"] if (p["method"], p["value"]) == ("Exudyn, tree", tolerance)
+        p for p in data["points"] if (p["method"], p["value"]) == ("Exudyn, minimal", tolerance)
     )
     assert own["error_largest_m"] < tolerance
     assert own["processor_time_s"] > 0
     assert data["reference"]["run"] == "Lagrangian, tolerance 1e-12 m"
     assert data["check"]["independent"]
     assert data["floor_m"] < tolerance
-    assert {p["method"] for p in data["points"]} >= {"Exudyn, tree", "Lagrangian"}
+    assert {p["method"] for p in data["points"]} >= {"Exudyn, minimal", "Lagrangian"}
     assert {source["kind"] for source in data["sources"]} >= {"time"}
     assert not data["interrupted"]
 

@@ -57,12 +57,12 @@ def test_a_ladder_reaches_from_above_the_target_to_below_it():
 
 def test_methods_are_engines_and_formulations_the_models_own_first():
     scene = scene_with("accuracy.tolerance=1e-5")
-    found = methods_of(scene, {"exudyn": ("tree", "joints", "beam"), "lagrangian": ()})
+    found = methods_of(scene, {"exudyn": ("minimal", "redundant", "beam"), "lagrangian": ()})
     assert [m.name for m in found] == [
-        "Exudyn, tree", "Exudyn, joints", "Exudyn, beam", "Lagrangian", "Exudyn, fixed step",
+        "Exudyn, minimal", "Exudyn, redundant", "Exudyn, beam", "Lagrangian", "Exudyn, fixed step",
     ]  # fmt: skip
     assert [m.of_rods for m in found] == [True, True, False, True, True]
-    assert found[-1].settings == {"formulation": "joints"}
+    assert found[-1].settings == {"formulation": "redundant"}
     stepped = scene.changed(accuracy={"step": 1e-4})
     assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
 

@@ -32,8 +32,8 @@ def test_the_advice_says_how_to_follow_it(study):
         point = replace(points_of(study, "Exudyn")[0], method=method, value=value, claimed=0.0)
         return accuracy_text(replace(study, points=(point,))).splitlines()[-1].split("with ")[1]
 
-    step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "joints"})
-    assert by(step, 1e-4) == '--set "accuracy={step: 0.0001, formulation: joints}"'
+    step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "redundant"})
+    assert by(step, 1e-4) == '--set "accuracy={step: 0.0001, formulation: redundant}"'
     local = Method("Lagrangian", "lagrangian", "relative_tolerance")
     assert by(local, 1e-6) == (
         "--engine lagrangian --set accuracy.relative_tolerance=1e-06 "
@@ -101,12 +101,12 @@ def test_nothing_moves():
 
 def test_a_beam_is_told_as_another_model():
     scene, world = scene_with(), World()
-    methods = [Method("Exudyn, joints", "exudyn"),
+    methods = [Method("Exudyn, redundant", "exudyn"),
                Method("Exudyn, beam", "exudyn", settings={"spectral_radius": 0.8},
                       of_rods=False)]  # fmt: skip
     study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
     assert "Exudyn, beam: another model of the link" in accuracy_text(study)
-    assert advise(study).choice.method.name == "Exudyn, joints"
+    assert advise(study).choice.method.name == "Exudyn, redundant"
     assert not study.independent
 
 

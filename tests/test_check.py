@@ -70,11 +70,15 @@ def test_a_supported_link_is_told_with_what_holds_it() -> None:
 @pytest.mark.parametrize(
     ("name", "settings", "told"),
     [
-        ("no_clearance", (), ["tree: "]),
-        ("no_clearance", ("accuracy={step: 1.0e-4}",), ["joints: "]),
-        ("clearance", (), ["joints: "]),
+        ("no_clearance", (), ["minimal: "]),
+        ("no_clearance", ("accuracy={step: 1.0e-4}",), ["redundant: "]),
+        ("clearance", (), ["redundant: "]),
         ("smooth", ("accuracy.formulation=beam",), ["beam: "]),
-        ("supported", ("accuracy.formulation=tree",), ["tree: ", "refused: joints.sleeve: a tree"]),
+        (
+            "supported",
+            ("accuracy.formulation=minimal",),
+            ["minimal: ", "refused: joints.sleeve: minimal"],
+        ),
     ],
 )
 def test_the_formulation_is_told_and_what_is_no_tree(

@@ -108,7 +108,7 @@ def test_ctrl_c_in_the_run_for_the_horizon_keeps_the_first(monkeypatch, capsys):
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
     """Recorders are flushed when all is solved: Ctrl-C then must not lose it."""
-    from exudyn_flexlink.engines.exudyn.tree.recording import Recorder as Tree  # noqa: PLC0415
+    from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder as Tree  # noqa: PLC0415
     from exudyn_flexlink.engines.lagrangian.recording import Recorder  # noqa: PLC0415
 
     recorder = Tree if engine == "exudyn" else Recorder

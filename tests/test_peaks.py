@@ -13,7 +13,7 @@ from exudyn_flexlink.report import run_text
 
 MODELS = Path(__file__).parents[1] / "models"
 STIFF = ("bodies.link.rods=3", "bodies.link.hinges.stiffness=beam")
-TREE, JOINTS, LAGRANGIAN = ("exudyn", "tree"), ("exudyn", "joints"), ("lagrangian", "auto")
+TREE, JOINTS, LAGRANGIAN = ("exudyn", "minimal"), ("exudyn", "redundant"), ("lagrangian", "auto")
 ENGINES = [TREE, LAGRANGIAN]
 RAD = 1e-4  # of the lever's angle: the tolerance of 1e-6 m over its 30 mm is 3.3e-5
 

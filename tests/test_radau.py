@@ -8,9 +8,9 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines.coasting import SWING
-from exudyn_flexlink.engines.exudyn.tree.collocation import WEIGHTS, A, C
-from exudyn_flexlink.engines.exudyn.tree.contact_share import Pressing
-from exudyn_flexlink.engines.exudyn.tree.radau import Evaluation, Radau, State
+from exudyn_flexlink.engines.exudyn.minimal.collocation import WEIGHTS, A, C
+from exudyn_flexlink.engines.exudyn.minimal.contact_share import Pressing
+from exudyn_flexlink.engines.exudyn.minimal.radau import Evaluation, Radau, State
 
 
 class Oscillator:

@@ -24,7 +24,7 @@ from exudyn_flexlink.report import estimated_steps, idle_settings, run_duration,
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 RIGID = str(MODELS / "rigid.yaml")
-WAYS = ("tree", "joints")
+WAYS = ("minimal", "redundant")
 SPLINE = str(MODELS / "spline_track.yaml")
 
 Capture = pytest.CaptureFixture[str]

@@ -65,7 +65,7 @@ class Method:
         return f"{name} {value:.2g}{unit}"
 
     def told(self, value: float) -> str:
-        """Say the method at a value, such as 'Exudyn, joints, tolerance 1e-05 m'."""
+        """Say the method at a value, such as 'Exudyn, redundant, tolerance 1e-05 m'."""
         return f"{self.name.removesuffix(', fixed step')}, {self.set_to(value)}"
 
 
@@ -101,7 +101,7 @@ def _of_engine(engine: str, formulations: Sequence[str], knob: Knob | None) -> l
 
 def _fixed_step(formulations: Sequence[str]) -> Method:
     """Return the equal steps that anyone would script by hand."""
-    settings = {"formulation": "joints"} if "joints" in formulations else {}
+    settings = {"formulation": "redundant"} if "redundant" in formulations else {}
     return Method("Exudyn, fixed step", "exudyn", "step", settings)
 
 

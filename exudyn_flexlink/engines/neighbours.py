@@ -20,7 +20,7 @@ from exudyn_flexlink.sensitivity import measured_error
 
 # Errors of the neighbour's steps over those of the run's. A method of a high order takes a third
 # more steps for a tenth, one of order 2 twice as many for a quarter; by a half, which takes four
-# tenths more, errors of formulation `joints` were told four times too small.
+# tenths more, errors of formulation `redundant` were told four times too small.
 HIGH_ORDER, SECOND_ORDER = 0.1, 0.25
 LOOSER = 10.0  # where the run is as accurate as numbers are
 NO_MEMORY = "there is not enough memory for a neighbouring run"

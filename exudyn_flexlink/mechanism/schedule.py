@@ -10,7 +10,7 @@ from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
 from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import GROUND, Channel, FaceContact, Mechanism
-from exudyn_flexlink.mechanism.tree import is_tree
+from exudyn_flexlink.mechanism.tree import is_minimal
 from exudyn_flexlink.scene import Scene
 
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
@@ -81,12 +81,13 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
 def formulation(scene: Scene, mechanism: Mechanism) -> str:
     """How Exudyn represents the scene: what it asks for, or the fastest that can.
 
-    A tree is faster, but has its steps chosen by error control; a fixed step is for joints.
+    Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
+    for redundant ones.
     """
     asked = scene.accuracy.formulation
     if asked != "auto":
         return asked
-    return "tree" if scene.accuracy.step is None and is_tree(mechanism) else "joints"
+    return "minimal" if scene.accuracy.step is None and is_minimal(mechanism) else "redundant"
 
 
 def half_period(assembly: Assembly, contact: FaceContact) -> float:

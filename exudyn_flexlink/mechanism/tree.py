@@ -29,7 +29,7 @@ HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 ROOT = -1
 
 
-class NoTreeError(ValueError):
+class NotMinimalError(ValueError):
     """A mechanism is no tree; `path` names the part of the scene at fault."""
 
     def __init__(self, path: tuple[str, ...], message: str) -> None:
@@ -159,11 +159,13 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
     """Find the spanning tree of a mechanism.
 
     Raises:
-        NoTreeError: there is something that a tree can't have.
+        NotMinimalError: there is something that a tree can't have.
 
     """
     for channel in mechanism.channels:
-        raise NoTreeError(("joints", channel.name), "a tree has no walls; formulation 'joints' has")
+        raise NotMinimalError(
+            ("joints", channel.name), "minimal coordinates have no walls; 'redundant' has"
+        )
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
         found = hinge_between(layout, motor.first, motor.second)
@@ -175,11 +177,11 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
     return layout
 
 
-def is_tree(mechanism: Mechanism) -> bool:
+def is_minimal(mechanism: Mechanism) -> bool:
     """Tell whether `tree_layout` can represent a mechanism."""
     try:
         tree_layout(mechanism)
-    except NoTreeError:
+    except NotMinimalError:
         return False
     return True
 

@@ -25,8 +25,8 @@ from exudyn_flexlink.plots.frame import (
     styled,
 )
 
-MARKERS = {"tree": "o", "joints": "s", "beam": "D", "fixed step": "^", "": "o"}
-LINES = {"tree": "-", "joints": "--", "beam": ":", "fixed step": "-.", "": "-"}
+MARKERS = {"minimal": "o", "redundant": "s", "beam": "D", "fixed step": "^", "": "o"}
+LINES = {"minimal": "-", "redundant": "--", "beam": ":", "fixed step": "-.", "": "-"}
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor

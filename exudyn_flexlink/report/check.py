@@ -26,7 +26,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
     wall_half_period,
 )
-from exudyn_flexlink.mechanism.tree import NoTreeError, tree_layout
+from exudyn_flexlink.mechanism.tree import NotMinimalError, tree_layout
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -279,25 +279,25 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     form = formulation(scene, mechanism)
     rows.append(["formulation", _FORMULATIONS[form]])
-    if form == "tree":
-        rows += [["", f"refused: {why}"] for why in _no_tree(mechanism)]
-    if in_contact is not None and form != "tree":
+    if form == "minimal":
+        rows += [["", f"refused: {why}"] for why in _not_minimal(mechanism)]
+    if in_contact is not None and form != "minimal":
         rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
     return ["Run", *table(rows)]
 
 
 _FORMULATIONS = {
-    "tree": "tree: a coordinate for each joint, steps of order 9",
-    "joints": "joints: rigid bodies held by joints, steps of order 2",
+    "minimal": "minimal: as many coordinates as freedoms, steps of order 9",
+    "redundant": "redundant: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }
 
 
-def _no_tree(mechanism: Mechanism) -> list[str]:
-    """Say why a mechanism is no tree, which a scene may ask for all the same."""
+def _not_minimal(mechanism: Mechanism) -> list[str]:
+    """Say why a mechanism has no minimal coordinates, which a scene may ask for all the same."""
     try:
         tree_layout(mechanism)
-    except NoTreeError as error:
+    except NotMinimalError as error:
         return [str(error)]
     return []
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from exudyn_flexlink.result import Result
 
-_JOINTS = ("joints", "beam")
+_REDUNDANT = ("redundant", "beam")
 _LAGRANGIAN = ("lagrangian",)
 _USED_BY = {
-    "steps_per_contact": _JOINTS,
-    "spectral_radius": _JOINTS,
+    "steps_per_contact": _REDUNDANT,
+    "spectral_radius": _REDUNDANT,
     "relative_tolerance": _LAGRANGIAN,
     "absolute_tolerance": _LAGRANGIAN,
 }

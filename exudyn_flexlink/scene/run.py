@@ -87,21 +87,21 @@ class Accuracy(Part):
         None, description="error that the run may make in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
-    formulation: Literal["auto", "tree", "joints", "beam"] = Field(
+    formulation: Literal["auto", "minimal", "redundant", "beam"] = Field(
         "auto",
-        description="how Exudyn represents the mechanism: tree: a coordinate for each joint; "
-        "joints: rigid bodies held by joints; beam: joints, with the link as a beam; "
-        "auto: tree where it fits and a tolerance is given, else joints",
+        description="how Exudyn represents the mechanism: minimal: as many coordinates as it "
+        "has freedoms; redundant: rigid bodies held by joints; beam: redundant, with the link as "
+        "a beam; auto: minimal where it fits and a tolerance is given, else redundant",
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
         60,
         ge=3,
         description="steps that resolve the shortest strike, half of them a touch of a wall; of "
-        "formulations joints and beam",
+        "formulations redundant and beam",
     )
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         0.9,
-        description="numerical damping: 1 none, 0 most; of formulations joints and beam",
+        description="numerical damping: 1 none, 0 most; of formulations redundant and beam",
     )
     elements: Annotated[int, Strict()] | None = Field(
         None,

@@ -35,11 +35,11 @@ class Variant:
 
 
 VARIANTS = (
-    Variant("Exudyn, tree", "exudyn", ("accuracy.formulation=tree",)),
+    Variant("Exudyn, minimal", "exudyn", ("accuracy.formulation=minimal",)),
     Variant(
-        "Exudyn, joints",
+        "Exudyn, redundant",
         "exudyn",
-        ("accuracy.formulation=joints",),
+        ("accuracy.formulation=redundant",),
         steady=("accuracy.step=1e-4",),
         stretch=1.0,
     ),

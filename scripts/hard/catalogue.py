@@ -11,7 +11,7 @@ from hard import truths
 
 MODELS = Path(__file__).parents[2] / "models" / "hard"
 
-TREE, JOINTS, LAGRANGIAN = "tree", "joints", "lagrangian"
+TREE, JOINTS, LAGRANGIAN = "minimal", "redundant", "lagrangian"
 BOTH = (TREE, LAGRANGIAN)
 EXUDYN = (TREE, JOINTS)
 ALL = (TREE, JOINTS, LAGRANGIAN)
@@ -194,7 +194,7 @@ CASES = (
         "speed",
         "other engine",
         (
-            # steps of contacts make days of a crawl in formulation joints
+            # steps of contacts make days of a crawl in formulation redundant
             *_range("drives.motor.value", ("0.01", "0.1"), ("0.01",), ways=BOTH),
             *_range("drives.motor.value", ("1", "100", "300", "500"), ("100",)),
         ),

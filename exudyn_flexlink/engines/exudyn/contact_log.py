@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.instant import Instant
+from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
 
 
 @dataclass(frozen=True, slots=True)

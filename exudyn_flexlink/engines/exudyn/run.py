@@ -7,12 +7,12 @@ from dataclasses import replace
 from time import perf_counter
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.exudyn import joints
-from exudyn_flexlink.engines.exudyn.beam import beams_of
-from exudyn_flexlink.engines.exudyn.outcome import finish
-from exudyn_flexlink.engines.exudyn.tree import run as tree
+from exudyn_flexlink.engines.exudyn.minimal import run as minimal
+from exudyn_flexlink.engines.exudyn.redundant import run as redundant
+from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
+from exudyn_flexlink.engines.exudyn.redundant.outcome import finish
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, formulation, is_tree
+from exudyn_flexlink.mechanism import Mechanism, formulation, is_minimal
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import ImpulseLaw, Scene
 
@@ -29,18 +29,18 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     began = perf_counter()
     _refuse_impulses(scene)
     assembly = assemble_scene(scene)
-    if formulation(scene, assembly.mechanism) == "tree":
-        branching = tree.prepare(scene, assembly, progress)
+    if formulation(scene, assembly.mechanism) == "minimal":
+        prepared = minimal.prepare(scene, assembly, progress)
         ready = perf_counter()
-        complaint = tree.solve(branching)
+        complaint = minimal.solve(prepared)
         solved = perf_counter()
-        result = tree.finish(branching, complaint)
+        result = minimal.finish(prepared, complaint)
     else:
-        prepared = joints.prepare(scene, assembly, progress)
+        assembled = redundant.prepare(scene, assembly, progress)
         ready = perf_counter()
-        error, iterations = joints.solve(prepared)
+        error, iterations = redundant.solve(assembled)
         solved = perf_counter()
-        result = finish(prepared, error, iterations)
+        result = finish(assembled, error, iterations)
     timings = {
         "prepare": ready - began,
         "solve": solved - ready,
@@ -57,9 +57,9 @@ def formulations(scene: Scene) -> tuple[str, ...]:
 
     """
     mechanism = assemble_scene(scene).mechanism
-    found = ["joints"]
-    if is_tree(mechanism):
-        found.insert(0 if scene.accuracy.step is None else 1, "tree")
+    found = ["redundant"]
+    if is_minimal(mechanism):
+        found.insert(0 if scene.accuracy.step is None else 1, "minimal")
     return (*found, "beam") if _has_beams(scene, mechanism) else tuple(found)
 
 

@@ -1,0 +1,332 @@
+"""All coordinates of a tree whose loops are closed, from the independent ones.
+
+Generalised coordinate partitioning (R. A. Wehage and E. J. Haug, J. Mech. Des. 104 (1982) 247):
+with residuals c(y, t) of the closures, pivoting their Jacobian splits the coordinates y, those of
+the tree and the slots' places, into dependent ones w, for which c = 0 is solved by Newton's method,
+and independent ones z:
+
+    w' = -(c_w)^-1 (c_z z' + c_t),      w'' = -(c_w)^-1 (c_z z'' + gamma)
+
+with gamma the second derivative of c without accelerations of z and w. Rows of c that others imply
+are left out, and only checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+
+from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Closures
+from exudyn_flexlink.engines.exudyn.minimal.collocation import STAGES, C
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Held
+from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
+from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+FloatArray = NDArray[np.float64]
+
+MOST_ITERATIONS = 12
+NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, also near a dead centre
+OPEN = (
+    1e-9  # m, or of the size for angles: redundant joints that are open by more contradict others
+)
+ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
+RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
+LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
+SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
+DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
+
+AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
+NOT_CLOSED = "the joints of a loop can't all stay closed"
+
+
+class _Split(NamedTuple):
+    """Which coordinates follow from which: indices into all coordinates, and rows in use."""
+
+    dependent: NDArray[np.intp]
+    free: NDArray[np.intp]
+    rows: NDArray[np.intp]
+
+
+class ClosedCoordinates:
+    """Coordinates of a tree with loops; chosen anew where the dependent ones grow too fast."""
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        kinematics: LinkKinematics,
+        start: tuple[FloatArray, FloatArray],
+        points: Sequence[TrackPoint],
+        lengths: FloatArray,
+    ) -> None:
+        """`lengths` (links,) are how far (m) a unit of each coordinate moves anything, at most."""
+        self._points = list(points)
+        self.closures = Closures(layout, kinematics, start[0], self._points)
+        self._links, self._lengths = len(layout.links), lengths
+        self._size = float(lengths.max())
+        self._hinges = np.flatnonzero(kinematics.hinge)
+        self._motors = [(link, *motor) for link, motor in layout.motors.items()]
+        self._known = np.array(sorted(layout.motors), dtype=int)
+        self._start = start[0]
+        self._row_scale = np.where(self.closures.angles(), self._size, 1.0)
+        self._pieces = [(point.changes, point.piece) for point in self._points]
+        self._time = 0.0
+        self._y = np.concatenate([start[0], [point.u for point in self._points]])
+        self._v = np.concatenate([start[1], np.zeros(len(self._points))])
+        self._a = np.zeros(len(self._y))
+        self._split = self._chosen()
+        self._last: tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None = None
+        free = self._split.free
+        start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free])[0]
+        self.settle(0.0, start_of, np.zeros(len(free)))
+
+    @property
+    def points(self) -> Sequence[TrackPoint]:
+        """The slots' points, as they are followed."""
+        return self._points
+
+    # --- which are independent ----------------------------------------------------------------
+
+    def _scale(self, y: FloatArray) -> FloatArray:
+        """How far (m) a unit of every coordinate moves anything."""
+        places = zip(self._points, y[self._links :].tolist(), strict=True)
+        speeds = [abs(complex(*point.at(u)[2:4])) for point, u in places]
+        return np.concatenate([self._lengths, speeds])
+
+    def _jacobian(self, y: FloatArray) -> FloatArray:
+        """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
+        at = self.closures.at(np.array([self._time]), y[None])
+        matrix = self.closures.jacobian(at)[0] * self._row_scale[:, None] / self._scale(y)
+        matrix[:, self._known] = 0.0
+        return np.asarray(matrix)
+
+    def _chosen(self) -> _Split:
+        """Split the coordinates where the mechanism is now."""
+        matrix = self._jacobian(self._y)
+        upper, order = qr(matrix, mode="r", pivoting=True)
+        pivots = np.abs(np.diag(upper))
+        rank = int(np.sum(pivots > RANK * pivots[0]))
+        dependent = np.sort(order[:rank])
+        rows = np.sort(qr(matrix[:, dependent].T, mode="r", pivoting=True)[1][:rank])
+        fixed = {*dependent.tolist(), *self._known.tolist()}
+        free = np.array([i for i in range(len(self._y)) if i not in fixed], dtype=int)
+        return _Split(dependent, free, rows)
+
+    def worn(self) -> bool:
+        """Tell whether other coordinates should be the independent ones."""
+        return self._gain > LARGEST_GAIN and self._gain > 1.5 * self._gain_chosen
+
+    def resume(self) -> None:
+        """Choose the independent coordinates anew, and go on to the slots' present pieces."""
+        for k, point in enumerate(self._points):
+            changes, piece = self._pieces[k]
+            if changes == point.changes:
+                continue
+            i = self._links + k
+            before = abs(complex(*point.curve_rate(piece, self._y[i])))
+            _, _, dx, dy, _, _ = point.at(point.u)
+            self._pieces[k], self._y[i] = (point.changes, point.piece), point.u
+            self._v[i] *= before / abs(complex(dx, dy))
+        rank = len(self._split.dependent)
+        split = self._chosen()
+        # At a singular position the Jacobian has less rank than elsewhere.
+        self._split = split if len(split.dependent) == rank else self._split
+        self._last = None
+        self._gain_chosen = self._gain = self._gain_at_end()
+
+    def _gain_at_end(self) -> float:
+        matrix, split = self._jacobian(self._y), self._split
+        if not len(split.free):
+            return 0.0
+        square = matrix[np.ix_(split.rows, split.dependent)]
+        gains = np.linalg.solve(square, matrix[np.ix_(split.rows, split.free)])
+        return float(np.abs(gains).max(initial=0.0))
+
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Independent coordinates and speeds where the last step ended."""
+        return self._y[self._split.free], self._v[self._split.free]
+
+    # --- all of them --------------------------------------------------------------------------
+
+    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
+        """All coordinates at instants, from the independent ones and their speeds."""
+        split, links = self._split, self._links
+        y, at = self._closed(t, self._guess(t, z))
+        jacobian = self.closures.jacobian(at)[:, split.rows]
+        try:
+            inverse = np.linalg.inv(jacobian[:, :, split.dependent])
+        except np.linalg.LinAlgError as error:
+            raise DeadCentreError(NOT_CLOSED) from error
+        reach = np.zeros((len(t), y.shape[1], len(split.free)))
+        reach[:, split.free, np.arange(len(split.free))] = 1.0
+        reach[:, split.dependent] = -inverse @ jacobian[:, :, split.free]
+        if len(t) == STAGES:
+            self._last = (t, z, y, reach)
+            lengths = self._scale(self._y)[split.dependent]
+            self._gains = np.abs(inverse * lengths[:, None]).max((1, 2), initial=0.0)
+        speeds, pushes = np.zeros(y.shape), np.zeros(y.shape)
+        for link, motor, sign in self._motors:
+            speeds[:, link] = [sign * motor.ramp.at(a) for a in t.tolist()]
+            pushes[:, link] = [sign * motor.ramp.rate(a) for a in t.tolist()]
+        driven = (jacobian @ speeds[:, :, None])[:, :, 0] + self.closures.rates(t)[:, split.rows]
+        speeds += (reach @ v[:, :, None])[:, :, 0]
+        speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
+        bends = self.closures.bends(t, at, speeds, pushes)[:, split.rows]
+        pushes[:, split.dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
+        return [
+            Held(
+                y[i, :links],
+                speeds[i, :links],
+                pushes[i, :links],
+                tuple(y[i, links:].tolist()),
+                reach[i, :links],
+                tuple(speeds[i, links:].tolist()),
+            )
+            for i in range(len(t))
+        ]
+
+    def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
+        """Coordinates near those at the independent ones.
+
+        From the last round of the same step, between the stages of the last step tried, or ahead
+        of where the last one ended.
+        """
+        last = self._last
+        if last is not None and np.array_equal(last[0], t):
+            y = last[2] + (last[3] @ (z - last[1])[:, :, None])[:, :, 0]
+        elif last is not None and self._between(t, last[0]):
+            y = _lagrange(t, last[0]) @ last[2]
+        else:
+            ahead = (t - self._time)[:, None]
+            y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
+        y[:, self._split.free] = z
+        for link, motor, sign in self._motors:
+            turned = [sign * motor.ramp.integral(a) for a in t.tolist()]
+            y[:, link] = self._start[link] + np.array(turned)
+        return np.asarray(y)
+
+    def _between(self, t: FloatArray, stages: FloatArray) -> bool:
+        """Tell whether instants lie in the last step tried.
+
+        Another way of closing the loops may be near: no place is searched from far.
+        """
+        first, last = stages[0] - C[0] / (C[-1] - C[0]) * (stages[-1] - stages[0]), stages[-1]
+        slack = 1e-9 * (last - first)
+        return bool(t.min() >= first - slack and t.max() <= last + slack)
+
+    def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Closing]:
+        """Newton's method for the dependent coordinates, at all instants together.
+
+        Raises:
+            DeadCentreError: there is no place near where all closures hold.
+
+        """
+        split = self._split
+        lengths = self._scale(self._y)[split.dependent]
+        size = np.inf
+        for _ in range(MOST_ITERATIONS):
+            at = self.closures.at(t, y)
+            if size <= NEAR * self._size:
+                break
+            square = self.closures.jacobian(at)[:, split.rows][:, :, split.dependent]
+            try:
+                change = np.linalg.solve(square, at.residual[:, split.rows, None])[:, :, 0]
+            except np.linalg.LinAlgError as error:
+                raise DeadCentreError(NOT_CLOSED) from error
+            before, size = size, float(np.abs(change * lengths).max(initial=0.0))
+            if not size < 2 * before or not np.isfinite(size):
+                self._last = None
+                raise DeadCentreError(NOT_CLOSED)
+            y[:, split.dependent] -= change
+        if np.abs(at.residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
+            self._last = None
+            raise DeadCentreError(NOT_CLOSED)
+        return y, at
+
+    # --- steps --------------------------------------------------------------------------------
+
+    def settle(self, time: float, end: Held, a: FloatArray) -> None:
+        """A step ended here, with these accelerations of the independent coordinates."""
+        self._time = time
+        self._a = np.zeros(len(self._y))
+        if end.reach is not None:
+            self._a[: self._links] = end.b + end.reach @ a
+        self._y = np.concatenate([end.x, end.places])
+        self._v = np.concatenate([end.v, end.place_rates])
+        self._gain = self._gain_at_end()
+        if time == 0.0:
+            self._gain_chosen = self._gain
+
+    def longest(self, at: Held) -> float:
+        """Limit of a step, s: links turn a little."""
+        fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
+        return LARGEST_TURN / fastest if fastest > 0 else np.inf
+
+    def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
+        """How far a dependent coordinate ended a step from where its speeds take it.
+
+        It jumped to another way of closing the loops, or went round a bend that the step does not
+        resolve: neither shows in the error of the coordinates solved for.
+        """
+        ends = [np.array([*at.x, *at.places]) for at in (start, stages[-1])]
+        speeds = np.array([[*at.v, *at.place_rates] for at in stages])
+        off = np.abs(ends[1] - ends[0] - h * (weights @ speeds)) * self._scale(self._y)
+        # Near a dead centre dependent coordinates are known to so much only.
+        blur = ROUNDING * self._size * float(self._gains.max())
+        return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - blur)
+
+    def pushed(self, k: int, at: Held) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
+        slot = self._points[k].slot
+        own = next(rows for closure, rows in self.closures.rows if closure is slot)
+        y = np.array([*at.x, *at.places])
+        where = self.closures.at(np.array([self._time]), y[None])
+        push = np.zeros((self.closures.count, 2))
+        push[own] = np.eye(2)
+        split = self._split
+        square = self.closures.jacobian(where)[0][np.ix_(split.rows, split.dependent)]
+        moved = np.zeros((len(y), 2))
+        moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
+        return moved[: self._links]
+
+    def on_dead_centre(self) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
+        return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > SINGULAR)
+
+    def locked(self, at: Held) -> str:
+        """Say that the mechanism is all but at a dead centre; empty if it is not."""
+        values = np.linalg.svd(self._jacobian(np.array([*at.x, *at.places])), compute_uv=False)
+        locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
+        return AT_DEAD_CENTRE if locked else ""
+
+    # --- reactions ----------------------------------------------------------------------------
+
+    def reactions(self, at: Closing, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Multipliers (instants, rows) of forces `left` (instants, links), and what motors supply.
+
+        Where joints are redundant, those multipliers that are least; the second (instants, links)
+        is what is left for motors of the tree.
+        """
+        whole = self.closures.jacobian(at)
+        unknown = np.setdiff1d(np.arange(whole.shape[2]), self._known)
+        forces = np.zeros((len(left), whole.shape[2]))
+        forces[:, : self._links] = left
+        turned = whole.transpose(0, 2, 1)
+        inverse = np.linalg.pinv(turned[:, unknown], rcond=RANK)
+        multipliers = (inverse @ forces[:, unknown, None])[:, :, 0]
+        rest = forces - (turned @ multipliers[:, :, None])[:, :, 0]
+        return np.asarray(multipliers), np.asarray(rest[:, : self._links])
+
+
+def _lagrange(t: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Weights (instants, nodes) of the polynomial through values at nodes."""
+    away = t[:, None, None] - nodes
+    apart = nodes[:, None] - nodes
+    same = np.eye(len(nodes), dtype=bool)
+    ratios = np.where(same, 1.0, away / np.where(same, 1.0, apart))
+    return np.asarray(ratios.prod(-1))

@@ -1,0 +1,236 @@
+"""Joints that close loops: by how much they are open, and the derivatives of that.
+
+Pins and slots give two rows each (x and y, m), slides two (across the guide, m, and the angle,
+rad), motors that turn no hinge of the tree one (rad). The coordinates y are those of the tree, then
+the slots' places on their curves: a slot's point is where its curve is, ``p = gamma(u)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
+from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.mechanism import Anchor, Motor, Pin, Slide, Slot
+from exudyn_flexlink.mechanism.tree import Closure, Frame, TreeLayout
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+class Track(NamedTuple):
+    """Slots' curves at their places: points and derivatives by the parameter (instants, slots)."""
+
+    point: ComplexArray
+    tangent: ComplexArray
+    bend: ComplexArray
+
+
+class Closing(NamedTuple):
+    """Where everything is at some instants, with the residuals (instants, rows) of the closures."""
+
+    x: FloatArray
+    places: Places
+    points: ComplexArray
+    track: Track
+    residual: FloatArray
+
+
+class Closures:
+    """Residuals of a layout's closures, their Jacobian, and their second derivatives."""
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        kinematics: LinkKinematics,
+        start: FloatArray,
+        followed: Sequence[TrackPoint],
+    ) -> None:
+        self.kinematics, self._followed = kinematics, followed
+        self._links = len(layout.links)
+        self._slots = {point.slot.name: k for k, point in enumerate(followed)}
+        anchors: list[Anchor] = []
+        self.rows: list[tuple[Closure, slice]] = []
+        self._first: dict[str, int] = {}  # of each closure, its first point
+        count = 0
+        for closure in layout.closures:
+            self._first[closure.name] = len(anchors)
+            anchors += _anchors(closure)
+            size = 1 if isinstance(closure, Motor) else 2
+            self.rows.append((closure, slice(count, count + size)))
+            count += size
+        self.count = count
+        self._points = Points(layout, anchors)
+        self._turns = {c.name: _turn(layout, c) for c in layout.closures}
+        self._guides = {
+            c.name: layout.frame(c.guide.part) for c in layout.closures if isinstance(c, Slide)
+        }
+        self._rest = {
+            c.name: float(self._turns[c.name] @ start)
+            for c in layout.closures
+            if isinstance(c, Motor)
+        }
+        self._constant = {
+            c.name: _fixed_turn(layout, c) for c in layout.closures if isinstance(c, Slide)
+        }
+
+    def angles(self) -> NDArray[np.bool_]:
+        """Tell which rows (rows,) are angles."""
+        found = np.zeros(self.count, dtype=bool)
+        for closure, rows in self.rows:
+            if isinstance(closure, Slide | Motor):
+                found[rows.stop - 1] = True
+        return found
+
+    def at(self, t: FloatArray, y: FloatArray, track: Track | None = None) -> Closing:
+        """Return residuals at instants (n,) and coordinates (n, coordinates)."""
+        x = y[:, : self._links]
+        places = self.kinematics.places(x)
+        points = self._points.places(places)
+        if track is None:
+            track = self._track(y[:, self._links :])
+        residual = np.zeros((len(y), self.count))
+        for closure, rows in self.rows:
+            first = self._first[closure.name]
+            if isinstance(closure, Motor):
+                turned = x @ self._turns[closure.name] - self._rest[closure.name]
+                residual[:, rows.start] = turned - [closure.ramp.integral(a) for a in t.tolist()]
+                continue
+            if isinstance(closure, Slide):
+                across = self.guide_axis(closure, places).conj() * (
+                    points[:, first + 1] - points[:, first]
+                )
+                residual[:, rows.start] = across.imag
+                turned = x @ self._turns[closure.name] + self._constant[closure.name]
+                residual[:, rows.start + 1] = turned
+                continue
+            if isinstance(closure, Slot):
+                gap = points[:, first] - track.point[:, self._slots[closure.name]]
+            else:
+                gap = points[:, first + 1] - points[:, first]
+            residual[:, rows.start], residual[:, rows.start + 1] = gap.real, gap.imag
+        return Closing(x, places, points, track, residual)
+
+    def guide_axis(self, slide: Slide, places: Places) -> ComplexArray:
+        """Direction of a slide's guide (instants,), as complex numbers."""
+        frame: Frame = self._guides[slide.name]
+        return np.asarray(places.axis[:, frame.link] * np.exp(1j * frame.angle))
+
+    def _track(self, u: FloatArray) -> Track:
+        shape = u.shape
+        found = np.array([
+            [self._followed[k].at(place) for k, place in enumerate(row)] for row in u.tolist()
+        ]).reshape(*shape, 6)  # fmt: skip
+        vectors = found[..., 0::2] + 1j * found[..., 1::2]
+        return Track(vectors[..., 0], vectors[..., 1], vectors[..., 2])
+
+    def jacobian(self, at: Closing) -> FloatArray:
+        """Derivatives of the residuals by the coordinates (instants, rows, coordinates)."""
+        moved = self.kinematics.moves(at.places, self._points.links, at.points)
+        matrix = np.zeros((len(at.x), self.count, self._links + len(self._slots)))
+        for closure, rows in self.rows:
+            first, tree = self._first[closure.name], matrix[:, rows, : self._links]
+            if isinstance(closure, Motor):
+                tree[:, 0] = self._turns[closure.name]
+                continue
+            if isinstance(closure, Slide):
+                back = self.guide_axis(closure, at.places).conj()
+                between = at.points[:, first + 1] - at.points[:, first]
+                by = back[:, None] * (moved[:, first + 1] - moved[:, first])
+                turning = self._turning(self._guides[closure.name].link)
+                tree[:, 0] = by.imag - (back * between).real[:, None] * turning
+                tree[:, 1] = self._turns[closure.name]
+                continue
+            if isinstance(closure, Slot):
+                k = self._slots[closure.name]
+                by = moved[:, first]
+                tangent = at.track.tangent[:, k]
+                matrix[:, rows.start, self._links + k] = -tangent.real
+                matrix[:, rows.start + 1, self._links + k] = -tangent.imag
+            else:
+                by = moved[:, first + 1] - moved[:, first]
+            tree[:, 0], tree[:, 1] = by.real, by.imag
+        return matrix
+
+    def _turning(self, link: int) -> FloatArray:
+        """Hinges (links,) that turn a link."""
+        turning = self.kinematics.turning
+        return np.asarray(turning[:, link] if link >= 0 else np.zeros(self._links))
+
+    def rates(self, t: FloatArray) -> FloatArray:
+        """Derivatives of the residuals by time alone (instants, rows)."""
+        found = np.zeros((len(t), self.count))
+        for closure, rows in self._motors():
+            found[:, rows.start] = [-closure.ramp.at(a) for a in t.tolist()]
+        return found
+
+    def bends(self, t: FloatArray, at: Closing, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Second derivatives of the residuals (instants, rows), at speeds and accelerations."""
+        count = self._links
+        rates = self.kinematics.rates(at.places, at.x, v[:, :count])
+        bends = self.kinematics.bends(at.places, rates, at.x, v[:, :count], a[:, :count])
+        speeds = self._points.rates(at.places, rates)
+        pushes = self._points.bends(at.places, rates, bends)
+        along, along_rate = v[:, count:], a[:, count:]
+        found = np.zeros((len(t), self.count))
+        for closure, rows in self.rows:
+            first = self._first[closure.name]
+            if isinstance(closure, Motor):
+                turned = a[:, :count] @ self._turns[closure.name]
+                found[:, rows.start] = turned - [closure.ramp.rate(b) for b in t.tolist()]
+                continue
+            if isinstance(closure, Slide):
+                link = self._guides[closure.name].link
+                back = self.guide_axis(closure, at.places).conj()
+                between, moving, pushed = (
+                    values[:, first + 1] - values[:, first]
+                    for values in (at.points, speeds, pushes)
+                )
+                omega, alpha = rates.angle[:, link], bends.angle[:, link]
+                spun = (-1j * alpha - omega**2) * between - 2j * omega * moving + pushed
+                found[:, rows.start] = (back * spun).imag
+                found[:, rows.start + 1] = a[:, :count] @ self._turns[closure.name]
+                continue
+            if isinstance(closure, Slot):
+                k = self._slots[closure.name]
+                tangent, bend = at.track.tangent[:, k], at.track.bend[:, k]
+                gap = pushes[:, first] - bend * along[:, k] ** 2 - tangent * along_rate[:, k]
+            else:
+                gap = pushes[:, first + 1] - pushes[:, first]
+            found[:, rows.start], found[:, rows.start + 1] = gap.real, gap.imag
+        return found
+
+    def _motors(self) -> Iterator[tuple[Motor, slice]]:
+        for closure, rows in self.rows:
+            if isinstance(closure, Motor):
+                yield closure, rows
+
+
+def _anchors(closure: Closure) -> list[Anchor]:
+    if isinstance(closure, Pin):
+        return [closure.first, closure.second]
+    if isinstance(closure, Slide):
+        return [closure.guide, closure.rod]
+    return [closure.anchor] if isinstance(closure, Slot) else []
+
+
+def _parts(closure: Closure) -> tuple[int, int] | None:
+    """Parts whose angle against one another a closure holds, if it holds one."""
+    if isinstance(closure, Slide):
+        return closure.guide.part, closure.rod.part
+    return (closure.first, closure.second) if isinstance(closure, Motor) else None
+
+
+def _turn(layout: TreeLayout, closure: Closure) -> FloatArray:
+    """Derivative (links,) of the angle of a closure's second part against the first's."""
+    parts = _parts(closure)
+    return np.zeros(len(layout.links)) if parts is None else layout.turning_row(*parts)
+
+
+def _fixed_turn(layout: TreeLayout, closure: Slide) -> float:
+    """Angle of a slide's rod against its guide where all coordinates are 0, rad."""
+    return layout.turn(closure.rod.part) - layout.turn(closure.guide.part)

@@ -1,0 +1,240 @@
+"""All coordinates of a tree from the independent ones, where no joint closes a loop.
+
+What motors hold is known, and a guided slot's slide follows its guide: ``x'' = T z'' + b`` for the
+independent coordinates z, with T the velocity transformation (E. J. Haug, *Computer Aided
+Kinematics and Dynamics*, 1989, ch. 7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
+from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+FloatArray = NDArray[np.float64]
+
+KEPT_TIMES = 64
+LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
+LARGEST_TURN = 0.3  # rad per step of what a closure holds: the search for its place stays local
+
+
+class Held(NamedTuple):
+    """All coordinates of the tree at one instant (links,), and the slots' places on their pieces.
+
+    `b` are accelerations that the independent ones do not cause, `reach` (links, independent) is
+    the matrix T, None where it only picks coordinates. `place_rates` are those of `places`.
+    """
+
+    x: FloatArray
+    v: FloatArray
+    b: FloatArray
+    places: tuple[float, ...]
+    reach: FloatArray | None = None
+    place_rates: tuple[float, ...] = ()
+
+
+class Coordinates(Protocol):
+    """How the coordinates of a tree follow from the independent ones."""
+
+    @property
+    def points(self) -> Sequence[TrackPoint]:
+        """The slots' points, as they are followed."""
+
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Independent coordinates and speeds where the last step ended."""
+
+    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
+        """All coordinates at instants (n,), from the independent ones and their speeds (n, count).
+
+        Raises:
+            DeadCentreError: the independent coordinates tell no place.
+
+        """
+
+    def settle(self, time: float, end: Held, a: FloatArray) -> None:
+        """A step ended here, with these accelerations of the independent coordinates."""
+
+    def resume(self) -> None:
+        """Choose the independent coordinates anew, if that is better: the next step starts anew."""
+
+    def worn(self) -> bool:
+        """Tell whether other coordinates should be the independent ones."""
+
+    def longest(self, at: Held) -> float:
+        """Limit of a step (s) so that the search for places stays local."""
+
+    def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
+        """How far (m) a dependent coordinate ended a step from where its speeds take it."""
+
+    def pushed(self, k: int, at: Held) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
+
+    def on_dead_centre(self) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
+
+    def locked(self, at: Held) -> str:
+        """Say at which dead centre the mechanism all but is; empty if at none."""
+
+
+class OpenCoordinates:
+    """Coordinates of a tree without loops.
+
+    The independent ones are those of the tree that nothing fixes, then the places of rides on their
+    curves.
+    """
+
+    def __init__(
+        self,
+        layout: TreeLayout,
+        start: tuple[FloatArray, FloatArray],
+        guides: Sequence[SlotGuide],
+        riders: Sequence[TrackPoint],
+    ) -> None:
+        """`riders` are the points of the layout's rides, `guides` those of its guided slots."""
+        self.free = np.array(layout.free, dtype=int)
+        self._guides, self._riders = list(guides), list(riders)
+        self._rides = [ride.along for ride in layout.rides]
+        self._start = start
+        self._links = len(layout.links)
+        last = int(self.free[-1]) + 1 if len(self.free) else 0
+        together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
+        span = slice(last - len(self.free), last) if together else None
+        self.chosen: slice | NDArray[np.intp] = self.free if span is None else span
+        self._motors = [(link, *motor) for link, motor in layout.motors.items()]
+        turning = any(slot.turning not in layout.motors for slot in layout.slots)
+        self._follows = turning or bool(self._riders)
+        self._at_times: dict[float, Held] = {}
+        self._end = start
+        self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
+
+    def _speed_along(self, k: int) -> float:
+        """Speed of a rider's place on its curve, from that of its slides."""
+        _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
+        along, across = self._end[1][list(self._rides[k])].tolist()
+        return float((along * dx + across * dy) / (dx * dx + dy * dy))
+
+    @property
+    def points(self) -> Sequence[TrackPoint]:
+        """The slots' points, as they are followed."""
+        return [*self._guides, *self._riders]
+
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Independent coordinates and speeds where the last step ended."""
+        x, v = self._end
+        places = [rider.u for rider in self._riders]
+        return np.append(x[self.free], places), np.append(v[self.free], self._speeds)
+
+    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
+        """All coordinates at instants, from the independent ones and their speeds."""
+        return [self._one(float(a), b, c) for a, b, c in zip(t, z, v, strict=True)]
+
+    def _one(self, t: float, z: FloatArray, v: FloatArray) -> Held:
+        if self._follows:
+            return self._hold(t, z, v)
+        # What motors hold depends on time alone, and stages come back to the same instants.
+        held = self._at_times.get(t)
+        if held is None:
+            if len(self._at_times) >= KEPT_TIMES:
+                self._at_times.clear()
+            held = self._at_times[t] = self._hold(t, z, v)
+        x, speed = held.x.copy(), held.v.copy()
+        x[self.chosen], speed[self.chosen] = z, v
+        return Held(x, speed, held.b, held.places)
+
+    def _hold(self, t: float, z: FloatArray, v: FloatArray) -> Held:
+        x, speed, b = np.zeros((3, self._links))
+        free = len(self.free)
+        x[self.chosen], speed[self.chosen] = z[:free], v[:free]
+        for link, motor, sign in self._motors:
+            ramp = motor.ramp
+            x[link] = self._start[0][link] + sign * ramp.integral(t)
+            speed[link], b[link] = sign * ramp.at(t), sign * ramp.rate(t)
+        reach = None
+        if self._follows:
+            reach = np.zeros((self._links, len(z)))
+            reach[self.free, np.arange(free)] = 1.0
+        for guide in self._guides:
+            turning, sliding = guide.guided.turning, guide.guided.sliding
+            place, rate, bend = guide.slide(float(x[turning]))
+            omega = speed[turning]
+            x[sliding], speed[sliding] = place, rate * omega
+            b[sliding] = bend * omega * omega + rate * b[turning]
+            if reach is not None:
+                reach[sliding] += rate * reach[turning]
+        rides = zip(self._riders, self._rides, z[free:].tolist(), v[free:].tolist(), strict=True)
+        for k, (rider, (along, across), u, pace) in enumerate(rides, start=free):
+            x[along], x[across], dx, dy, ddx, ddy = rider.at(u)
+            speed[along], speed[across] = dx * pace, dy * pace
+            b[along], b[across] = ddx * pace * pace, ddy * pace * pace
+            assert reach is not None
+            reach[along, k], reach[across, k] = dx, dy
+        places = (*(guide.u for guide in self._guides), *z[free:].tolist())
+        return Held(x, speed, b, places, reach, (*(0.0,) * len(self._guides), *v[free:].tolist()))
+
+    def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
+        """A step ended here; what holds here needs neither its time nor accelerations."""
+        self._end = end.x, end.v
+        for guide, place in zip(self._guides, end.places, strict=False):
+            guide.settle(place, float(end.x[guide.guided.turning]))
+        for k, rider in enumerate(self._riders, start=len(self._guides)):
+            rider.u = end.places[k]
+        self._speeds = list(end.place_rates[len(self._guides) :])
+        self._at_times.clear()
+
+    def resume(self) -> None:
+        """The slots' points have gone on to other pieces."""
+        self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
+        self._at_times.clear()
+
+    def worn(self) -> bool:
+        """Tell whether other coordinates should be the independent ones: never."""
+        return False
+
+    def longest(self, at: Held) -> float:
+        """Limit of a step, s: guides turn a little."""
+        speeds = [abs(float(at.v[guide.guided.turning])) for guide in self._guides]
+        return min((LARGEST_TURN / speed for speed in speeds if speed > 0), default=np.inf)
+
+    def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
+        """How far a slide ended a step from where its speeds take it.
+
+        It jumped to another place where the guide's axis crosses the track, or went round a bend
+        that the step does not resolve: neither shows in the error of the coordinates solved for.
+        """
+        off = 0.0
+        for guide in self._guides:
+            k = guide.guided.sliding
+            speeds = [at.v[k] for at in stages]
+            gone = stages[-1].x[k] - start.x[k]
+            off = max(off, abs(float(gone - h * (weights @ speeds))))
+        return off
+
+    def pushed(self, k: int, at: Held) -> FloatArray:
+        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2.
+
+        Pushed aside, a guided point slides by 1 / sine of the angle between guide and track.
+        """
+        moved = np.zeros((self._links, 1 if k < len(self._guides) else 2))
+        if k < len(self._guides):
+            guide = self._guides[k]
+            sine = guide.sine(float(at.x[guide.guided.turning]), at.places[k])
+            moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), LEAST_SINE)
+        else:
+            moved[list(self._rides[k - len(self._guides)]), [0, 1]] = 1.0
+        return moved
+
+    def on_dead_centre(self) -> tuple[bool, bool]:
+        """Tell whether a step fell on a dead centre that can be passed: there is none here."""
+        return False, False
+
+    def locked(self, at: Held) -> str:
+        """Say that a guide's axis all but touches its track; empty if none does."""
+        angles = [float(at.x[guide.guided.turning]) for guide in self._guides]
+        grazing = any(g.grazes(angle) for g, angle in zip(self._guides, angles, strict=True))
+        return AT_DEAD_CENTRE if grazing else ""

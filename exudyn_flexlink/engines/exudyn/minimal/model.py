@@ -1,0 +1,349 @@
+"""The tree as one Exudyn item: mass matrix and forces come from it, reduced to free coordinates.
+
+Exudyn evaluates the tree's mass matrix, its inertial forces, springs, dampers and weight; here
+those coordinates that motors, slots and loops tie to others are eliminated: with
+``x'' = T z'' + b`` the independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``, and what is
+left over in the other rows are the forces of motors, slots and loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.engine import Engine, items
+from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.contact_share import Press
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, press_by
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
+    LinkKinematics,
+    Reaches,
+    start_coordinates,
+)
+from exudyn_flexlink.engines.exudyn.minimal.radau import NOT_TOUCHING, Evaluation
+from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.mechanism import Assembly, Mechanism, RotarySpring
+from exudyn_flexlink.mechanism.tree import (
+    ALONG_X,
+    ALONG_Y,
+    HINGE,
+    TreeLayout,
+    hinge_between,
+)
+from exudyn_flexlink.result import Event
+
+FloatArray = NDArray[np.float64]
+
+
+class Whole(NamedTuple):
+    """What Exudyn says of the tree at one instant."""
+
+    t: float
+    x: FloatArray
+    v: FloatArray
+    b: FloatArray
+    places: tuple[float, ...]
+    reach: FloatArray | None
+    place_rates: tuple[float, ...]
+    mass: FloatArray
+    force: FloatArray
+    pushes: list[tuple[float, float]]  # of contacts: pressing force, N, and the power it takes, W
+
+
+NO_PUSHES: list[tuple[float, float]] = []
+
+
+class MinimalModel:
+    """An Exudyn system with one tree; it solves nothing, only evaluates."""
+
+    def __init__(self, assembly: Assembly, layout: TreeLayout, events: list[Event]) -> None:
+        self.assembly, self.layout = assembly, layout
+        mechanism = assembly.mechanism
+        count = len(layout.links)
+        self.start = start_coordinates(layout, assembly)
+        self.kinematics = LinkKinematics(layout)
+        self._reaches = Reaches(layout, self.kinematics, [part.reach for part in mechanism.parts])
+        self.coordinates = self._coordinates(events)
+        self.stiffness, self.damping, self._rest = np.zeros((3, count))
+        self._across = _Across(count)
+        for spring in mechanism.springs:
+            self._add_spring(spring)
+        self.torques = [
+            (motor, layout.turning_row(motor.first, motor.second))
+            for motor in mechanism.torque_motors
+        ]
+        self._springy: tuple[FloatArray, FloatArray] | None = None
+        self.contacts = [MinimalContact(layout, contact) for contact in mechanism.contacts]
+        self._build(count)
+
+    # --- building -----------------------------------------------------------------------------
+
+    def _coordinates(self, events: list[Event]) -> Coordinates:
+        layout, slots = self.layout, self.assembly.mechanism.slots
+        places = {s.name: float(p) for s, p in zip(slots, self.assembly.state.places, strict=True)}
+        if not layout.closures:
+            guides = [
+                SlotGuide(g, places[g.slot.name], float(self.start[0][g.turning]), events)
+                for g in layout.slots
+            ]
+            riders = [TrackPoint(r.slot, places[r.slot.name], events) for r in layout.rides]
+            return OpenCoordinates(layout, self.start, guides, riders)
+        points = [TrackPoint(slot, places[slot.name], events) for slot in slots]
+        moves = self._reaches.moves(self.start[0])
+        ends = moves.reshape(len(moves), 2, -1)
+        lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
+        lengths = np.maximum(lengths, 1e-3 * lengths.max(initial=1.0))
+        return ClosedCoordinates(layout, self.kinematics, self.start, points, lengths)
+
+    def _add_spring(self, spring: RotarySpring) -> None:
+        """Give a spring on one hinge to Exudyn's tree; others act across several hinges."""
+        first, second = spring.first, spring.second
+        rest = (spring.rest_angle or 0.0) - self.layout.turn(second) + self.layout.turn(first)
+        found = hinge_between(self.layout, first, second)
+        if found is None or self.stiffness[found[0]] or self.damping[found[0]]:
+            row = self.layout.turning_row(first, second)
+            self._across.add(row, spring.stiffness, spring.damping, rest)
+            return
+        link, sign = found
+        self.stiffness[link], self.damping[link] = spring.stiffness, spring.damping
+        self._rest[link] = sign * rest
+
+    def _build(self, count: int) -> None:
+        self._container = Engine.SystemContainer()
+        self._mbs = self._container.AddSystem()
+        x, v = self.start
+        node = self._mbs.AddNode(
+            items.NodeGenericODE2(
+                numberOfODE2Coordinates=count,
+                referenceCoordinates=np.zeros(count),
+                initialCoordinates=x,
+                initialCoordinates_t=v,
+            )
+        )
+        self._mbs.AddObject(items.ObjectKinematicTree(nodeNumber=node, **self._tree(count)))
+        self._mbs.Assemble()
+        settings = Engine.SimulationSettings()
+        settings.timeIntegration.verboseMode = 0
+        settings.solution.file.write = False
+        settings.linearSolver.solverType = Engine.LinearSolverType.EXUdense
+        self._solver = Engine.MainSolverImplicitSecondOrder()
+        self._solver.InitializeSolver(self._mbs, settings)
+        self._data = self._mbs.systemData
+
+    def _tree(self, count: int) -> dict[str, Any]:
+        types = {
+            HINGE: Engine.JointType.RevoluteZ,
+            ALONG_X: Engine.JointType.PrismaticX,
+            ALONG_Y: Engine.JointType.PrismaticY,
+        }
+        links = self.layout.links
+        bodies = [_body_of(self.assembly.mechanism, self.layout, link.parts) for link in links]
+        return {
+            "jointTypes": [types[link.kind] for link in links],
+            "linkParents": [link.parent for link in links],
+            "jointTransformations": Engine.Matrix3DList([_turned(link.turn) for link in links]),
+            "jointOffsets": Engine.Vector3DList([[*link.offset, 0.0] for link in links]),
+            "linkInertiasCOM": Engine.Matrix3DList(
+                [np.diag([0.0, 0.0, body.inertia]) for body in bodies]
+            ),
+            "linkCOMs": Engine.Vector3DList([[*body.centre, 0.0] for body in bodies]),
+            "linkMasses": [body.mass for body in bodies],
+            "gravity": [*self.assembly.mechanism.gravity, 0.0],
+            "jointPControlVector": self.stiffness,
+            "jointDControlVector": self.damping,
+            "jointPositionOffsetVector": self._rest,
+            "jointVelocityOffsetVector": np.zeros(count),
+        }
+
+    # --- coordinates --------------------------------------------------------------------------
+
+    def whole(self, t: float, z: FloatArray, v: FloatArray) -> Held:
+        """All coordinates, speeds, and accelerations but for those of the independent ones."""
+        return self.coordinates.hold(np.array([t]), z[None], v[None])[0]
+
+    # --- equations ----------------------------------------------------------------------------
+
+    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrix and force of the independent coordinates."""
+        return self.evaluate_all(np.array([t]), q[None], v[None])[0]
+
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
+        """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
+        held = self.coordinates.hold(t, q, v)
+        return [self._evaluate(at, one) for at, one in zip(t.tolist(), held, strict=True)]
+
+    def _evaluate(self, t: float, held: Held) -> Evaluation:
+        x, speed, b, places, reach, place_rates = held
+        data, solver, mbs = self._data, self._solver, self._mbs
+        data.SetODE2Coordinates(x)
+        data.SetODE2Coordinates_t(speed)
+        solver.ComputeMassMatrix(mbs)
+        solver.ComputeODE2RHS(mbs)
+        mass, force = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
+        self._across.pull(x, speed, force)
+        for motor, row in self.torques:
+            force += motor.ramp.at(t) * row
+        pushes, touching = NO_PUSHES, NOT_TOUCHING
+        if self.contacts:
+            pushes, touching = self._push(x, speed, force)
+        kept = Whole(t, x, speed, b, places, reach, place_rates, mass, force, pushes)
+        left = force - mass @ b
+        if reach is not None:
+            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, touching)
+        chosen = self._picked
+        if isinstance(chosen, slice):
+            return Evaluation(mass[chosen, chosen], left[chosen], kept, touching)
+        return Evaluation(mass[np.ix_(chosen, chosen)], left[chosen], kept, touching)
+
+    @property
+    def _picked(self) -> slice | NDArray[np.intp]:
+        """Independent coordinates where they are some of the tree's, and nothing follows them."""
+        assert isinstance(self.coordinates, OpenCoordinates)
+        return self.coordinates.chosen
+
+    def _push(
+        self, x: FloatArray, v: FloatArray, onto: FloatArray
+    ) -> tuple[list[tuple[float, float]], FloatArray]:
+        """Add the contacts' forces.
+
+        Return force and power of each, and gaps and rates (c, 2) of those that act.
+        """
+        pushes, touching = [], []
+        for contact in self.contacts:
+            if not contact.acts:
+                pushes.append((0.0, 0.0))
+                continue
+            push, touch = contact.push(x, v, onto)
+            pushes.append(push)
+            touching.append(touch)
+        return pushes, np.array(touching) if touching else NOT_TOUCHING
+
+    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Springs and dampers; what turns with the mechanism is left to the iteration."""
+        reach = at.kept.reach
+        if reach is None and self._springy is not None:
+            return self._springy
+        stiffness = np.diag(self.stiffness) + self._across.stiffness
+        damping = np.diag(self.damping) + self._across.damping
+        if reach is not None:
+            return reach.T @ stiffness @ reach, reach.T @ damping @ reach
+        picked = self._picked
+        self._springy = stiffness[picked][:, picked], damping[picked][:, picked]
+        return self._springy
+
+    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+        """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
+        acting = [contact for contact in self.contacts if contact.acts]
+        if not acting:
+            return None
+        whole: Whole = at.kept
+        rows = np.array([contact.gradient(whole.x, whole.v) for contact in acting])
+        rows = rows[:, self._picked] if whole.reach is None else rows @ whole.reach
+        return rows, press_by([contact.law for contact in acting])
+
+    def size(self, change: FloatArray) -> float:
+        """How far (m) changes (..., independent) move the end of any part, at most."""
+        moved = change @ self._moves
+        return float(
+            np.sqrt((moved * moved).reshape(*moved.shape[:-1], 2, -1).sum(-2)).max(initial=0.0)
+        )
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
+        whole: Whole = at.kept
+        if not len(at.force):
+            return 0.0
+        pushed = whole.mass @ self.coordinates.pushed(k, Held(*whole[1:7]))
+        along = pushed[self._picked] if whole.reach is None else whole.reach.T @ pushed
+        return self.size(np.linalg.solve(at.mass, along).T)
+
+    def look(self, x: FloatArray, reach: FloatArray | None = None) -> None:
+        """Measure changes of coordinates by what they move where the tree is now."""
+        moves = self._reaches.moves(x)
+        self._moves = reach.T @ moves if reach is not None else moves[self._picked]
+
+    def accelerations(self, at: Evaluation) -> FloatArray:
+        """Those of the independent coordinates."""
+        if not len(at.force):
+            return np.zeros(0)
+        return np.asarray(np.linalg.solve(at.mass, at.force))
+
+    def whole_accelerations(self, instants: Sequence[Held | Whole], free: FloatArray) -> FloatArray:
+        """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
+        shape = (len(instants), len(self.layout.links))
+        whole = np.array([instant.b for instant in instants]).reshape(shape)
+        if not len(instants):
+            return whole
+        if instants[0].reach is not None:
+            moved = [at.reach @ a for at, a in zip(instants, free, strict=True)]
+            return np.asarray(whole + np.array(moved).reshape(shape))
+        whole[:, self._picked] += free
+        return whole
+
+    def damped(self, v: FloatArray) -> FloatArray:
+        """Power that dampers take (instants,), W, at speeds (instants, links)."""
+        across = np.sum((v @ self._across.damping) * v, axis=1)
+        return np.asarray((v * v) @ self.damping + across)
+
+    def left_over(self, instants: Sequence[Whole], free: FloatArray) -> FloatArray:
+        """Forces (instants, links) that motors, slots and loops add where the free ones move so."""
+        mass = np.array([instant.mass for instant in instants])
+        force = np.array([instant.force for instant in instants])
+        whole = self.whole_accelerations(instants, free)
+        return np.asarray((mass @ whole[:, :, None])[:, :, 0] - force)
+
+
+class _Across:
+    """Springs and dampers that act across several hinges of the tree, or none."""
+
+    def __init__(self, count: int) -> None:
+        self.stiffness, self.damping = np.zeros((2, count, count))
+        self._pull = np.zeros(count)
+        self._any = False
+
+    def add(self, row: FloatArray, stiffness: float, damping: float, rest: float) -> None:
+        """Add a spring whose angle is ``row @ x``, at rest where that is `rest` (rad)."""
+        square = np.outer(row, row)
+        self.stiffness += stiffness * square
+        self.damping += damping * square
+        self._pull += stiffness * rest * row
+        self._any = True
+
+    def pull(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> None:
+        """Add the generalised forces (links,)."""
+        if self._any:
+            onto += self._pull - self.stiffness @ x - self.damping @ v
+
+
+class _Body(NamedTuple):
+    """Mass (kg), centre of mass (m, in the link's axes) and inertia about it (kg m^2)."""
+
+    mass: float
+    centre: tuple[float, float]
+    inertia: float
+
+
+def _body_of(mechanism: Mechanism, layout: TreeLayout, parts: tuple[int, ...]) -> _Body:
+    """Rigid parts that move as one."""
+    masses = [mechanism.parts[part].mass for part in parts]
+    total = sum(masses)
+    if total == 0:
+        return _Body(0.0, (0.0, 0.0), 0.0)
+    centres = [layout.frames[part].place(*mechanism.parts[part].centre) for part in parts]
+    weighted = list(zip(masses, centres, strict=True))
+    x = sum(m * c[0] for m, c in weighted) / total
+    y = sum(m * c[1] for m, c in weighted) / total
+    inertia = sum(mechanism.parts[part].inertia for part in parts)
+    inertia += sum(m * ((c[0] - x) ** 2 + (c[1] - y) ** 2) for m, c in weighted)
+    return _Body(total, (x, y), inertia)
+
+
+def _turned(angle: float) -> FloatArray:
+    """Rotation (3, 3) about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

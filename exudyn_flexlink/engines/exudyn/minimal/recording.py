@@ -1,0 +1,231 @@
+"""From the loop's steps to samples, energies and checks.
+
+Samples lie on the polynomial between steps; accelerations and reactions there on that through the
+stages, at which they follow from the equations of motion. Energies dissipated and supplied,
+impulses and works of contacts are integrals over the stages of every step, as accurate as the
+motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.minimal.collocation import NODES, STAGES, WEIGHTS, C
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
+from exudyn_flexlink.engines.exudyn.minimal.radau import Evaluation, Step
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
+
+FloatArray = NDArray[np.float64]
+
+BLOCK = 512  # steps that are worked off together
+
+
+class Sample(NamedTuple):
+    """One kept instant: coordinates, places on the slots' curves, which contacts press."""
+
+    time: float
+    x: FloatArray
+    v: FloatArray
+    places: tuple[float, ...]
+    pressed: tuple[bool, ...]
+
+
+class Recorder:
+    """Takes every step; keeps samples at `grid` (s, increasing) and where it is asked to.
+
+    For each sample `accelerations` and `left` are those of all coordinates and the forces that
+    motors and slots add to them; `totals` the energies dissipated in dampers and supplied by drives
+    (J), then the impulse of each contact (N s), then the work done on each (J), since time 0.
+    `at_notes` are the totals at the instants that were noted.
+    """
+
+    def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
+        self.model = model
+        self.seeker = seeker
+        self.grid = grid
+        self.mechanism = model.assembly.mechanism
+        self.meter = EnergyMeter(self.mechanism)
+        self.samples: list[Sample] = []
+        self.accelerations: list[FloatArray] = []  # (samples, links) of each block
+        self.left: list[FloatArray] = []
+        self.totals: list[FloatArray] = []
+        self.at_notes: list[FloatArray] = []
+        self.energy_residual = 0.0
+        self.largest_kinetic_energy = 0.0
+        self.constraint_error = 0.0
+        self._next = 1
+        self._steps: list[Step] = []
+        self._ends: list[Held] = []
+        self._pressed: list[tuple[bool, ...]] = []
+        self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
+        self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
+        self._kept: list[Held] = []
+        self._notes: list[int] = []  # steps of the block made before each note
+        self._reached = np.zeros(2 + 2 * len(model.contacts))  # totals at the end of the last step
+        self._start_energy: float | None = None
+        self._begun: Evaluation | None = None
+
+    def begin(self, at: Evaluation) -> None:
+        """Take the state at time 0."""
+        whole: Whole = at.kept
+        self._on_curves = [self._places(whole.places)]
+        held = Held(*whole[1:7])
+        self._check([held], self._reached[None, :], [self._acting()])
+        self._on_curves = []
+        self._begun = at
+        self._keep(whole.t, held, 0, 0.0)
+
+    def take(self, step: Step, end: Held) -> None:
+        """Take a step to `end`: the samples within, and what its energies and checks need."""
+        if len(self._steps) == BLOCK:
+            self.flush()
+        last = int(np.searchsorted(self.grid, step.end * (1 + 1e-14), side="right"))
+        if last > self._next:
+            wanted = self.grid[self._next : last]
+            self._next = last
+            held = self.model.coordinates.hold(wanted, *step.at(wanted))
+            for t, at in zip(wanted.tolist(), held, strict=True):
+                self._keep(t, at, len(self._steps), (t - step.t) / step.h)
+        self._steps.append(step)
+        self._pressed.append(self._acting())
+        self._ends.append(end)
+        self._on_curves.append(self._places(end.places))
+
+    def mark(self) -> None:
+        """Keep a sample at the end of the last step, too."""
+        if self._steps and self.samples[-1].time < self._steps[-1].end:
+            self._keep(self._steps[-1].end, self._ends[-1], len(self._steps) - 1, 1.0)
+
+    def note(self) -> None:
+        """Keep the totals at the end of the last step."""
+        self._notes.append(len(self._steps))
+
+    def _acting(self) -> tuple[bool, ...]:
+        return tuple(contact.acts for contact in self.model.contacts)
+
+    def _keep(self, t: float, at: Held, step: int, part: float) -> None:
+        self.samples.append(Sample(t, at.x, at.v, self._places(at.places), self._acting()))
+        self._kept.append(at)
+        self._between.append((step, part))
+
+    def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
+        """Places on the whole curves, in the order of the mechanism's slots."""
+        points = zip(self.model.coordinates.points, on_pieces, strict=True)
+        found = {point.slot.name: point.place(u) for point, u in points}
+        return tuple(found[slot.name] for slot in self.mechanism.slots)
+
+    # --- blocks -------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Work off the block: integrals over its steps, what its samples lack, checks."""
+        steps = self._steps
+        if not steps:
+            if not self.totals:
+                self._without_steps()
+            return
+        shape = (len(steps), STAGES + 1, -1)
+        nodes = [node for step in steps for node in (step.begin, *step.stages)]
+        free = np.array([a for s in steps for a in (s.start.a, *s.accelerations)])
+        left = self.model.left_over([node.kept for node in nodes], free)
+        rates = self._rates_of([node.kept for node in nodes], left).reshape(shape)
+        lengths = np.array([step.h for step in steps])
+        gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
+        reached = self._reached + np.vstack([0 * self._reached, np.cumsum(gained, axis=0)])
+        rows = np.array([row for row, _ in self._between], dtype=int)
+        parts = np.array([part for _, part in self._between])
+        between = np.vander(parts, STAGES + 1, increasing=True) @ NODES
+        sampled = np.einsum("si,sij->sj", between, free.reshape(shape)[rows])
+        self.accelerations.append(self.model.whole_accelerations(self._kept, sampled))
+        self.left.append(np.einsum("si,sij->sj", between, left.reshape(shape)[rows]))
+        gained = np.einsum("si,sij->sj", _shares(parts), rates[rows, 1:])
+        self.totals.append(reached[rows] + lengths[rows, None] * gained)
+        self.at_notes += [reached[row] for row in self._notes]
+        self._check(self._ends, reached[1:], self._pressed)
+        self._seek([node.kept for node in nodes], lengths)
+        self._reached = reached[-1]
+        self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
+        self._between, self._kept, self._notes = [], [], []
+
+    def _seek(self, kept: Sequence[Whole], lengths: FloatArray) -> None:
+        """Look for extremes within the block's steps, whose nodes are `kept`."""
+        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
+        shape = (len(lengths), STAGES + 1, *found.poses.shape[1:])
+        begins = np.array([step.t for step in self._steps])
+        motion = found.poses.reshape(shape), found.rates.reshape(shape)
+        pressed = np.array(self._pressed, dtype=bool).reshape(len(lengths), -1)
+        self.seeker.take(begins, lengths, motion, pressed)
+
+    def _without_steps(self) -> None:
+        """What the sample at time 0 lacks, where not even a first step was made."""
+        if self._begun is None:
+            return
+        free = self.model.accelerations(self._begun)[None, :]
+        at = [self._begun.kept]
+        self.accelerations.append(self.model.whole_accelerations(at, free))
+        self.left.append(self.model.left_over(at, free))
+        self.totals.append(self._reached[None, :])
+        self._between, self._kept = [], []
+
+    def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
+        """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""
+        count = len(self.model.contacts)
+        v = np.array([whole.v for whole in kept])
+        rates = np.zeros((len(kept), 2 + 2 * count))
+        rates[:, 0] = self.model.damped(v)
+        rates[:, 1] = np.sum(left * v, axis=1)
+        for motor, row in self.model.torques:
+            rates[:, 1] += [motor.ramp.at(whole.t) for whole in kept] * (v @ row)
+        pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), count, 2)
+        rates[:, 2 : 2 + count], rates[:, 2 + count :] = pushes[..., 0], pushes[..., 1]
+        return rates
+
+    def _check(
+        self,
+        kept: list[Held],
+        totals: FloatArray,
+        pressed: list[tuple[bool, ...]],
+    ) -> None:
+        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+        found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
+        acted = np.array(pressed, dtype=bool).reshape(len(kept), -1)
+        energies = self.energies(found.poses, found.rates, totals, acted)
+        total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
+        if self._start_energy is None:
+            self._start_energy = float(total[0])
+        on_curves = np.array(self._on_curves).reshape(len(kept), -1)
+        errors = joint_residuals(self.mechanism, found.poses, on_curves)
+        residual = float(np.abs(total - self._start_energy).max())
+        self.energy_residual = max(self.energy_residual, residual)
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
+        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+
+    def energies(
+        self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: NDArray[np.bool_]
+    ) -> FloatArray:
+        """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
+        kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
+        count = len(self.model.contacts)
+        lost = totals[:, 0] + totals[:, 2 + count :].sum(axis=1)
+        for k, contact in enumerate(self.mechanism.contacts):
+            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+            gap = approach(contact, poses, rates).gap
+            elastic = np.where(pressed[:, k], contact.law.stored_energy(-gap), 0.0)
+            stored, lost = stored + elastic, lost - elastic
+        return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1)
+
+
+def _shares(parts: FloatArray) -> FloatArray:
+    """Weights (instants, stages) with which an integral up to parts of a step takes its stages."""
+    powers = np.arange(1, STAGES + 1)
+    return np.asarray(
+        (parts[:, None] ** powers / powers) @ np.linalg.inv(np.vander(C, increasing=True))
+    )

@@ -1,0 +1,156 @@
+"""Which flexible bodies can be beams, and the numbers of those that are.
+
+The link of an ideal sleeve is clamped where it starts: that point lies on the guide's axis and the
+centre line leaves along it. Its start may run in a slot, its ends may strike. Everything else that
+a scene can ask of a flexible body is refused by name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.exudyn.redundant.beam_shape import CubicBeam, Elastic
+from exudyn_flexlink.mechanism import GROUND, Anchor, Mechanism, State, beam_of
+from exudyn_flexlink.scene import FlexibleBody, Scene, SleeveJoint
+
+FloatArray = NDArray[np.float64]
+
+ELEMENTS = 2  # where the scene does not say
+
+
+@dataclass(frozen=True)
+class BeamLink:
+    """A flexible body as a beam, in place of the parts `rods`, of the lengths (m) given.
+
+    The rods remain what a Result shows: chords between points of the beam. `guide` is the part on
+    whose axis the beam starts.
+    """
+
+    body: str
+    rods: tuple[int, ...]
+    lengths: tuple[float, ...]
+    guide: int
+    shape: CubicBeam
+
+    @property
+    def start(self) -> Anchor:
+        """Where the beam starts, as an anchor of its first rod."""
+        return Anchor(self.rods[0], 0.0, 0.0)
+
+    @property
+    def end(self) -> Anchor:
+        """Where the beam ends, as an anchor of its last rod."""
+        return Anchor(self.rods[-1], self.lengths[-1], 0.0)
+
+
+def beams_of(scene: Scene, mechanism: Mechanism) -> tuple[BeamLink, ...]:
+    """Return beams for all flexible bodies of a scene.
+
+    Raises:
+        NotRepresentableError: a flexible body can't be a beam.
+
+    """
+    return tuple(
+        _beam(scene, mechanism, name, body)
+        for name, body in scene.bodies.items()
+        if isinstance(body, FlexibleBody)
+    )
+
+
+def without_rods(mechanism: Mechanism, beams: tuple[BeamLink, ...]) -> Mechanism:
+    """Return the mechanism whose beams' rods have no mass and no hinges: the beams have both."""
+    inside = {part for beam in beams for part in beam.rods}
+    parts = tuple(
+        replace(part, mass=0.0, inertia=0.0) if i in inside else part
+        for i, part in enumerate(mechanism.parts)
+    )
+    pins = tuple(pin for pin in mechanism.pins if not {pin.first.part, pin.second.part} <= inside)
+    springs = tuple(
+        spring for spring in mechanism.springs if not {spring.first, spring.second} <= inside
+    )
+    return replace(mechanism, parts=parts, pins=pins, springs=springs)
+
+
+def straight(beam: BeamLink, state: State) -> tuple[FloatArray, FloatArray]:
+    """Positions and slopes of the nodes at time 0, unbent, and their rates: (controls, 2) each."""
+    at, moved = state.q[beam.rods[0]], state.v[beam.rods[0]]
+    along = np.array([np.cos(at[2]), np.sin(at[2])])
+    turned = moved[2] * np.array([-along[1], along[0]])
+    places = np.linspace(0, beam.shape.length, beam.shape.elements + 1)[:, None]
+    controls = np.zeros((2, beam.shape.count, 2))
+    controls[0, ::2], controls[0, 1::2] = at[:2] + places * along, along
+    controls[1, ::2], controls[1, 1::2] = moved[:2] + places * turned, turned
+    return controls[0], controls[1]
+
+
+def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> BeamLink:
+    _refuse_body(name, body)
+    rods = tuple(mechanism.parts_of(name))
+    _refuse_joints(scene, mechanism, name, rods)
+    _refuse_contacts(mechanism, rods)
+    slides = [slide for slide in mechanism.slides if slide.rod.part == rods[0]]
+    if len(slides) != 1:
+        raise NotRepresentableError(
+            ("bodies", name), "a beam is the link of one sleeve without clearance"
+        )
+    guide = slides[0].guide.part
+    if guide == GROUND or len(mechanism.parts_of(mechanism.parts[guide].body)) > 1:
+        raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
+    beam = beam_of(scene, name)
+    axial = scene.materials[body.material].youngs_modulus * body.section.area
+    # A hinge with damping d takes d times the change of angle, which its cell of length l spreads:
+    # the resistance of a beam to changing curvature is d l.
+    lag = body.hinges.damping * (body.length / body.rods) / beam.bending_stiffness
+    elastic = Elastic(beam.mass_per_length, axial, beam.bending_stiffness, lag)
+    shape = CubicBeam(beam.length, scene.accuracy.elements or ELEMENTS, elastic)
+    lengths = tuple(2 * mechanism.parts[rod].centre[0] for rod in rods)
+    return BeamLink(name, rods, lengths, guide, shape)
+
+
+def _refuse_body(name: str, body: FlexibleBody) -> None:
+    if body.hinges.stiffness != "beam":
+        raise NotRepresentableError(
+            ("bodies", name, "hinges", "stiffness"),
+            f"'{body.hinges.stiffness}' is no beam's: with formulation beam it must be 'beam'",
+        )
+    if not body.slender:
+        raise NotRepresentableError(
+            ("bodies", name, "slender"),
+            "the elements have no inertia of the section; with formulation beam it must be true",
+        )
+    if body.rods < 2:
+        raise NotRepresentableError(
+            ("bodies", name, "rods"), "a beam is shown by its chords: at least two"
+        )
+
+
+def _refuse_joints(scene: Scene, mechanism: Mechanism, name: str, rods: tuple[int, ...]) -> None:
+    for joint_name, joint in scene.joints.items():
+        if isinstance(joint, SleeveJoint) and joint.link == name and joint.law is not None:
+            key = "clearance" if joint.clearance > 0 else "supported"
+            raise NotRepresentableError(
+                ("joints", joint_name, key), "a beam touches no walls: its sleeve must be ideal"
+            )
+    for held in mechanism.attachments:
+        ends = {held.first.part, held.second.part} & set(rods)
+        if ends and (len(ends) == 1 or held.name in scene.joints):
+            raise NotRepresentableError(
+                ("joints", held.name), "a beam has a sleeve and slots, no other joints"
+            )
+    for slot in mechanism.slots:
+        if slot.anchor.part in rods and slot.anchor != Anchor(rods[0], 0.0, 0.0):
+            raise NotRepresentableError(
+                ("joints", slot.name, "point"), f"of a beam only '{name}.start' runs in a slot"
+            )
+
+
+def _refuse_contacts(mechanism: Mechanism, rods: tuple[int, ...]) -> None:
+    for contact in mechanism.contacts:
+        if {contact.start.part, contact.end.part} & set(rods):
+            raise NotRepresentableError(
+                ("contacts", contact.name, "line"), "a beam strikes with its end; nothing meets it"
+            )

@@ -1,0 +1,217 @@
+"""After the solve: samples to a Result, with its events, checks, warnings and how it ended."""
+
+from __future__ import annotations
+
+from math import inf, isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.redundant.pace import ENOUGH_STEPS, few_steps, shortened
+from exudyn_flexlink.engines.exudyn.redundant.sleeves import sleeve_histories, wall_penetrations
+from exudyn_flexlink.engines.exudyn.reporting import (
+    LOCKED_ADVICE,
+    NO_SOLUTION,
+    Report,
+    contact_events,
+    no_solution_advice,
+    result_of,
+    turns_missing,
+)
+from exudyn_flexlink.engines.walls import made_finer, soft_walls
+from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    Checks,
+    ContactHistory,
+    EnergyHistory,
+    Event,
+    Outcome,
+    Result,
+)
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.engines.exudyn.redundant.run import Prepared
+
+FloatArray = NDArray[np.float64]
+
+
+def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
+    """Put the Result together; its timings are still to come."""
+    report = _report(prepared, iterations)
+    warnings = _warnings(prepared, report)
+    mechanism = prepared.assembly.mechanism
+    return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
+
+
+def _report(prepared: Prepared, iterations: int) -> Report:
+    kept = {key: np.concatenate(value) for key, value in vars(prepared.recorder.samples).items()}
+    poses, rates = kept["poses"], kept["rates"]
+    return Report(
+        settings=_settings(prepared),
+        time=kept["time"],
+        poses=poses,
+        rates=rates,
+        drive_torques=_torques(prepared, kept["time"], kept["multipliers"]),
+        joint_forces=_joint_forces(prepared, kept["multipliers"]),
+        slot_forces=_slot_forces(prepared, poses, kept),
+        contacts=_contacts(prepared, poses, rates, kept["forces"]),
+        sleeves=sleeve_histories(prepared, kept["forces"]),
+        energy=EnergyHistory(*kept["energies"].T),
+        extremes=prepared.recorder.seeker.extremes(),
+        events=_events(prepared),
+        checks=_checks(prepared, iterations),
+    )
+
+
+def _settings(prepared: Prepared) -> dict[str, float | str]:
+    accuracy = prepared.scene.accuracy
+    settings: dict[str, float | str] = {
+        "formulation": "redundant",
+        "integrator": "generalised-alpha, index 3",
+        "spectral_radius": accuracy.spectral_radius,
+        "steps_per_contact": accuracy.steps_per_contact,
+    }
+    if prepared.system.beams:
+        settings["formulation"] = "beam"
+        settings["elements"] = prepared.system.beams[0].shape.elements
+    if accuracy.step is not None:
+        settings["step"] = accuracy.step
+    if (tolerance := prepared.loop.chooser.tolerance) is not None:
+        settings["tolerance"] = tolerance
+    contact_step = min((pace.step for pace in prepared.paces), default=inf)
+    if isfinite(contact_step):
+        settings["contact_step"] = contact_step
+    return settings
+
+
+def _torques(
+    prepared: Prepared, time: FloatArray, multipliers: FloatArray
+) -> dict[str, FloatArray]:
+    """Torque of each drive on its joint's second part, N m."""
+    mechanism = prepared.assembly.mechanism
+    rows = prepared.recorder.motor_rows
+    torques = {
+        motor.name: -multipliers[:, row]
+        for motor, row in zip(mechanism.speed_motors, rows, strict=True)
+    }
+    for motor in mechanism.torque_motors:
+        torques[motor.name] = np.array([motor.ramp.at(t) for t in time])
+    return torques
+
+
+def _joint_forces(prepared: Prepared, multipliers: FloatArray) -> dict[str, FloatArray]:
+    """Force of each revolute joint of the scene on its second point, N, global axes."""
+    system = prepared.system
+    return {
+        name: -multipliers[:, system.multipliers(item)]
+        for name, item in system.joints.items()
+        if name in prepared.scene.joints
+    }
+
+
+def _slot_forces(
+    prepared: Prepared, poses: FloatArray, kept: dict[str, FloatArray]
+) -> dict[str, FloatArray]:
+    return {
+        slot.slot.name: slot.force(
+            kept["multipliers"], anchor_position(slot.slot.anchor, poses), kept["places"][:, k]
+        )
+        for k, slot in enumerate(prepared.slots)
+    }
+
+
+def _contacts(
+    prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
+) -> dict[str, ContactHistory]:
+    histories = {}
+    for k, contact in enumerate(prepared.assembly.mechanism.contacts):
+        at = approach(contact, poses, rates)
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k])
+    return histories
+
+
+def _events(prepared: Prepared) -> tuple[Event, ...]:
+    """Events, with the impulse (N s) and the energy lost (J) of every contact that ended."""
+    loop, contacts = prepared.loop, prepared.recorder.contacts
+    # A lap that begins as the run ends is none.
+    events = [event for event in loop.events if event.time < loop.end]
+    names = [contact.name for contact in contacts[: len(loop.contacts)]]
+    events += contact_events(loop.log.entries, prepared.recorder.totals, names)
+    return prepared.recorder.seeker.with_peaks(events)
+
+
+def _checks(prepared: Prepared, iterations: int) -> Checks:
+    recorder, loop = prepared.recorder, prepared.loop
+    given = prepared.scene.accuracy.step or inf
+    per_contact = min(
+        (pace.half_period / min(pace.step, given) for pace in prepared.paces), default=inf
+    )
+    return Checks(
+        energy_residual=recorder.energy_residual,
+        largest_kinetic_energy=recorder.largest_kinetic_energy,
+        constraint_error=recorder.constraint_error,
+        steps=max(recorder.steps, 0),
+        newton_iterations=iterations,
+        smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
+        largest_step=loop.largest_step,
+        steps_per_contact=per_contact,
+        largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
+    )
+
+
+def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
+    """Say what makes the numbers doubtful."""
+    warnings, checks = [], report.checks
+    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
+    if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
+        warnings.append(few_steps(checks.steps_per_contact))
+    given = prepared.scene.accuracy.step
+    shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
+    if touched and given is not None and shorter:
+        shortest = min(shorter, key=lambda pace: pace.step)
+        warnings.append(shortened(given, shortest.half_period, shortest.step))
+    channels = prepared.assembly.mechanism.channels
+    asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
+    if asked is not None and finer is not None and finer < asked:
+        warnings.append(made_finer(asked, finer, channels))
+    walls = zip(channels, wall_penetrations(prepared), strict=True)
+    warnings += soft_walls(walls)
+    return tuple(warnings)
+
+
+def _outcome(prepared: Prepared, complaint: str) -> Outcome:
+    loop = prepared.loop
+    if loop.interrupted:
+        return Outcome(False, loop.time, INTERRUPTED)
+    if loop.stop_reason:
+        return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
+    if complaint:
+        return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
+    if _turns_missing(prepared):
+        return Outcome(False, loop.time, *turns_missing(prepared.scene.run.of))
+    if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
+        return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
+    return Outcome(True, loop.time)
+
+
+def _turns_missing(prepared: Prepared) -> bool:
+    goal = prepared.loop.goal
+    if goal is None:
+        return cut_short(prepared.scene, prepared.assembly.mechanism)
+    return goal.left(prepared.recorder.last_positions()) > 1e-9
+
+
+def _plain(complaint: str) -> str:
+    if "singular" in complaint:
+        return "the equations became singular: a dead centre, or joints that contradict each other"
+    if "step size" in complaint or "Newton" in complaint:
+        return NO_SOLUTION
+    return complaint.strip().splitlines()[0]
+
+
+def _advice(prepared: Prepared, complaint: str) -> str:
+    if "singular" in complaint:
+        return LOCKED_ADVICE
+    return no_solution_advice(prepared.assembly, prepared.scene.accuracy.tolerance)

@@ -1,0 +1,349 @@
+"""From the solver's steps to even samples, energies and checks, block by block.
+
+Every step is copied into preallocated arrays; a full block is worked off at once with numpy, and
+only samples and running sums are kept, so that memory does not grow with the number of steps.
+Positions between steps follow the cubic through positions and velocities at both ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
+from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import approach, turning
+
+FloatArray = NDArray[np.float64]
+
+BLOCK = 1024  # steps
+
+
+@dataclass
+class Samples:
+    """What is kept of a run; lists of arrays, one for each block."""
+
+    time: list[FloatArray] = field(default_factory=list)
+    poses: list[FloatArray] = field(default_factory=list)  # of parts, (samples, parts, 3)
+    rates: list[FloatArray] = field(default_factory=list)
+    multipliers: list[FloatArray] = field(default_factory=list)
+    places: list[FloatArray] = field(default_factory=list)
+    forces: list[FloatArray] = field(default_factory=list)  # of contacts, (samples, contacts)
+    energies: list[FloatArray] = field(default_factory=list)  # kinetic stored dissipated supplied
+    impulses: list[FloatArray] = field(default_factory=list)  # of contacts, since time 0
+    losses: list[FloatArray] = field(default_factory=list)  # of contacts, since time 0
+
+
+@dataclass(frozen=True)
+class _Flow:
+    """Energy (J, since time 0) and power (W) of dampers and drives; energy stored in contacts."""
+
+    damped: FloatArray
+    damping: FloatArray
+    supplied: FloatArray
+    supply: FloatArray
+    stored: FloatArray
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Steps worked off together; impulses and losses of contacts are since time 0.
+
+    `q`, `v` are the solver's coordinates.
+    """
+
+    time: FloatArray
+    q: FloatArray
+    v: FloatArray
+    flow: _Flow
+    forces: FloatArray
+    impulses: FloatArray
+    losses: FloatArray
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Number of Lagrange multipliers, and which of them are the torques of speed motors."""
+
+    count: int
+    motor_rows: list[int]
+
+
+class Recorder:
+    """Takes every step, keeps samples at `grid` (s, increasing) and at the times of events."""
+
+    def __init__(
+        self,
+        coordinates: Coordinates,
+        grid: FloatArray,
+        multipliers: Multipliers,
+        spectral_radius: float,
+        seeker: ExtremeSeeker,
+    ) -> None:
+        self.coordinates = coordinates
+        self.mechanism = coordinates.mechanism
+        self.contacts = contacts = seeker.contacts  # of the scene, then its channels' pairs
+        self.grid = grid
+        self.seeker = seeker
+        self.motor_rows = multipliers.motor_rows
+        self.samples = Samples()
+        self.energy_residual = 0.0
+        self.largest_kinetic_energy = 0.0
+        self.constraint_error = 0.0
+        self.steps = -1  # the state at time 0 is no step
+        width = len(coordinates.weights)
+        count, slots = len(contacts), len(self.mechanism.slots)
+        # Generalised-alpha balances forces not at the end of a step but at the weighted mean of
+        # both ends. Multipliers averaged so are free of the alternating error that the integrator
+        # leaves in them after every jump.
+        self._alpha = spectral_radius / (1 + spectral_radius)
+        self._balanced: tuple[FloatArray, float] | None = None  # last of the block before
+        self._time = np.empty(BLOCK)
+        self._balanced_at = np.empty(BLOCK)
+        self._q, self._v = np.empty((BLOCK, width)), np.empty((BLOCK, width))
+        self._raw = np.empty((BLOCK, multipliers.count))
+        self._multipliers = np.empty((BLOCK, multipliers.count))
+        self._pressed = np.zeros((BLOCK, count), dtype=bool)
+        self._places = np.empty((BLOCK, slots))
+        self._count = 0
+        self._marks: list[float] = []
+        self._notes: list[tuple[int, int]] = []  # row and contact, of this block
+        self.totals: list[tuple[float, float]] = []  # impulse and loss at every note
+        self._sampled_to = -np.inf
+        self._damped = self._supplied = 0.0
+        self._impulse, self._work = np.zeros(count), np.zeros(count)
+        self._start_energy: float | None = None
+
+    def take(
+        self,
+        now: Instant,
+        multipliers: FloatArray,
+        pressed: NDArray[np.bool_],
+        places: list[float],
+    ) -> None:
+        """Copy one step: which contacts press, and the slots' places, beside the state."""
+        if self._count == BLOCK:
+            self.flush()
+        i = self._count
+        self._time[i] = now.time
+        self._q[i], self._v[i] = now.q, now.v
+        self._raw[i] = multipliers
+        self._pressed[i] = pressed
+        if places:
+            self._places[i] = places
+        self._count += 1
+        self.steps += 1
+
+    def mark(self, time: float) -> None:
+        """Keep a sample at this time too; it must be that of a step not yet flushed."""
+        self._marks.append(time)
+
+    def note(self, contact: int) -> None:
+        """Keep impulse and loss of a contact at the step that is taken next."""
+        if self._count == BLOCK:
+            self.flush()
+        self._notes.append((self._count, contact))
+
+    def totals_of(self, contact: int) -> tuple[float, float]:
+        """Impulse (N s) and energy lost (J) of a contact so far; what it stores counts as lost."""
+        return float(self._impulse[contact]), float(self._work[contact])
+
+    def last_positions(self) -> list[float]:
+        """Coordinates of the parts at the last step, one after the other."""
+        last = max(self._count - 1, 0)
+        return self.coordinates.plain(self._q[last].tolist(), self._v[last].tolist())[0]
+
+    def flush(self) -> None:
+        """Work off the block; its last step stays as the first of the next."""
+        n = self._count
+        if n == 0 or (n == 1 and self._sampled_to == self._time[0]):
+            return
+        time, q, v = self._time[:n], self._q[:n], self._v[:n]
+        poses, rates = self.coordinates.at_joints(q, v)
+        self._balance(n)
+        self._seek(time, (poses, rates))
+        forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
+        impulses = self._impulse + _running_integral(time, forces)
+        work = self._work + _running_integral(time, power)
+        flow = self._flow(time, self.coordinates.damping_power(q, v), (poses, rates), stored)
+        block = _Block(time, q, v, flow, forces, impulses, work - stored)
+        self._check(block)
+        self._sample(block)
+        self.totals += [
+            (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
+        ]
+        self._notes.clear()
+        self._impulse, self._work = impulses[-1], work[-1]
+        self._damped, self._supplied = block.flow.damped[-1], block.flow.supplied[-1]
+        for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
+            rows[0] = rows[n - 1]
+        self._count = 1
+        self._marks.clear()
+
+    def _balance(self, n: int) -> None:
+        """Average the multipliers over steps, and date them."""
+        raw, time, alpha = self._raw[:n], self._time[:n], self._alpha
+        self._multipliers[1:n] = (1 - alpha) * raw[1:] + alpha * raw[:-1]
+        self._balanced_at[1:n] = time[1:] - alpha * np.diff(time)
+        if self._balanced is not None:
+            self._multipliers[0], self._balanced_at[0] = self._balanced
+        else:
+            # The solver knows no reactions at time 0: those of the first step stand in.
+            self._multipliers[:2] = raw[min(1, n - 1)]
+            self._balanced_at[0] = time[0]
+        self._balanced = self._multipliers[n - 1].copy(), float(self._balanced_at[n - 1])
+
+    def _seek(self, time: FloatArray, motion: tuple[FloatArray, FloatArray]) -> None:
+        """Look for extremes between each step's ends, on the cubic there."""
+        poses, rates = (np.stack([x[:-1], x[1:]], axis=1) for x in motion)
+        pressed = self._pressed[: len(time) - 1]  # as a step begins, so through all of it
+        self.seeker.take(time[:-1].copy(), np.diff(time), (poses, rates), pressed)
+
+    def _contacts(
+        self, q: FloatArray, v: FloatArray, pressed: NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Forces, energies stored and powers taken, each (steps, contacts)."""
+        forces, stored, power = (np.zeros(pressed.shape) for _ in range(3))
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact = self.contacts[k]
+            rows = pressed[:, k]
+            at = approach(contact, q[rows], v[rows])
+            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+            deep = np.maximum(-at.gap, 0.0)
+            force = contact.law.force(deep, -at.gap_rate)
+            forces[rows, k] = force
+            stored[rows, k] = contact.law.stored_energy(deep)
+            power[rows, k] = -force * at.gap_rate
+            if contact.friction is not None:
+                power[rows, k] -= contact.friction.force(force, at.place_rate) * at.place_rate
+        return forces, stored, power
+
+    def _flow(
+        self,
+        time: FloatArray,
+        damping: FloatArray,
+        motion: tuple[FloatArray, FloatArray],
+        stored: FloatArray,
+    ) -> _Flow:
+        damped = self._damped + _running_integral(time, damping)
+        work, supply = self._motors(time, *motion)
+        return _Flow(damped, damping, self._supplied + work, supply, stored)
+
+    def _motors(
+        self, time: FloatArray, q: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Work of the drives since the block's first step, and their power, (steps,)."""
+        work, supply = np.zeros(len(time)), np.zeros(len(time))
+        rows, at = self._multipliers[: len(time)], self._balanced_at[: len(time)]
+        middle = (time[1:] + time[:-1]) / 2
+        for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
+            turned = np.diff(turning(motor.first, motor.second, q))
+            work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * turned)
+            supply -= np.interp(time, at, rows[:, row]) * turning(motor.first, motor.second, v)
+        for motor in self.mechanism.torque_motors:
+            torque = np.array([motor.ramp.at(t) for t in time])
+            power = torque * turning(motor.first, motor.second, v)
+            work += _running_integral(time, power)
+            supply += power
+        return work, supply
+
+    def _check(self, block: _Block) -> None:
+        q, flow = block.q, block.flow
+        kinetic = self.coordinates.kinetic(q, block.v)
+        total = kinetic + self.coordinates.potential(q) + flow.stored.sum(axis=1)
+        if self._start_energy is None:
+            self._start_energy = float(total[0])
+        lost = flow.damped + block.losses.sum(axis=1)
+        residual = total - self._start_energy + lost - flow.supplied
+        errors = self.coordinates.joint_errors(q, self._places[: len(q)])
+        self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
+        self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
+        self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
+
+    def _sample(self, block: _Block) -> None:
+        time, kept = block.time, self.samples
+        wanted = np.union1d(self.grid, np.array(self._marks))
+        wanted = wanted[(wanted > self._sampled_to) & (wanted <= time[-1])]
+        if not len(wanted):
+            return
+        self._sampled_to = float(wanted[-1])
+        between = _Between.of(time, wanted)
+        position, velocity = between.cubic(block.q, block.v)
+        poses, rates = self.coordinates.shown(position, velocity)
+        kept.time.append(wanted)
+        kept.poses.append(poses)
+        kept.rates.append(rates)
+        kept.multipliers.append(self._balanced_multipliers(wanted, len(time)))
+        kept.energies.append(self._energies_at(between, block, position, velocity))
+        kept.forces.append(between.linear(block.forces))
+        kept.impulses.append(between.linear(block.impulses))
+        kept.losses.append(between.linear(block.losses))
+        kept.places.append(self._places[: len(time)][between.nearer])
+
+    def _energies_at(
+        self, between: _Between, block: _Block, q: FloatArray, v: FloatArray
+    ) -> FloatArray:
+        """Energies of sampled states: as smooth between steps as the states themselves."""
+        flow = block.flow
+        stored = self.coordinates.potential(q) + between.linear(flow.stored).sum(axis=1)
+        lost, _ = between.cubic(flow.damped, flow.damping)
+        supplied, _ = between.cubic(flow.supplied, flow.supply)
+        lost = lost + between.linear(block.losses).sum(axis=1)
+        return np.stack([self.coordinates.kinetic(q, v), stored, lost, supplied], axis=1)
+
+    def _balanced_multipliers(self, wanted: FloatArray, count: int) -> FloatArray:
+        """Multipliers between the instants at which the integrator balances forces."""
+        at, rows = self._balanced_at[:count], self._multipliers[:count]
+        columns = [np.interp(wanted, at, rows[:, k]) for k in range(rows.shape[1])]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(wanted), 0))
+
+
+def _running_integral(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Integral from the first instant to each, by trapezoids; shape of `values`."""
+    total = np.zeros_like(values)
+    steps = np.diff(time).reshape(-1, *([1] * (values.ndim - 1)))
+    np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=total[1:])
+    return total
+
+
+@dataclass(frozen=True)
+class _Between:
+    """Instants between steps: the steps around each, their length and the part of it gone by."""
+
+    before: NDArray[np.intp]
+    after: NDArray[np.intp]
+    span: FloatArray
+    part: FloatArray
+
+    @classmethod
+    def of(cls, time: FloatArray, wanted: FloatArray) -> _Between:
+        """Find the steps around instants that lie within `time`."""
+        last = len(time) - 1
+        before = np.clip(np.searchsorted(time, wanted, side="left") - 1, 0, max(last - 1, 0))
+        after = np.minimum(before + 1, last)
+        span = time[after] - time[before]
+        part = np.divide(wanted - time[before], span, out=np.zeros_like(wanted), where=span > 0)
+        return cls(before, after, span, part)
+
+    @property
+    def nearer(self) -> NDArray[np.intp]:
+        """The nearer of both steps: for what may jump, such as a place on a closed curve."""
+        return np.where(self.part < 0.5, self.before, self.after)
+
+    def linear(self, values: FloatArray) -> FloatArray:
+        """Values (steps, ...) on the straight line between both steps."""
+        part = self.part.reshape(-1, *([1] * (values.ndim - 1)))
+        return np.asarray(values[self.before] + part * (values[self.after] - values[self.before]))
+
+    def cubic(self, values: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (steps, ...) and rates on the cubic through values and rates of both steps."""
+        shape = (-1, *([1] * (values.ndim - 1)))
+        h, x = self.span.reshape(shape), self.part.reshape(shape)
+        y0, y1, v0, v1 = (a[i] for a in (values, rates) for i in (self.before, self.after))
+        slope = np.divide(y1 - y0, h, out=np.array(v0), where=h > 0)
+        b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
+        return y0 + h * x * (v0 + x * (b + x * c)), v0 + x * (2 * b + 3 * x * c)

@@ -1,0 +1,177 @@
+"""Run a scene as rigid bodies with joints: index-3 generalised-alpha, the steps of `stepping`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
+from exudyn_flexlink.engines.exudyn.engine import Engine
+from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
+from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
+from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.pace import Pace, pace_of, steps_of
+from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
+from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
+from exudyn_flexlink.engines.exudyn.redundant.stepping import (
+    ErrorControl,
+    FixedStep,
+    Loop,
+    StepChooser,
+)
+from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
+from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.walls import resolving
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import (
+    WALL_SHARE,
+    Assembly,
+    FaceContact,
+    Mechanism,
+    end_of_run,
+    pairs,
+    sample_times,
+    turn_goal,
+    wall_half_period,
+)
+from exudyn_flexlink.result import Event
+from exudyn_flexlink.scene import Scene
+
+
+@dataclass
+class Prepared:
+    """Everything a solve needs, and what is left of it afterwards."""
+
+    scene: Scene
+    assembly: Assembly
+    system: System
+    slots: list[SlotItems]
+    recorder: Recorder
+    loop: Loop
+    paces: list[Pace]  # of contacts and channels
+
+
+def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
+    """Build the system, the loop and what records it.
+
+    Raises:
+        NotRepresentableError: the scene asks for a beam that can't be.
+
+    """
+    end = end_of_run(scene, assembly.mechanism)
+    as_beam = scene.accuracy.formulation == "beam"
+    beams = beams_of(scene, assembly.mechanism) if as_beam else ()
+    system = build_system(assembly, beams)
+    events: list[Event] = []
+    count = len(assembly.mechanism.slots)
+    slots = [SlotItems(system, i, events) for i in range(count)]
+    all_contacts = _all_contacts(assembly.mechanism)
+    log = ContactLog(np.zeros(len(all_contacts), dtype=bool))
+    contacts, channels = _contact_items(scene, system, log)
+    system.mbs.Assemble()
+    motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
+    recorder = Recorder(
+        system.coordinates,
+        sample_times(scene, assembly.mechanism, end),
+        Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
+        scene.accuracy.spectral_radius,
+        ExtremeSeeker(scene, assembly.mechanism, all_contacts, HERMITE),
+    )
+    chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
+    loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
+    paces = [*(contact.pace for contact in contacts), *(channel.pace for channel in channels)]
+    return Prepared(scene, assembly, system, slots, recorder, loop, paces)
+
+
+def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
+    """Those of the scene, then the pairs of its channels: the order of all arrays of contacts."""
+    channels = mechanism.channels
+    return [*mechanism.contacts, *(pair for channel in channels for pair in pairs(channel))]
+
+
+def _contact_items(
+    scene: Scene, system: System, log: ContactLog
+) -> tuple[list[ContactItem], list[ChannelItems]]:
+    assembly, accuracy = system.assembly, scene.accuracy
+
+    steps, given = accuracy.steps_per_contact, accuracy.step
+    contacts = []
+    for i, contact in enumerate(assembly.mechanism.contacts):
+        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        half = system.coordinates.half_period(contact)
+        pace = pace_of(half, steps_of(contact.law, steps), given)
+        contacts.append(ContactItem(system, contact, i, pace, log))
+    channels: list[ChannelItems] = []
+    first = len(contacts)
+    for channel in assembly.mechanism.channels:
+        pace = pace_of(wall_half_period(assembly, channel), WALL_SHARE * steps, given)
+        channels.append(ChannelItems(system, channel, first, pace, log))
+        first += len(channels[-1].contacts)
+    return contacts, channels
+
+
+def _chooser(scene: Scene, system: System, end: float) -> StepChooser:
+    if scene.accuracy.step is not None:
+        return FixedStep(scene.accuracy.step)
+    tolerance = resolving(scene.accuracy.tolerance or 0.0, system.mechanism.channels)
+    return ErrorControl(tolerance, end, system.coordinates.weights)
+
+
+def solve(prepared: Prepared) -> tuple[str, int]:
+    """Run the solver; return its complaint (empty if there is none) and its Newton iterations."""
+    found = _solve(prepared)
+    if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
+        prepared.recorder.mark(prepared.loop.time)  # stopped early: its last state is kept
+    prepared.recorder.flush()
+    return found
+
+
+def _solve(prepared: Prepared) -> tuple[str, int]:
+    system, loop = prepared.system, prepared.loop
+    q, v, a = system.coordinates.start()
+    data = system.mbs.systemData
+    # Exudyn's own initial accelerations miss what depends on time explicitly and are wrong for
+    # quadratic constraints: these come from the mechanism's equations.
+    data.SetODE2Coordinates_tt(a, Engine.ConfigurationType.Initial)
+    multipliers = np.zeros(len(data.GetAECoordinates()))
+    first = loop.start(q, v, multipliers)
+    system.mbs.SetPostStepUserFunction(loop.after_step)
+    settings = _settings(prepared, first)
+    complaint = ""
+    try:
+        with interrupts(loop.interrupt):
+            system.mbs.SolveDynamic(settings, showHints=False)
+    except Exception as error:
+        complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
+    if loop.error is not None:
+        raise loop.error
+    return complaint, int(system.mbs.sys["dynamicSolver"].it.newtonStepsCount)
+
+
+def _settings(prepared: Prepared, first: float) -> Any:
+    settings = Engine.SimulationSettings()
+    time = settings.timeIntegration
+    time.endTime = prepared.loop.end
+    # The solver returns to steps of endTime/numberOfSteps after a failed one: no more than ours.
+    largest = prepared.loop.chooser.largest
+    time.numberOfSteps = max(1, ceil(prepared.loop.end / largest))
+    time.initialStepSize = first
+    time.minimumStepSize = min(1e-10, first / 10)
+    # Left alone, the solver doubles a step that is shorter than its own every few steps.
+    time.adaptiveStepRecoverySteps = 10**9
+    time.generalizedAlpha.spectralRadius = prepared.scene.accuracy.spectral_radius
+    time.generalizedAlpha.computeInitialAccelerations = False
+    time.newton.useModifiedNewton = True
+    time.newton.modifiedNewtonJacUpdatePerStep = True
+    time.newton.relativeTolerance, time.newton.absoluteTolerance = prepared.system.newton
+    time.verboseMode = 0
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    settings.linearSolver.solverType = Engine.LinearSolverType.EigenSparse
+    settings.linearSolver.reuseAnalyzedPattern = True
+    return settings

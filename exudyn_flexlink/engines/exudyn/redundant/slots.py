@@ -1,0 +1,308 @@
+"""The slot joint: a point of a part runs along a curve, piece by piece.
+
+A piece that is a line, a circle or an ellipse along the axes is a native quadratic constraint of
+Exudyn on the part's node; every other piece (splines, turned ellipses, a point that is not the
+part's origin) is a constraint whose foot point is found in Python. Only the current piece is
+active; steps end where pieces meet, and the next one takes over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, hypot, inf, sin, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.curves import (
+    Arc,
+    Curve,
+    Evaluator,
+    LineSegment,
+    evaluator,
+    foot,
+    lap_number,
+    pieces_of_laps,
+)
+from exudyn_flexlink.engines.exudyn.engine import items
+from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
+from exudyn_flexlink.engines.exudyn.redundant.landing import THERE, first_root, land
+from exudyn_flexlink.engines.exudyn.redundant.system import System
+from exudyn_flexlink.mechanism import Slot
+from exudyn_flexlink.result import Event
+
+FloatArray = NDArray[np.float64]
+
+SEAM = 1e-9  # of a closed curve's period: nearer to its seam than this is on it
+STILL = 1e-12  # m in a step: a point slower than this rests, and changes no piece
+PART_OF_PIECE = 0.1  # a step covers no more of a piece: the iteration for the foot stays local
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """``linear . P + quadratic . P^2 = constant``, scaled so that its gradient is about 1."""
+
+    linear: tuple[float, float]
+    quadratic: tuple[float, float]
+    constant: float
+
+
+def quadratic_of(piece: Curve) -> Quadratic | None:
+    """Return the native constraint that is this piece; None if there is none."""
+    if isinstance(piece, LineSegment):
+        (x0, y0), (x1, y1) = piece.a, piece.b
+        length = hypot(x1 - x0, y1 - y0)
+        nx, ny = -(y1 - y0) / length, (x1 - x0) / length
+        return Quadratic((nx, ny), (0.0, 0.0), nx * x0 + ny * y0)
+    if not isinstance(piece, Arc):
+        return None
+    (cx, cy), first, second = (vector.tolist() for vector in piece.conic)
+    a, b = hypot(*first), hypot(*second)
+    slant = abs(first[0] * first[1]) + abs(second[0] * second[1])
+    if slant > 1e-15 * a * b:
+        if abs(a - b) > 1e-15 * a:
+            return None  # a turned ellipse has a term x y, which the native item lacks
+        along_x, along_y = a, a
+    else:
+        along_x, along_y = (a, b) if abs(first[0]) > abs(first[1]) else (b, a)
+    scale = min(a, b) / 2
+    qx, qy = scale / along_x**2, scale / along_y**2
+    constant = scale - qx * cx * cx - qy * cy * cy
+    return Quadratic((-2 * qx * cx, -2 * qy * cy), (qx, qy), constant)
+
+
+class SlotItems:
+    """Items of one slot joint, which piece is active, and where on it the point is."""
+
+    def __init__(self, system: System, index: int, events: list[Event]) -> None:
+        self.slot: Slot = system.mechanism.slots[index]
+        self.system = system
+        self.events = events
+        self.curve = self.slot.curve
+        self.at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
+        place = float(system.assembly.state.places[index])
+        self.piece, self.u = self.curve.locate(place)
+        self._laps = pieces_of_laps(self.curve)
+        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
+        # Turns made round a closed curve, backwards ones negative; the first lap is 0, and -1 for
+        # a point that starts on the seam and runs backwards.
+        self.winding = self._lap
+        self.row = 3 * self.slot.anchor.part
+        self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
+        # Coordinates of the node: x, y and the angle, or the slope where a beam starts.
+        self._width = 4 if self.slot.anchor.part in system.in_beams else 3
+        self._others = (0.0,) * (self._width - 2)
+        self._native: dict[Quadratic, int] = {}
+        self._general: int | None = None
+        self._item_of_piece = [self._create(piece) for piece in self.curve.pieces]
+        self._activate(self.piece)
+        self._lengths = [float(piece.length()) for piece in self.curve.pieces]
+        self._along = 0.0
+        self._pace = 0.0  # parameter per second
+        self._jumped = False
+        self.at_end = False  # of an open curve: the run can't go on
+
+    # --- items ------------------------------------------------------------------------------
+
+    def _create(self, piece: Curve) -> int:
+        quadratic = quadratic_of(piece) if self._at_origin else None
+        if quadratic is None:
+            if self._general is None:
+                self._general = self._add_general()
+            return self._general
+        if quadratic not in self._native:
+            self._native[quadratic] = self._add_native(quadratic)
+        return self._native[quadratic]
+
+    def _markers(self) -> list[int]:
+        mbs = self.system.mbs
+        nodes = (self.system.ground_node, self.system.nodes[self.slot.anchor.part])
+        return [mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=node)) for node in nodes]
+
+    def _add_native(self, quadratic: Quadratic) -> int:
+        return int(
+            self.system.mbs.AddObject(
+                items.ObjectConnectorCoordinateVector(
+                    markerNumbers=self._markers(),
+                    scalingMarker0=[],
+                    quadraticTermMarker0=[],
+                    scalingMarker1=np.array([[*quadratic.linear, *self._others]]),
+                    quadraticTermMarker1=np.array([[*quadratic.quadratic, *self._others]]),
+                    offset=[quadratic.constant],
+                    activeConnector=False,
+                )
+            )
+        )
+
+    def _add_general(self) -> int:
+        return int(
+            self.system.mbs.AddObject(
+                items.ObjectConnectorCoordinateVector(
+                    markerNumbers=self._markers(),
+                    scalingMarker0=np.zeros((1, 1)),
+                    scalingMarker1=np.zeros((1, self._width)),
+                    offset=[0.0],
+                    constraintUserFunction=self._distance,
+                    jacobianUserFunction=self._gradient,
+                    activeConnector=False,
+                )
+            )
+        )
+
+    def _activate(self, piece: int) -> None:
+        for item in {*self._item_of_piece}:
+            active = item == self._item_of_piece[piece]
+            self.system.mbs.SetObjectParameter(item, "activeConnector", active)
+
+    # --- the general constraint: signed distance from the curve, by its foot point -------------
+
+    def _arm(self, angle: float) -> tuple[float, float]:
+        if self._at_origin:
+            return 0.0, 0.0
+        c, s = cos(angle), sin(angle)
+        anchor = self.slot.anchor
+        return c * anchor.x - s * anchor.y, s * anchor.x + c * anchor.y
+
+    def _foot(self, q: Sequence[float]) -> tuple[float, float, float, float, float]:
+        """Signed distance, unit normal and arm of the point at the part's coordinates."""
+        rx, ry = self._arm(q[2])
+        x, y = q[0] + rx, q[1] + ry
+        at = self.at[self.piece]
+        px, py, dx, dy, _, _ = at(foot(at, x, y, self.u))
+        speed = hypot(dx, dy)
+        nx, ny = -dy / speed, dx / speed
+        return nx * (x - px) + ny * (y - py), nx, ny, rx, ry
+
+    def _distance(
+        self, _mbs: Any, _t: float, _i: int, q: Sequence[float], _v: Sequence[float], _level: bool
+    ) -> list[float]:
+        return [self._foot(q[-self._width :])[0]]
+
+    def _gradient(
+        self, _mbs: Any, _t: float, _i: int, q: Sequence[float], _v: Sequence[float], _level: bool
+    ) -> list[list[float]]:
+        _, nx, ny, rx, ry = self._foot(q[-self._width :])
+        gradient = [nx, ny, ny * rx - nx * ry, 0.0][: self._width]
+        return [[0.0] * (len(q) - self._width) + gradient]
+
+    # --- stepping ----------------------------------------------------------------------------
+
+    def place(self) -> float:
+        """Parameter of the whole curve, where the point is."""
+        piece, u = self.curve.pieces[self.piece], self.u
+        if not self.curve.closed:  # the step that ends an open curve goes a hair beyond it
+            u = min(max(u, piece.start), piece.end)
+        return float(self.curve.breaks[self.piece] + u - piece.start)
+
+    def after_step(self, now: Instant, step: float) -> float:
+        """Follow the point, change the piece where it ends; return the next step (s)."""
+        x, y, vx, vy = self._motion(now.q_list, now.v_list)
+        # From where the last speed puts it, two steps of Newton are exact to rounding.
+        at = self.at[self.piece]
+        self.u = foot(at, x, y, self.u + self._pace * now.done, 2)
+        _, _, dx, dy, _, _ = at(self.u)
+        square = dx * dx + dy * dy
+        self._pace = (vx * dx + vy * dy) / square
+        speed = sqrt(square)
+        along = self._pace * speed  # m/s, positive the way the curve runs
+        rising = (along - self._along) / now.done if now.done > 0 else 0.0
+        self._along = along
+        if self._one_smooth_loop():
+            self._count_laps(now.time)
+            return self._limit(step, inf, along)
+        until = self._until_end(speed, along, rising)
+        if until > THERE * now.done:
+            return self._limit(step, until, along)
+        if abs(along) * now.done <= STILL:
+            return step
+        self._next_piece(1 if along > 0 else -1, now.time)
+        return self._limit(step / 20, inf, along)
+
+    @property
+    def jumped(self) -> bool:
+        """Whether the acceleration along the curve jumped at the last step: a new piece began."""
+        jumped, self._jumped = self._jumped, False
+        return jumped
+
+    def _motion(self, q: list[float], v: list[float]) -> tuple[float, float, float, float]:
+        i = self.row
+        rx, ry = self._arm(q[i + 2])
+        return q[i] + rx, q[i + 1] + ry, v[i] - ry * v[i + 2], v[i + 1] + rx * v[i + 2]
+
+    def _one_smooth_loop(self) -> bool:
+        return len(self.curve.pieces) == 1 and self.curve.closed
+
+    def _count_laps(self, time: float) -> None:
+        """Count the turns on one smooth closed piece; a point at rest on the seam makes none."""
+        piece = self.curve.pieces[0]
+        beyond = SEAM * piece.period
+        if self.u >= piece.end + beyond:
+            self.u -= piece.period
+            self._cross_seam(1, time)
+        elif self.u < piece.start - beyond:
+            self.u += piece.period
+            self._cross_seam(-1, time)
+
+    def _cross_seam(self, way: int, time: float) -> None:
+        before = lap_number(self.winding)
+        self.winding += way
+        if lap_number(self.winding) != before:
+            details = {"lap": float(lap_number(self.winding))}
+            self.events.append(Event(time, "lap", self.slot.name, details))
+
+    def _until_end(self, speed: float, along: float, rising: float) -> float:
+        """Time (s) until the point reaches the end of the current piece; inf while it rests."""
+        piece = self.curve.pieces[self.piece]
+        if along == 0:
+            return inf
+        left = (piece.end - self.u if along > 0 else self.u - piece.start) * speed
+        if left <= 0:
+            return 0.0
+        return first_root(left, -abs(along), -rising if along > 0 else rising)
+
+    def _next_piece(self, way: int, time: float) -> None:
+        first, last = self._laps[self._lap]
+        after = self.piece + way
+        if not first <= after <= last:
+            if not self.curve.closed:
+                self.at_end = True
+                return
+            self._cross_seam(way, time)
+            self._lap = (lap_number(self.winding) - 1) % len(self._laps)
+            first, last = self._laps[self._lap]
+            after = first if way > 0 else last
+        item = self._item_of_piece[after]
+        self._jumped = item != self._item_of_piece[self.piece] or item == self._general
+        self.piece = after
+        piece = self.curve.pieces[self.piece]
+        self.u = piece.start if way > 0 else piece.end
+        self._pace = 0.0
+        self._activate(self.piece)
+
+    def _limit(self, step: float, until: float, along: float) -> float:
+        """No more than a part of the piece, and to its end exactly."""
+        pace = max(abs(along), 1e-300)
+        return land(min(step, PART_OF_PIECE * self._lengths[self.piece] / pace), until)
+
+    # --- forces ------------------------------------------------------------------------------
+
+    def force(
+        self, multipliers: FloatArray, positions: FloatArray, places: FloatArray
+    ) -> FloatArray:
+        """Force (N, global axes) of the slot on its point, (samples, 2).
+
+        `multipliers` are all of the system's, (samples, rows); `positions` (samples, 2) and
+        `places` (samples,) those of the point. An inactive item's multiplier is zero, so the items
+        add up.
+        """
+        force = np.zeros_like(positions)
+        for quadratic, item in self._native.items():
+            row = self.system.multipliers(item)[0]
+            gradient = np.array(quadratic.linear) + 2 * np.array(quadratic.quadratic) * positions
+            force -= multipliers[:, row, None] * gradient
+        if self._general is not None:
+            row = self.system.multipliers(self._general)[0]
+            force -= multipliers[:, row, None] * self.curve.normal(places)
+        return force

@@ -1,0 +1,280 @@
+"""Mechanism to Exudyn: one item for each thing the mechanism has, none for what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from exudyn_flexlink.engines.exudyn.engine import Engine, items
+from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight, without_rods
+from exudyn_flexlink.engines.exudyn.redundant.beam_coordinates import BeamCoordinates
+from exudyn_flexlink.engines.exudyn.redundant.beam_items import add_beam, add_beam_weight
+from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates, PartCoordinates
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Assembly,
+    Mechanism,
+    Motor,
+    Pin,
+    RotarySpring,
+    Slide,
+    Weld,
+)
+
+ROUNDING = 5e-15  # strain of an element as long as the mechanism is large
+NOTHING = -1  # number of an item that is none
+
+
+@dataclass
+class System:
+    """An Exudyn system and the numbers of its items; it never leaves this package.
+
+    Nodes have no reference values, so that coordinates are positions and angles themselves
+    (quadratic constraints need that); `coordinates` reads them as parts. The node and the body of
+    a beam's first rod are those at its start, those of its last rod at its end.
+    """
+
+    assembly: Assembly
+    coordinates: Coordinates
+    beams: tuple[BeamLink, ...] = ()
+    container: Any = field(default_factory=Engine.SystemContainer)
+    mbs: Any = None
+    nodes: list[int] = field(default_factory=list)
+    bodies: list[int] = field(default_factory=list)
+    ground: int = 0
+    ground_node: int = 0
+    joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
+    motors: dict[str, int] = field(default_factory=dict)  # speed motors
+    laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism behind the items; rods of beams have neither mass nor hinges."""
+        return self.assembly.mechanism
+
+    @property
+    def newton(self) -> tuple[float, float]:
+        """Relative and absolute tolerance of the residual of Newton's method."""
+        if not self.beams:
+            return 1e-8, 1e-10
+        # Beams are so stiff along their axis that rounding a coordinate makes a force: to ask for
+        # less never ends. To be content with more than 1e-9 of the first residual, which is large
+        # where steps are long, leaves strains that are not there.
+        size = float(abs(self.assembly.state.q[:, :2]).max())
+        forces = [
+            beam.shape.elastic.axial * ROUNDING * max(size, beam.shape.length) / beam.shape.element
+            for beam in self.beams
+        ]
+        return 1e-9, max(1e-10, *forces)
+
+    @property
+    def in_beams(self) -> set[int]:
+        """Parts that are rods of beams."""
+        return {rod for beam in self.beams for rod in beam.rods}
+
+    def multipliers(self, item: int) -> list[int]:
+        """Indices of an item's Lagrange multipliers; after assembling."""
+        return list(self.mbs.systemData.GetObjectLTGAE(item))
+
+    def point_marker(self, anchor: Anchor) -> int:
+        """Marker of an anchor's position."""
+        return int(self.mbs.AddMarker(items.MarkerBodyPosition(**self._at(anchor))))
+
+    def rigid_marker(self, anchor: Anchor) -> int:
+        """Marker of an anchor's position and orientation."""
+        for beam in self.beams:
+            if anchor == beam.start:
+                node = items.MarkerNodeRigid(nodeNumber=self.nodes[anchor.part])
+                return int(self.mbs.AddMarker(node))
+        return int(self.mbs.AddMarker(items.MarkerBodyRigid(**self._at(anchor))))
+
+    def angle_marker(self, part: int) -> int:
+        """Marker of a part's angle."""
+        if part == GROUND:
+            marker = items.MarkerNodeCoordinate(nodeNumber=self.ground_node, coordinate=0)
+        else:
+            marker = items.MarkerNodeCoordinate(nodeNumber=self.nodes[part], coordinate=2)
+        return int(self.mbs.AddMarker(marker))
+
+    def place(self, anchor: Anchor) -> tuple[int, list[float]]:
+        """Body of an anchor, and where it is in its axes."""
+        if anchor.part == GROUND:
+            return self.ground, [anchor.x, anchor.y, 0.0]
+        for beam in self.beams:
+            if anchor == beam.end:  # a body of a beam is one element of it
+                return self.bodies[anchor.part], [beam.shape.element, 0.0, 0.0]
+        return self.bodies[anchor.part], [anchor.x, anchor.y, 0.0]
+
+    def _at(self, anchor: Anchor) -> dict[str, Any]:
+        body, place = self.place(anchor)
+        return {"bodyNumber": body, "localPosition": place}
+
+
+def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System:
+    """Create bodies, pins, welds, slides, springs, motors and weight; slots and contacts follow.
+
+    Raises:
+        NotRepresentableError: a flexible body that shall be a beam does not start straight.
+
+    """
+    if beams:
+        coordinates: Coordinates = BeamCoordinates(assembly, beams)
+        assembly = replace(assembly, mechanism=without_rods(assembly.mechanism, beams))
+    else:
+        coordinates = PartCoordinates(assembly)
+    system = System(assembly, coordinates, beams)
+    system.mbs = system.container.AddSystem()
+    system.ground = system.mbs.AddObject(items.ObjectGround())
+    system.ground_node = system.mbs.AddNode(items.NodePointGround())
+    mechanism = assembly.mechanism
+    _add_parts(system)
+    for pin in mechanism.pins:
+        system.joints[pin.name] = _add_pin(system, pin)
+    for weld in mechanism.welds:
+        _add_weld(system, weld)
+    for slide in mechanism.slides:
+        _add_slide(system, slide)
+    for spring in mechanism.springs:
+        _add_spring(system, spring)
+    for motor in mechanism.speed_motors:
+        system.motors[motor.name] = _add_speed_motor(system, motor)
+    for motor in mechanism.torque_motors:
+        _add_torque_motor(system, motor)
+    if any(mechanism.gravity):
+        _add_weight(system)
+    return system
+
+
+def _add_parts(system: System) -> None:
+    """Add nodes in the order of parts: that of `coordinates`."""
+    state = system.assembly.state
+    beams = {beam.rods[0]: beam for beam in system.beams}
+    shown = system.in_beams
+    for i, (part, q, v) in enumerate(zip(system.mechanism.parts, state.q, state.v, strict=True)):
+        if i in beams:
+            _add_beam(system, beams[i])
+        if i in shown:
+            continue
+        node = system.mbs.AddNode(
+            items.NodeRigidBody2D(initialCoordinates=q.tolist(), initialVelocities=v.tolist())
+        )
+        body = system.mbs.AddObject(
+            items.ObjectRigidBody2D(
+                mass=part.mass,
+                inertia=part.inertia_about_origin,  # Exudyn wants it about the node, not the centre
+                centerOfMass=list(part.centre),
+                nodeNumber=node,
+            )
+        )
+        system.nodes.append(node)
+        system.bodies.append(body)
+
+
+def _add_beam(system: System, beam: BeamLink) -> None:
+    """Let the first rod stand for the beam's start and the last for its end."""
+    positions, velocities = straight(beam, system.assembly.state)
+    nodes, elements = add_beam(system.mbs, beam, positions, velocities)
+    between = [NOTHING] * (len(beam.rods) - 2)
+    system.nodes += [nodes[0], *between, nodes[-1]]
+    system.bodies += [elements[0], *between, elements[-1]]
+    if any(system.mechanism.gravity):
+        add_beam_weight(system.mbs, elements, system.mechanism.gravity)
+
+
+def _add_pin(system: System, pin: Pin | Weld) -> int:
+    markers = [system.point_marker(pin.first), system.point_marker(pin.second)]
+    return int(system.mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=markers)))
+
+
+def _add_weld(system: System, weld: Weld) -> None:
+    _add_pin(system, weld)
+    markers = [system.angle_marker(weld.first.part), system.angle_marker(weld.second.part)]
+    system.mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=markers, offset=weld.angle))
+
+
+def _add_slide(system: System, slide: Slide) -> None:
+    markers = [system.rigid_marker(slide.guide), system.rigid_marker(slide.rod)]
+    system.mbs.AddObject(
+        items.ObjectJointPrismatic2D(
+            markerNumbers=markers,
+            axisMarker0=[1.0, 0.0, 0.0],
+            normalMarker1=[0.0, 1.0, 0.0],
+            constrainRotation=True,
+        )
+    )
+
+
+def _add_spring(system: System, spring: RotarySpring) -> None:
+    # On angles directly: a TorsionalSpringDamper, which works on 3D markers, costs up to 1.6 times.
+    markers = [system.angle_marker(spring.first), system.angle_marker(spring.second)]
+    system.mbs.AddObject(
+        items.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=markers,
+            stiffness=spring.stiffness,
+            damping=spring.damping,
+            offset=spring.rest_angle or 0.0,
+        )
+    )
+
+
+def _add_speed_motor(system: System, motor: Motor) -> int:
+    """Prescribe the angle, not the speed: integrating a speed would let the angle drift."""
+    q = system.assembly.state.q
+    start = sum(
+        sign * float(q[part, 2])
+        for part, sign in ((motor.second, 1.0), (motor.first, -1.0))
+        if part != GROUND
+    )
+    ramp = motor.ramp
+
+    def angle(_mbs: Any, time: float, _item: int, _offset: float) -> float:
+        return start + ramp.integral(time)
+
+    def speed(_mbs: Any, time: float, _item: int, _offset: float) -> float:
+        return ramp.at(time)
+
+    markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
+    return int(
+        system.mbs.AddObject(
+            items.ObjectConnectorCoordinate(
+                markerNumbers=markers, offsetUserFunction=angle, offsetUserFunction_t=speed
+            )
+        )
+    )
+
+
+def _add_torque_motor(system: System, motor: Motor) -> None:
+    for part, sign in ((motor.second, 1.0), (motor.first, -1.0)):
+        if part == GROUND:
+            continue
+        function: Callable[..., float] | int = 0
+        if motor.ramp.duration > 0:
+            function = _torque_function(motor, sign)
+        system.mbs.AddLoad(
+            items.LoadCoordinate(
+                markerNumber=system.angle_marker(part),
+                load=sign * motor.ramp.value,
+                loadUserFunction=function,
+            )
+        )
+
+
+def _torque_function(motor: Motor, sign: float) -> Callable[[Any, float, float], float]:
+    ramp = motor.ramp
+
+    def torque(_mbs: Any, time: float, _load: float) -> float:
+        return sign * ramp.at(time)
+
+    return torque
+
+
+def _add_weight(system: System) -> None:
+    gx, gy = system.mechanism.gravity
+    for index, part in enumerate(system.mechanism.parts):
+        if index in system.in_beams:
+            continue
+        marker = system.point_marker(Anchor(index, *part.centre))
+        weight = [part.mass * gx, part.mass * gy, 0.0]
+        system.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=weight))

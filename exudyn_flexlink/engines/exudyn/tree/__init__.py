@@ -1,1 +1,0 @@
-"""A scene as a tree of links in minimal coordinates, integrated with error control."""

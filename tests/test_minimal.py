@@ -1,0 +1,228 @@
+"""A mechanism as a tree of links: what is one, where its links are, and how it moves."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from results import scene_from
+
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism import formulation, is_minimal
+from exudyn_flexlink.mechanism.tree import tree_layout
+from exudyn_flexlink.observables import lever_response
+from exudyn_flexlink.result import Result
+
+MODELS = Path(__file__).parent.parent / "models"
+LEVER = 0.03  # m
+FEW = ("bodies.link.rods=4", "run.turns=0.6", "run.sample=1 ms")
+
+
+@cache
+def run(model: str, *settings: str) -> Result:
+    return simulate(load_scene(MODELS / model, settings))
+
+
+def both(model: str, *settings: str, joints: str = "accuracy.step=1e-5") -> tuple[Result, Result]:
+    """The same scene as a tree and with joints, at steps that leave 1e-9 m."""
+    tree = run(model, *settings, "accuracy.formulation=minimal", "accuracy.tolerance=1e-10")
+    return tree, run(model, *settings, "accuracy.formulation=redundant", joints)
+
+
+def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
+    """Samples at the same instants."""
+    _, first, second = np.intersect1d(
+        np.round(one.time, 9), np.round(other.time, 9), return_indices=True
+    )
+    return first, second
+
+
+# --- what is a tree ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("model", "expected"),
+    [
+        ("no_clearance.yaml", "minimal"),
+        ("smooth.yaml", "minimal"),
+        ("rigid.yaml", "minimal"),
+        ("spline_track.yaml", "minimal"),
+        ("clearance.yaml", "redundant"),
+        ("supported.yaml", "redundant"),
+    ],
+)
+def test_auto_takes_the_tree_where_there_is_one(model: str, expected: str) -> None:
+    scene = load_scene(MODELS / model)
+    mechanism = assemble_scene(scene).mechanism
+    assert formulation(scene, mechanism) == expected
+    assert is_minimal(mechanism) == (expected == "minimal")
+
+
+def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
+    scene = load_scene(MODELS / "smooth.yaml", ["accuracy={step: 1e-3}"])
+    mechanism = assemble_scene(scene).mechanism
+    assert formulation(scene, mechanism) == "redundant"
+
+
+def test_walls_are_refused_where_they_stand() -> None:
+    scene = load_scene(MODELS / "clearance.yaml", ["accuracy.formulation=minimal"])
+    with pytest.raises(NotRepresentableError, match="no walls") as caught:
+        simulate(scene)
+    assert caught.value.path == ("joints", "sleeve")
+
+
+def test_motors_and_slots_fix_coordinates() -> None:
+    """Guide and slide are known: nine hinges and the lever are free."""
+    layout = tree_layout(assemble_scene(load_scene(MODELS / "no_clearance.yaml")).mechanism)
+    assert len(layout.links) == 12
+    assert len(layout.free) == 10
+    assert layout.free == list(range(2, 12))
+
+
+def test_a_loop_is_closed_by_the_joint_left_over() -> None:
+    text = """
+title: three bars
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+bodies:
+  one: {type: rod, length: 1, material: steel, section: {width: 0.1, thickness: 0.1}}
+  two: {type: rod, length: 1, material: steel, section: {width: 0.1, thickness: 0.1}}
+joints:
+  a: {type: revolute, points: [ground, one.start], at: [0, 0]}
+  b: {type: revolute, points: [one.end, two.start]}
+  c: {type: revolute, points: [ground, two.end], at: [1, 0]}
+initial: {guesses: {one: 60 deg, two: -60 deg}}
+run: {duration: 0.1}
+accuracy: {tolerance: 1.0e-5}
+"""
+    layout = tree_layout(assemble_scene(scene_from(text)).mechanism)
+    assert len(layout.links) == 2
+    assert [closure.name for closure in layout.closures] == ["c"]
+
+
+# --- where its links are ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", ["no_clearance.yaml", "spline_track.yaml", "rigid.yaml"])
+def test_links_start_where_the_parts_are_put_together(model: str) -> None:
+    """Poses, rates and accelerations of the tree are those of the mechanism's own equations."""
+    assembly = assemble_scene(load_scene(MODELS / model))
+    layout = tree_layout(assembly.mechanism)
+    x, v = start_coordinates(layout, assembly)
+    tree = MinimalModel(assembly, layout, [])
+    at = tree.evaluate(0.0, *tree.coordinates.state())
+    whole = tree.whole_accelerations([at.kept], tree.accelerations(at)[None, :])
+    found = motions(layout, tree.kinematics, x[None], v[None], whole)
+    np.testing.assert_allclose(found.poses[0], assembly.state.q, atol=1e-14)
+    np.testing.assert_allclose(found.rates[0], assembly.state.v, atol=1e-13)
+    np.testing.assert_allclose(found.bends[0], assembly.state.a, atol=1e-5)
+
+
+# --- how it moves -----------------------------------------------------------------------------
+
+
+def test_the_smooth_motion_is_that_with_joints_to_1e_9() -> None:
+    tree, joints = both("smooth.yaml", *FEW)
+    first, second = common(tree, joints)
+    assert len(first) > 300
+    np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=1e-9)
+
+
+def test_reactions_are_those_with_joints() -> None:
+    tree, joints = both("smooth.yaml", *FEW)
+    first, second = common(tree, joints)
+    calm = slice(5, -5)  # the integrator with joints knows no reactions at time 0
+    for name in ("drive_torques", "slot_forces", "joint_forces"):
+        for key, values in getattr(tree, name).items():
+            expected = getattr(joints, name)[key][second][calm]
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(values[first][calm], expected, atol=2e-3 * scale)
+
+
+def test_a_guide_with_a_torque_moves_the_same() -> None:
+    """Then the guide's angle is free, and the slide follows it along the track."""
+    settings = (
+        *FEW,
+        "drives={motor: {type: torque, joint: crank, value: 2e-3}}",
+        "run={duration: 0.2, sample: 1e-3}",
+    )
+    tree, joints = both("smooth.yaml", *settings)
+    first, second = common(tree, joints)
+    assert abs(tree.poses[-1, 0, 2]) > 0.05
+    np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=2e-8)
+    assert tree.checks.energy_residual < 1e-9 * tree.checks.largest_kinetic_energy
+
+
+def test_a_strike_with_friction_is_the_same() -> None:
+    settings = (*FEW, "contacts.strike.law.friction=0.3", "bodies.link.hinges.stiffness=beam")
+    joints = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=200")
+    tree = run("no_clearance.yaml", *settings, "accuracy.tolerance=1e-8")
+    other = run("no_clearance.yaml", *settings, "accuracy.formulation=redundant", *joints)
+    first, second = common(tree, other)
+    assert [event.kind for event in tree.events] == [event.kind for event in other.events]
+    np.testing.assert_allclose(tree.poses[first], other.poses[second], atol=2e-5)
+    lost, same = (
+        sum(event.details.get("energy_lost", 0.0) for event in result.events)
+        for result in (tree, other)
+    )
+    assert lost == pytest.approx(same, rel=2e-3)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None:
+    """The force leaps there. Against the Lagrangian, for a rigid link and few steps."""
+    settings = ("run.turns=0.6", "run.sample=1 ms")
+    scene = load_scene(MODELS / "rigid.yaml", (*settings, "accuracy.tolerance=1e-11"))
+    exact = lever_response(simulate(scene, "lagrangian"), "strike")
+    found = lever_response(
+        run("rigid.yaml", *settings, f"accuracy.tolerance={tolerance}"), "strike"
+    )
+    seen = np.isin(np.round(found.time, 9), np.round(exact.time, 9))
+    same = np.isin(np.round(exact.time, 9), np.round(found.time, 9))
+    assert np.count_nonzero(seen) > 300
+    off = np.abs(found.angle[seen] - exact.angle[same]).max()
+    assert off * LEVER < tolerance
+
+
+def test_an_error_larger_than_any_step_stops_the_run_at_a_dead_centre() -> None:
+    """A track that the guide's axis leaves: the run is kept up to there, and says why."""
+    result = run(
+        "smooth.yaml",
+        *FEW,
+        "curves.track={type: circle, centre: [0.06, 0], radius: 0.02}",
+        "initial={angles: {guide: 0}}",
+    )
+    assert not result.outcome.completed
+    assert "axis" in result.outcome.reason
+    assert 0.01 < result.outcome.time < 0.2
+    assert result.time[-1] == pytest.approx(result.outcome.time)
+
+
+def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
+    """Over few steps: at finer ones only rounding is left."""
+
+    def at_the_end(*settings: str) -> np.ndarray:
+        soft = "bodies.link.hinges.stiffness=paper"
+        return run("smooth.yaml", *FEW, soft, "run.turns=0.15", *settings).poses[-1]
+
+    exact = at_the_end("accuracy.tolerance=1e-12")
+    errors = [
+        np.abs(at_the_end(f"accuracy={{step: {step}, formulation: minimal}}") - exact).max()
+        for step in ("12e-3", "6e-3")
+    ]
+    assert errors[1] < 1e-10
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(9, abs=1)
+
+
+def test_samples_may_be_further_apart_than_many_steps() -> None:
+    """More steps than are worked off together lie between two samples."""
+    settings = ("bodies.link.rods=2", "accuracy={step: 5e-5, formulation: minimal}")
+    result = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 0.055}")
+    fine = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 5 ms}")
+    assert result.checks.steps > 1000
+    np.testing.assert_allclose(result.poses[-1], fine.poses[-1], atol=1e-14)
+    np.testing.assert_allclose(result.drive_torques["motor"][-1], fine.drive_torques["motor"][-1])
