@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.clock import CLOCK
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
@@ -41,6 +39,8 @@ from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE
 from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
 from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
+from exudyn_flexlink.integrate.clock import CLOCK
+from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 FloatArray = NDArray[np.float64]
 

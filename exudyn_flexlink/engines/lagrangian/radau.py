@@ -19,12 +19,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
-from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at, rate_at
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.rail import FINE
+from exudyn_flexlink.integrate.collocation import Collocation as Method
+from exudyn_flexlink.integrate.collocation import ComplexArray, FloatArray
 
 ITERATIONS = 8
 SMALL = 0.03  # of the local tolerance: what the iteration may leave

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.collocation import C
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.radau import Step
+from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.radau import Step
 
 FloatArray = NDArray[np.float64]
 Goal = Callable[[FloatArray], float]

@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from exudyn_flexlink.engines.exudyn.minimal.collocation import A, C
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.radau import Evaluation, State, Step
+from exudyn_flexlink.integrate.collocation import A, C
+from exudyn_flexlink.integrate.problem import Evaluation, State
+from exudyn_flexlink.integrate.radau import Step
 
 FloatArray = NDArray[np.float64]
 

@@ -16,26 +16,23 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.clock import instant
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import Side
-from exudyn_flexlink.engines.exudyn.minimal.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.finding import EVENT_TIME, NOTHING, Finder, Found, Goal
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.radau import (
-    Evaluation,
-    NoConvergenceError,
-    Step,
-)
 from exudyn_flexlink.engines.exudyn.minimal.stepper import IN_CONTACT, Stepper
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     no_solution_advice,
 )
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.control import ErrorControl
+from exudyn_flexlink.integrate.problem import Evaluation, NoConvergenceError
+from exudyn_flexlink.integrate.radau import Step
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import Press
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, press_by
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
@@ -25,8 +24,8 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Reaches,
     start_coordinates,
 )
-from exudyn_flexlink.engines.exudyn.minimal.radau import NOT_TOUCHING, Evaluation
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.integrate.problem import NO_CONTACT, Evaluation, Press
 from exudyn_flexlink.mechanism import Assembly, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
@@ -188,7 +187,7 @@ class MinimalModel:
         self._across.pull(x, speed, force)
         for motor, row in self.torques:
             force += motor.ramp.at(t) * row
-        pushes, touching = NO_PUSHES, NOT_TOUCHING
+        pushes, touching = NO_PUSHES, NO_CONTACT
         if self.contacts:
             pushes, touching = self._push(x, speed, force)
         kept = Whole(t, x, speed, b, places, reach, place_rates, mass, force, pushes)
@@ -221,7 +220,7 @@ class MinimalModel:
             push, touch = contact.push(x, v, onto)
             pushes.append(push)
             touching.append(touch)
-        return pushes, np.array(touching) if touching else NOT_TOUCHING
+        return pushes, np.array(touching) if touching else NO_CONTACT
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs and dampers; what turns with the mechanism is left to the iteration."""

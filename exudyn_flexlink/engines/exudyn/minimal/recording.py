@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.collocation import NODES, STAGES, WEIGHTS, C
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
-from exudyn_flexlink.engines.exudyn.minimal.radau import Evaluation, Step
+from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS, C
+from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 

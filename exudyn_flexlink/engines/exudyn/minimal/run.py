@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.collocation import C
-from exudyn_flexlink.engines.exudyn.minimal.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.minimal.loop import MinimalLoop
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, report
@@ -19,6 +17,8 @@ from exudyn_flexlink.engines.exudyn.minimal.stepper import IN_CONTACT
 from exudyn_flexlink.engines.exudyn.redundant.pace import shortened, too_long
 from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.mechanism import (
     Assembly,
     Mechanism,

@@ -7,27 +7,23 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.clock import instant
-from exudyn_flexlink.engines.coasting import coasting
-from exudyn_flexlink.engines.exudyn.minimal.collocation import WEIGHTS
-from exudyn_flexlink.engines.exudyn.minimal.control import ErrorControl
+from exudyn_flexlink.engines.coasting import SWING, coasting
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.finding import EVENT_TIME, Finder, Found
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.knots import KnotControl
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.radau import (
-    FREE,
-    NoConvergenceError,
-    Radau,
-    State,
-    Step,
-)
-from exudyn_flexlink.engines.exudyn.minimal.slow_motions import slow_motions
 from exudyn_flexlink.engines.exudyn.redundant.pace import too_long
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.collocation import WEIGHTS
+from exudyn_flexlink.integrate.control import ErrorControl
+from exudyn_flexlink.integrate.problem import NoConvergenceError, State
+from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
+from exudyn_flexlink.integrate.slow_motions import slow_motions
 
 FloatArray = NDArray[np.float64]
 
+FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
 SHORTEST_LOOK = 1e-3  # of a contact's half period
@@ -53,7 +49,7 @@ class Stepper:
         self.model, self.control, self.finder = model, control, finder
         self.half_periods, self.end = half_periods, end
         tau = coasting(model.assembly.mechanism, end)
-        self.radau = Radau(model, tau, np.zeros((0, 0)))
+        self.radau = Radau(model, Lasting(tau, tau - (1 - FREE) * SWING), np.zeros((0, 0)))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         q, v = model.coordinates.state()
@@ -77,7 +73,7 @@ class Stepper:
         if len(self.radau.slow) != len(q) or self.at.kept.reach is not None:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
             stiffness = self.model.jacobians(self.at)[0]
-            self.radau.slow = slow_motions(self.at.mass, stiffness, self.end)
+            self.radau.slow = slow_motions(self.at.mass, stiffness, self.end, SWING)
 
     def turn(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""

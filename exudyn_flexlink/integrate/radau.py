@@ -20,18 +20,16 @@ integral.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import SWING
-from exudyn_flexlink.engines.exudyn.minimal.collocation import (
+from exudyn_flexlink.integrate.collocation import (
     EIGENVALUES,
     ERROR,
     FROM,
     NODES,
-    POWERS,
     REAL,
     STAGES,
     TO,
@@ -39,59 +37,20 @@ from exudyn_flexlink.engines.exudyn.minimal.collocation import (
     B,
     C,
 )
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import ContactShare, Press
+from exudyn_flexlink.integrate.contact_share import ContactShare
+from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-
+POWERS = np.arange(1, STAGES + 2)
+SYSTEMS = EIGENVALUES[:, None, None]
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
-SYSTEMS = np.array(EIGENVALUES)[:, None, None]
-FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
-
-
-NOT_TOUCHING = np.zeros((0, 2))
-
-
-class Evaluation(NamedTuple):
-    """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it.
-
-    `touching` (c, 2) are the gaps of the contacts that act, and their rates.
-    """
-
-    mass: FloatArray
-    force: FloatArray
-    kept: Any = None
-    touching: FloatArray = NOT_TOUCHING
-
-
-class Problem(Protocol):
-    """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation."""
-
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
-        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
-
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix without contacts, near enough to converge."""
-
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
-        """Gradients (c, n) of the gaps of the contacts that act, and their forces; None without."""
-
-    def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., n) of the coordinates move anything, at most."""
-
-
-class State(NamedTuple):
-    """Places, speeds and accelerations (n,)."""
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
 
 
 class Step(NamedTuple):
@@ -125,20 +84,22 @@ class Step(NamedTuple):
         return q, powers @ speeds
 
 
-class NoConvergenceError(RuntimeError):
-    """No step is short enough."""
+class Lasting(NamedTuple):
+    """How long errors of speeds last until they have become those of places, s."""
+
+    in_contact: float  # those of steps with a contact in them, whose force leaps
+    free: float
 
 
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, tau: float, slow: FloatArray) -> None:
-        """Problem, how long (s) errors of speeds last that a contact leaves, and slow motions.
+    def __init__(self, problem: Problem, lasting: Lasting, slow: FloatArray) -> None:
+        """Take the problem, how long errors of speeds last, and its slow motions.
 
         `slow` (n, n), s, is the matrix by which those make places of errors of speeds.
         """
-        self.problem = problem
-        self.tau, self.slow = tau, slow
+        self.problem, self.lasting, self.slow = problem, lasting, slow
         self.iterations = 0
         self._matrices: _Matrices | None = None
         self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
@@ -169,8 +130,9 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
-        share = self.tau if matrices.contacts is not None else self.tau - (1 - FREE) * SWING
-        errors[1:] = share * errors[1:] + errors[1:] @ self.slow.T
+        in_contact = matrices.contacts is not None
+        tau = self.lasting.in_contact if in_contact else self.lasting.free
+        errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
         self._last = (h, known)
