@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite
+from threading import Event as Asked
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
-from exudyn_flexlink.engines.exudyn.minimal.loop import MinimalLoop
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import Report, contact_events
+from exudyn_flexlink.integrate.solve import Solution
+from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import Scene
@@ -27,7 +30,10 @@ class MinimalRun:
 
     scene: Scene
     model: MinimalModel
-    loop: MinimalLoop
+    problem: MinimalProblem
+    stepper: ImplicitStepper
+    solution: Solution
+    asked: Asked  # whether the user asked to stop
     recorder: Recorder
     events: list[Event]
 
@@ -104,25 +110,25 @@ class _Reading:
         return settings
 
     def _checks(self) -> Checks:
-        loop, recorder = self.run.loop, self.run.recorder
+        stepper, recorder = self.run.stepper, self.run.recorder
         return Checks(
             energy_residual=recorder.energy_residual,
             largest_kinetic_energy=recorder.largest_kinetic_energy,
             constraint_error=recorder.constraint_error,
-            steps=loop.steps,
-            newton_iterations=loop.iterations,
-            smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
-            largest_step=loop.largest_step,
+            steps=stepper.steps,
+            newton_iterations=stepper.iterations,
+            smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
+            largest_step=stepper.largest,
             steps_per_contact=inf,  # the error is controlled there as everywhere
             largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
         )
 
     def _events(self) -> tuple[Event, ...]:
         names = [contact.name for contact in self.mechanism.contacts]
-        events = [event for event in self.run.events if event.time < self.run.loop.end]
+        events = [event for event in self.run.events if event.time < self.run.problem.end]
         # As it begins and ends a contact stores nothing: what it stored as the point slid off is
         # lost.
-        entries, count = self.run.loop.entries, len(names)
+        entries, count = self.run.problem.entries, len(names)
         noted = zip(entries, self.run.recorder.at_notes, strict=True)
         totals = [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
         events += contact_events(entries, totals, names)
