@@ -79,7 +79,7 @@ class March:
             np.zeros((self.room + 1, len(y))),
             np.zeros((self.room, len(self.method.nodes), len(y))),
             np.zeros(self.room + 1),
-            np.zeros(9),
+            np.zeros(10),
         )
         self._buffer.memory[STEP] = self.first_step
         self.recorder.after(self.time, y, False)
