@@ -15,6 +15,7 @@ from exudyn_flexlink.engines.exudyn.minimal.collocation import C
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.radau import Step
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 
 FloatArray = NDArray[np.float64]
 Goal = Callable[[FloatArray], float]
@@ -28,7 +29,7 @@ SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it
 
 @dataclass(frozen=True)
 class Found:
-    """What happened first within a step: when (s), and to which contact or slot guide.
+    """What happened first within a step: when (s), and to which contact, wall or slot guide.
 
     At a `turn` a point that presses comes to rest and goes back, and its force leaps.
     """
@@ -39,6 +40,7 @@ class Found:
     way: int = 0
     goal: bool = False
     turn: bool = False
+    wall: int = -1  # pair of link and guide
 
 
 class Finder:
@@ -49,14 +51,17 @@ class Finder:
     ) -> None:
         self.model, self.goal = model, goal
         self.touches = [contact.touch(x, v) for contact in model.contacts]
+        self.walls = WallWatch(model, x, v) if model.walls.contacts else None
 
     def contacts(self) -> Iterator[tuple[MinimalContact, Touch]]:
         """Every contact with where it is."""
         return zip(self.model.contacts, self.touches, strict=True)
 
-    def look(self, x: FloatArray, v: FloatArray, h: float) -> None:
-        """Take the coordinates (links,) and speeds at the end of a step of length h (s)."""
-        before = self.touches
+    def look(self, step: Step, x: FloatArray, v: FloatArray) -> None:
+        """Take the coordinates (links,) and speeds at the end of a step."""
+        if self.walls is not None:
+            self.walls.accept(step.end, x, v)
+        before, h = self.touches, step.h
         self.touches = [contact.touch(x, v) for contact in self.model.contacts]
         for touch, old in zip(self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
@@ -67,6 +72,9 @@ class Finder:
     def first(self, step: Step) -> Found | None:
         """What happened first within the step."""
         found = [*self._ends_of_pieces(step), *self._changes_of_contacts(step)]
+        if self.walls is not None:
+            touched = self.walls.first(step)
+            found += [] if touched is None else [Found(touched[0], wall=touched[1])]
         if self.goal is not None and self.goal(step.stages[-1].kept.x) < 0:
             found.append(Found(self._fall(lambda t: self._to_turn(step, t), step), goal=True))
         return min(found, key=lambda event: event.time, default=None)

@@ -31,11 +31,13 @@ from exudyn_flexlink.engines.exudyn.minimal.radau import (
     Step,
 )
 from exudyn_flexlink.engines.exudyn.minimal.stepper import IN_CONTACT, Stepper
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     no_solution_advice,
 )
+from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 
 FloatArray = NDArray[np.float64]
 
@@ -135,6 +137,8 @@ class MinimalLoop:
             if contact.touch(x, v).gap < -NOTHING:
                 contact.side = Side.BEHIND
         finder = Finder(self.model, self.goal, x, v)
+        if finder.walls is not None:
+            self._wall_events(finder.walls)
         return Stepper(self.model, self.control, finder, self.half_periods, self.end)
 
     # --- steps --------------------------------------------------------------------------------
@@ -169,6 +173,9 @@ class MinimalLoop:
             if contact.acts:
                 contact.peak = max(contact.peak, contact.force(touch))
         self.observer.take(step, end)
+        walls = stepper.finder.walls
+        if walls is not None and (broken := walls.broken()) is not None:
+            self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
         if any(contact.acts for contact in self.model.contacts):
             self.observer.mark()  # even samples miss the peaks of a contact's force
         if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
@@ -191,6 +198,11 @@ class MinimalLoop:
                 return
         elif found.turn:
             stepper.turn()
+            return
+        elif found.wall >= 0:
+            assert stepper.finder.walls is not None
+            self._wall_events(stepper.finder.walls, found.wall)
+            stepper.bend()
             return
         else:
             self._contact_event(found.contact, stepper.finder.touches[found.contact])
@@ -215,6 +227,17 @@ class MinimalLoop:
             off = min(touch.place, contact.length - touch.place) < min(-touch.gap, 1e-9)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(k, "leaves the face" if off else "contact ends", touch)
+
+    def _wall_events(self, walls: WallWatch, first: int = -1) -> None:
+        """Let a pair of link and guide, if any, begin or cease to press, and others that do so."""
+        before = len(self.model.contacts)
+        others = [k for k in walls.changed().tolist() if k != first]
+        for k in [first, *others] if first >= 0 else others:
+            self.model.walls.change(k)
+            kind = "contact begins" if self.model.walls.touching[k] else "contact ends"
+            touch = walls.touch(k)
+            self.entries.append(Entry(self.time, before + k, kind, touch, -touch.gap_rate, 0.0))
+            self.observer.note()
 
     def _tell(self, k: int, kind: str, touch: Touch) -> None:
         peak = self.model.contacts[k].peak

@@ -24,6 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.radau import (
     Step,
 )
 from exudyn_flexlink.engines.exudyn.minimal.slow_motions import slow_motions
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import LITTLE, moved
 from exudyn_flexlink.engines.exudyn.redundant.pace import too_long
 
 FloatArray = NDArray[np.float64]
@@ -76,8 +77,17 @@ class Stepper:
         self._state = State(q, v, self.model.accelerations(self.at))
         if len(self.radau.slow) != len(q) or self.at.kept.reach is not None:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
-            stiffness = self.model.jacobians(self.at)[0]
+            stiffness = self.model.springs(self.at)[0]
             self.radau.slow = slow_motions(self.at.mass, stiffness, self.end)
+
+    def bend(self) -> None:
+        """Go on from the present state, where a wall begins or ceases to press.
+
+        Forces bend there and hardly leap: the last step still tells where the next one goes.
+        """
+        self.radau.refresh()
+        self.at = self.model.evaluate(self.time, self._state.q, self._state.v)
+        self._state = self._state._replace(a=self.model.accelerations(self.at))
 
     def turn(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
@@ -174,6 +184,12 @@ class Stepper:
         """
         for _ in range(LANDINGS):
             step = self._step(h)
+            if step is not None and found.wall >= 0:
+                later = self._later(found.wall, step)
+                if abs(later) < LITTLE * h or not 0.5 * h < h + later < 1.5 * h:
+                    return moved(step, later) if abs(later) < LITTLE * h else step
+                h += later
+                continue
             if step is None or found.contact < 0 or found.turn:
                 return step
             contact, last = self.model.contacts[found.contact], step.stages[-1].kept
@@ -183,13 +199,17 @@ class Stepper:
             h -= late
         return step
 
+    def _later(self, pair: int, step: Step) -> float:
+        assert self.finder.walls is not None
+        return self.finder.walls.missed(pair, step)
+
     def accept(self, step: Step) -> Held:
         """Go to the end of a step; return the coordinates there."""
         self.time, self._state, self.at = step.end, step.finish, step.stages[-1]
         end = self.model.whole(step.end, step.finish.q, step.finish.v)
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.reach)
-        self.finder.look(end.x, end.v, step.h)
+        self.finder.look(step, end.x, end.v)
         return end
 
     def _misses(self, found: Found, step: Step) -> bool:
