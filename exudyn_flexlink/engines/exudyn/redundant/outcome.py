@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.redundant.pace import ENOUGH_STEPS, few_steps, shortened
-from exudyn_flexlink.engines.exudyn.redundant.sleeves import sleeve_histories, wall_penetrations
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -18,6 +17,11 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     no_solution_advice,
     result_of,
     turns_missing,
+)
+from exudyn_flexlink.engines.exudyn.sleeves import (
+    WallLog,
+    sleeve_histories,
+    wall_penetrations,
 )
 from exudyn_flexlink.engines.walls import made_finer, soft_walls
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
@@ -57,7 +61,7 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         joint_forces=_joint_forces(prepared, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
-        sleeves=sleeve_histories(prepared, kept["forces"]),
+        sleeves=sleeve_histories(prepared.assembly.mechanism, _wall_log(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.recorder.seeker.extremes(),
         events=_events(prepared),
@@ -84,6 +88,12 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
+
+
+def _wall_log(prepared: Prepared) -> WallLog:
+    recorder, loop = prepared.recorder, prepared.loop
+    at_end = np.array([recorder.totals_of(k) for k in range(len(recorder.contacts))])
+    return WallLog(loop.log.entries, recorder.totals, at_end, loop.time, recorder.seeker)
 
 
 def _torques(
@@ -176,7 +186,9 @@ def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
     asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
     if asked is not None and finer is not None and finer < asked:
         warnings.append(made_finer(asked, finer, channels))
-    walls = zip(channels, wall_penetrations(prepared), strict=True)
+    first = len(prepared.assembly.mechanism.contacts)
+    depths = wall_penetrations(channels, prepared.recorder.seeker, first)
+    walls = zip(channels, depths, strict=True)
     warnings += soft_walls(walls)
     return tuple(warnings)
 

@@ -2,30 +2,46 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import pair_sides, pairs
+from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.mechanism import Channel, Mechanism, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory, Touches
-
-if TYPE_CHECKING:
-    from exudyn_flexlink.engines.exudyn.redundant.run import Prepared
 
 FloatArray = NDArray[np.float64]
 Row = tuple[int, float, float, float, float, float, float]
 
 
-def sleeve_histories(prepared: Prepared, forces: FloatArray) -> dict[str, SleeveHistory]:
-    """Forces (samples, pairs) and touches of every channel, by the name of its joint."""
+class WallLog(NamedTuple):
+    """What pairs of sleeves did in a run; contacts are the scene's, then the pairs.
+
+    `totals` are impulse (N s) and loss (J) of its contact at every entry, `at_end` (contacts, 2)
+    those of all, at `end` (s), where what still presses ends.
+    """
+
+    entries: Sequence[Entry]
+    totals: Sequence[tuple[float, float]]
+    at_end: FloatArray
+    end: float
+    seeker: ExtremeSeeker
+
+
+def sleeve_histories(
+    mechanism: Mechanism, log: WallLog, forces: FloatArray
+) -> dict[str, SleeveHistory]:
+    """Forces (samples, contacts) and touches of every channel, by the name of its joint."""
     histories = {}
-    first = len(prepared.assembly.mechanism.contacts)
-    depths = wall_penetrations(prepared)
-    for channel, deepest in zip(prepared.assembly.mechanism.channels, depths, strict=True):
+    first = len(mechanism.contacts)
+    depths = wall_penetrations(mechanism.channels, log.seeker, first)
+    for channel, deepest in zip(mechanism.channels, depths, strict=True):
         names = tuple(contact.name for contact in pairs(channel))
         count = len(names)
-        rows = _touches(prepared, first, count) if channel.clearance > 0 else []
+        rows = _touches(log, first, count) if channel.clearance > 0 else []
         histories[channel.name] = SleeveHistory(
             names, pair_sides(channel), forces[:, first : first + count], _columns(rows), deepest
         )
@@ -33,24 +49,24 @@ def sleeve_histories(prepared: Prepared, forces: FloatArray) -> dict[str, Sleeve
     return histories
 
 
-def wall_penetrations(prepared: Prepared) -> list[float]:
-    """Largest penetration of each channel's pairs, m."""
+def wall_penetrations(
+    channels: Sequence[Channel], seeker: ExtremeSeeker, first: int
+) -> list[float]:
+    """Largest penetration of each channel's pairs, m; the first pair is contact number `first`."""
     found = []
-    first = len(prepared.assembly.mechanism.contacts)
-    for channel in prepared.assembly.mechanism.channels:
+    for channel in channels:
         count = len(pairs(channel))
-        found.append(float(prepared.recorder.seeker.deepest[first : first + count].max()))
+        found.append(float(seeker.deepest[first : first + count].max()))
         first += count
     return found
 
 
-def _touches(prepared: Prepared, first: int, count: int) -> list[Row]:
+def _touches(log: WallLog, first: int, count: int) -> list[Row]:
     """Touches of the contacts from `first` on; what still presses ends with the run."""
-    recorder, loop = prepared.recorder, prepared.loop
-    peak_force = recorder.seeker.peak_force
+    peak_force = log.seeker.peak_force
     begun: dict[int, tuple[float, float, float, float]] = {}
     rows: list[Row] = []
-    for entry, (impulse, lost) in zip(loop.log.entries, recorder.totals, strict=True):
+    for entry, (impulse, lost) in zip(log.entries, log.totals, strict=True):
         k = entry.index
         if not first <= k < first + count:
             continue
@@ -61,13 +77,10 @@ def _touches(prepared: Prepared, first: int, count: int) -> list[Row]:
         totals = (impulse - before, lost - spent)
         peak = max(entry.peak_force, peak_force(k, since, entry.time))
         rows.append((k - first, since, entry.time, *totals, peak, speed))
-    items = [contact for channel in loop.channels for contact in channel.contacts]
-    peaks = {contact.index: contact.peak for contact in items}
     for k, (since, speed, before, spent) in begun.items():
-        impulse, lost = recorder.totals_of(k)
+        impulse, lost = log.at_end[k].tolist()
         totals = (impulse - before, lost - spent)
-        peak = max(peaks[k], peak_force(k, since, loop.time))
-        rows.append((k - first, since, loop.time, *totals, peak, speed))
+        rows.append((k - first, since, log.end, *totals, peak_force(k, since, log.end), speed))
     return sorted(rows, key=lambda row: (row[1], row[0]))
 
 
