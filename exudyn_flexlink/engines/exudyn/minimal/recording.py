@@ -114,13 +114,19 @@ class Recorder:
         """Keep the totals at the end of the last step."""
         self._notes.append(len(self._steps))
 
+    def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
+        """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.
+
+        What a contact stores counts as lost: as it begins and ends it stores nothing, and what it
+        stored as its point slid off the face is lost.
+        """
+        totals = self._reached if at is None else at
+        count = len(self.contacts)
+        return float(totals[2 + contact]), float(totals[2 + count + contact])
+
     def _acting(self) -> BoolArray:
         of_scene = np.array([contact.acts for contact in self.model.contacts], dtype=bool)
         return np.concatenate([of_scene, self.model.walls.touching])
-
-    def totals_at_end(self) -> FloatArray:
-        """Impulse (N s) and energy lost (J) of every contact (contacts, 2) so far."""
-        return np.asarray(self._reached[2:].reshape(2, -1).T)
 
     def _keep(self, t: float, at: Held, step: int, part: float) -> None:
         self.samples.append(Sample(t, at.x, at.v, self._places(at.places), self._acting()))
