@@ -73,8 +73,8 @@ def test_a_supported_link_is_told_with_what_holds_it() -> None:
         ("no_clearance", (), ["minimal: "]),
         ("no_clearance", ("accuracy={step: 1.0e-4}",), ["redundant: "]),
         ("clearance", (), ["minimal: "]),
-        ("smooth", ("accuracy.formulation=beam",), ["beam: "]),
-        ("supported", ("accuracy.formulation=redundant",), ["redundant: ", "at most"]),
+        ("smooth", ("solver.formulation=beam",), ["beam: "]),
+        ("supported", ("solver.formulation=redundant",), ["redundant: ", "at most"]),
     ],
 )
 def test_the_formulation_is_told(name: str, settings: tuple[str, ...], told: list[str]) -> None:
