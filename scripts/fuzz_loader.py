@@ -20,10 +20,15 @@ import time
 import traceback
 from pathlib import Path
 
+try:
+    from hypothesis import HealthCheck, Phase, given, settings
+    from hypothesis import seed as seeded
+except ModuleNotFoundError:
+    print("needs hypothesis: .venv/bin/pip install -e '.[dev]'", file=sys.stderr)
+    raise SystemExit(2) from None
+
 from fuzzing.inputs import INPUTS, Input, kept
 from fuzzing.trying import TooLongError, limit_memory, loads, signature
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import seed as seeded
 
 AT_ONCE = 400  # inputs between two looks at the clock
 

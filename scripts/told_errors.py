@@ -37,8 +37,8 @@ MODEL = Path(__file__).parent.parent / "models" / "clearance.yaml"
 # m, by name: what is run and judged. The tolerance is no setting of the Lagrangian's with walls.
 WAYS = {
     "lagrangian, 1e-5 m": ("lagrangian", 1e-5),
-    "joints, 1e-5 m": ("exudyn", 1e-5),
-    "joints, 1e-4 m": ("exudyn", 1e-4),
+    "redundant, 1e-5 m": ("exudyn", 1e-5),
+    "redundant, 1e-4 m": ("exudyn", 1e-4),
 }
 JUDGE, CHECK = 1e-12, 1e-11  # local tolerances
 FEW_TOUCHES = {"lagrangian": 100, "exudyn": 2}
