@@ -24,8 +24,10 @@ try:
     from hypothesis import HealthCheck, Phase, given, settings
     from hypothesis import seed as seeded
 except ModuleNotFoundError:
-    print("needs hypothesis: .venv/bin/pip install -e '.[dev]'", file=sys.stderr)
-    raise SystemExit(2) from None
+    helping = {"-h", "--help"} & set(sys.argv)
+    told = f"{__doc__}\n" if helping else ""
+    print(f"{told}needs hypothesis: .venv/bin/pip install -q -e '.[dev]'", file=sys.stderr)
+    raise SystemExit(0 if helping else 2) from None
 
 from fuzzing.inputs import INPUTS, Input, kept
 from fuzzing.trying import TooLongError, limit_memory, loads, signature

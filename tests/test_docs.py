@@ -29,6 +29,8 @@ IMAGE = re.compile(r"!\[[^]]*\]\((?P<file>[^)]+)\)")
 INCLUDED = re.compile(r"```\{(?:include|literalinclude)\} (?P<file>tables/\S+)")
 MEASURED = re.compile(r"\d\.\d|\d[eE][-+]?\d")
 LONGEST_README = 160  # lines
+PLACES = ("exudyn_flexlink/", "models/", "scripts/", "tests/", "docs/", "curves/", "engines/",
+          "mechanism/", "scene/")  # fmt: skip
 TOOLS = ("pip", "pytest", "ruff", "mypy", "lint-imports", "sphinx", "venv")
 
 any_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -141,11 +143,12 @@ def test_fuzzing_without_its_library_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "hypothesis", None)
-    monkeypatch.setattr(sys, "argv", ["fuzz_loader.py", "--help"])
-    with pytest.raises(SystemExit) as ended:
-        runpy.run_path(str(ROOT / "scripts" / "fuzz_loader.py"), run_name="__main__")
-    assert ended.value.code == 2
-    assert "pip install" in capsys.readouterr().err
+    for arguments, code, text in ((["--help"], 0, "Usage:"), ([], 2, "pip install")):
+        monkeypatch.setattr(sys, "argv", ["fuzz_loader.py", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(ROOT / "scripts" / "fuzz_loader.py"), run_name="__main__")
+        assert ended.value.code == code
+        assert text in capsys.readouterr().err
 
 
 def test_extras_that_are_printed_exist() -> None:
@@ -184,6 +187,14 @@ def test_links_of_files_that_are_read_as_they_are_lead_somewhere(page: Path) -> 
     if page.parent == ROOT:  # Sphinx checks the others
         for target in re.findall(r"\]\(([^)#]+)\)", text_of(page)):
             assert target.startswith("https://") or (ROOT / target).exists(), target
+
+
+@any_page
+def test_files_that_are_named_are_there(page: Path) -> None:
+    for name in re.findall(r"`([\w/*.]+/[\w*.]*)(?: [^`]*)?`", text_of(page)):
+        if name.startswith(PLACES):
+            found = [*ROOT.glob(name), *(ROOT / "exudyn_flexlink").glob(name)]
+            assert found, f"{page.name}: {name}"
 
 
 @any_page
