@@ -1,4 +1,4 @@
-"""How Sphinx builds this documentation: `python -m sphinx -W docs build/site`."""
+"""How Sphinx builds this documentation: `python -m sphinx -W -q docs build/site`."""
 
 import sys
 from importlib.metadata import version as version_of

@@ -164,7 +164,7 @@ def table(way: str, rows: list[Row]) -> Iterator[str]:
         yield f"| {name} | {' | '.join(map(str, told))} |"
     if rows:
         cost = np.median([second / first for first, second in (row.seconds for row in rows)])
-        yield f"\nthe neighbouring run takes {cost:.2g} times as long as the run (median)"
+        yield f"\n**The neighbouring run takes {cost:.2g} times as long as the run (median).**"
 
 
 def main() -> int:

@@ -213,7 +213,8 @@ def test_the_model_of_the_readme_runs() -> None:
 def test_each_step_of_the_tutorial_runs(path: Path) -> None:
     result = simulate(load_scene(path, ["run.turns=0.6"]), measure=False)
     assert result.outcome.completed
-    assert not result.warnings
+    if "clearance" not in path.stem:  # there a warning may tell of errors that touches multiply
+        assert not result.warnings
 
 
 def test_the_tutorial_shows_every_step() -> None:
