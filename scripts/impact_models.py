@@ -19,8 +19,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table
 
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
@@ -32,6 +30,13 @@ STIFFNESS, SPEED = 2e4, 5e-3
 FACTORS = (1, 4, 16, 64, 256, 1024)
 RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
 SOON = 2e-4  # s after the first touch: the first impact is over, the link has hardly moved
+COLUMNS = (
+    "lever, least angle",
+    "greatest",
+    "rate after 0.2 ms",
+    "impulse",
+    "energy lost",
+)
 COLOURS = {"penalty": "#0072B2", "impulse": "#D55E00"}
 
 
@@ -81,10 +86,12 @@ def stiffness(out: Path) -> None:
         target = pool.submit(answer, rods, "impulse")
         runs = [pool.submit(answer, rods, "penalty", factor) for factor in FACTORS]
         limit, found = target.result(), [run.result() for run in runs]
-    table = _table(f"penalty to impulse, n = {rods}, beam", "k N/m")
-    for factor, one in [*zip(FACTORS, found, strict=True), (np.inf, limit)]:
-        table.add_row(f"{STIFFNESS * factor:.3g}", *_cells(one))
-    Console().print(table)
+    rows = [
+        [f"{STIFFNESS * factor:.3g} N/m", *_cells(one)]
+        for factor, one in zip(FACTORS, found, strict=True)
+    ]
+    rows.append(["impulse", *_cells(limit)])
+    tell(f"Stiffness of the contact, n = {rods}, `beam`", ["k"], rows)
     k = STIFFNESS * np.array(FACTORS)
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
@@ -106,10 +113,8 @@ def rods(out: Path) -> None:
         for key, run in runs.items():
             found[key] = run.result()
             print(f"n = {key[0]}, {key[1]}: {found[key].seconds:.0f} s", file=sys.stderr)
-    table = _table("the first strike over the number of rods, beam", "n", "impact")
-    for (n, impact), one in found.items():
-        table.add_row(str(n), impact, *_cells(one))
-    Console().print(table)
+    rows = [[str(n), impact, *_cells(one)] for (n, impact), one in found.items()]
+    tell("Number of rods, `beam`", ["n", "impact"], rows)
     figure = Figure(figsize=(8, 7), layout="constrained")
     top, bottom = figure.subplots(2, sharex=True)
     for impact, colour in COLOURS.items():
@@ -126,14 +131,18 @@ def rods(out: Path) -> None:
     figure.savefig(out / "rods_and_strike.png", dpi=150)
 
 
-def _table(title: str, *first: str) -> Table:
-    columns = ("lever least rad", "greatest rad", "rate at 0.2 ms rad/s", "impulse N s", "lost J")
-    return Table(*first, *columns, title=title)
+def tell(title: str, first: list[str], rows: list[list[str]]) -> None:
+    """Print a table under its title."""
+    columns = [*first, *COLUMNS]
+    print(f"**{title}**\n")
+    for row in (columns, ["---"] * len(columns), *rows):
+        print(f"| {' | '.join(row)} |")
+    print()
 
 
 def _cells(one: Answer) -> list[str]:
-    angles = [f"{one.least:+.5f}", f"{one.greatest:+.5f}", f"{one.rate:+.3f}"]
-    return [*angles, f"{one.impulse:.4e}", f"{one.lost:.3e}"]
+    angles = [f"{one.least:+.5f} rad", f"{one.greatest:+.5f} rad", f"{one.rate:+.2f} rad/s"]
+    return [*angles, f"{1e3 * one.impulse:.3f} mN s", f"{1e3 * one.lost:.3f} mJ"]
 
 
 def main() -> None:

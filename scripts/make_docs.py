@@ -123,6 +123,7 @@ ITEMS = (
         "10 min",
         tuple(script("impact_models", study, "--out", OUT) for study in ("stiffness", "rods")),
         {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
+        "tables/impact_models.md",
     ),
     Item(
         "tolerance",
