@@ -150,7 +150,7 @@ def rods_that_equal(rods: list[Answer], beam: Answer, what: str) -> str:
 
 def tell(name: str, found: dict[str, list[Answer]]) -> None:
     """Print the table of a scene, and how many rods equal a few elements."""
-    print(f"**{name}.yaml, against a beam of {FINEST} elements**\n")
+    print(f"**`{SCENES[name][0]}.yaml`, against a beam of {FINEST} elements**\n")
     print("| link | number | S off by | lever's tip off by | steps | processor time |")
     print("|---|---|---|---|---|---|")
     for kind, answers in found.items():
