@@ -1,7 +1,7 @@
 """The link as a beam against the link as rods: how far S is off, and what that costs.
 
 Usage:
-    python scripts/beam_against_rods.py [--out docs]
+  .venv/bin/python scripts/beam_against_rods.py [--out docs]
 
 Two scenes: models/smooth.yaml (one turn) and models/no_clearance.yaml (three quarters of a turn,
 with the strike, hinges as a beam's). The link is a beam of 1 to 16 elements, or 5 to 80 rods, of

@@ -1,8 +1,8 @@
 """Measure whether this tool is ahead of what one would script by hand, and of its peers.
 
-  python scripts/benchmark.py                  everything, about a quarter of an hour
-  python scripts/benchmark.py naive rods       some parts
-  python scripts/benchmark.py --quick          smaller ones, about three minutes
+  .venv/bin/python scripts/benchmark.py                  everything, about a quarter of an hour
+  .venv/bin/python scripts/benchmark.py naive rods       some parts
+  .venv/bin/python scripts/benchmark.py --quick          smaller ones, about three minutes
 
 Parts: naive (the script by hand), scipy, mujoco (peers; MuJoCo if installed), rods (cost of a step
 over their number), effects (what each costs), startup.

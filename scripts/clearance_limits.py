@@ -1,7 +1,7 @@
 """Find out whether the link stays in its guide, whatever clearance and speed, for many turns.
 
-  python scripts/clearance_limits.py
-  python scripts/clearance_limits.py --turns 5 --speeds 1 --engine lagrangian
+  .venv/bin/python scripts/clearance_limits.py
+  .venv/bin/python scripts/clearance_limits.py --turns 5 --speeds 1 --engine lagrangian
 
 Prints, for clearances from 0.1 to 5 mm and crank speeds from 1 to 100 rad/s, whether the run came
 to its end, how deep a wall gave way against the clearance, and what the energy balance missed. A

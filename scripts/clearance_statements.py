@@ -1,7 +1,7 @@
 """Put to the test what the paper says of clearance: more excitation, a higher first amplitude.
 
-  python scripts/clearance_statements.py
-  python scripts/clearance_statements.py --engine lagrangian
+  .venv/bin/python scripts/clearance_statements.py
+  .venv/bin/python scripts/clearance_statements.py --engine lagrangian
 
 For clearances from none to 5 mm and three restitutions of the walls it prints, over the first two
 laps, of the perturbation of S (against the rigid link without clearance): its rms, that of its fast

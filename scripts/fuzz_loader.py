@@ -1,9 +1,9 @@
 """Fuzz the loader of models: whatever it is given, a scene or a SceneError comes out.
 
 Usage:
-    python scripts/fuzz_loader.py --minutes 60             another seed every time; it is printed
-    python scripts/fuzz_loader.py --minutes 5 --seed 7
-    python scripts/fuzz_loader.py --replay fuzz/0          what was found, once more
+  .venv/bin/python scripts/fuzz_loader.py --minutes 60     another seed every time; it is printed
+  .venv/bin/python scripts/fuzz_loader.py --minutes 5 --seed 7
+  .venv/bin/python scripts/fuzz_loader.py --replay fuzz/0  what was found, once more
 
 An input that lets anything else out (an exception, a warning, more than 20 s of processor time,
 more than 4 GB) is made as small as possible and kept, model, CSV file and settings, in a folder of

@@ -1,8 +1,8 @@
 """Penalty contact against the impulsive impact of the paper, both in the Lagrangian.
 
 Usage:
-    python scripts/impact_models.py stiffness [--out docs]   penalty to impulse as it stiffens
-    python scripts/impact_models.py rods [--out docs]        the strike over the number of rods
+  .venv/bin/python scripts/impact_models.py stiffness [--out docs]  penalty to impulse, stiffer
+  .venv/bin/python scripts/impact_models.py rods [--out docs]       over the number of rods
 
 The first prints and draws how the lever's answer to the first strike tends to that of the impulse
 as the contact's stiffness k grows (its transition speed falls as 1/sqrt(k)).

@@ -1,10 +1,10 @@
 """Make every figure of the README and the documentation again, and every table of measured numbers.
 
 Usage:
-    python scripts/make_docs.py                        all of them, which takes hours
-    python scripts/make_docs.py tutorial verify        some, by name
-    python scripts/make_docs.py --list                 names, files and how long they take
-    python scripts/make_docs.py --check                measure cheap parts again, write nothing
+  .venv/bin/python scripts/make_docs.py                  all of them, which takes hours
+  .venv/bin/python scripts/make_docs.py tutorial verify  some, by name
+  .venv/bin/python scripts/make_docs.py --list           names, files and how long they take
+  .venv/bin/python scripts/make_docs.py --check          measure cheap parts again, write nothing
 
 Each is one or more commands that draw into a scratch folder or print Markdown tables; what they
 made is put into docs/ once all commands of an item have ended. Exit code 1: a command failed, or

@@ -1,9 +1,9 @@
 """Random scenes through both engines: none may crash, none may silently be wrong.
 
 Usage:
-    python scripts/random_scenes.py                      200 scenes, on all cores, an hour or so
-    python scripts/random_scenes.py --count 20 --seed 7
-    python scripts/random_scenes.py --only 137           one of them, told in full
+  .venv/bin/python scripts/random_scenes.py             200 scenes, on all cores, an hour or so
+  .venv/bin/python scripts/random_scenes.py --count 20 --seed 7
+  .venv/bin/python scripts/random_scenes.py --only 137  one of them, told in full
 
 Every parameter of the paper's mechanism is drawn within ten times its value (angles, restitution
 and the shape of the mechanism within their own bounds; 2 to 4 rods where they touch walls, as more

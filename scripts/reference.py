@@ -1,8 +1,8 @@
 """Write the pages of the documentation that the program itself knows: keys, commands, items.
 
 Usage:
-    python scripts/reference.py            into docs/_generated
-    python scripts/reference.py --out DIR
+  .venv/bin/python scripts/reference.py            into docs/_generated
+  .venv/bin/python scripts/reference.py --out DIR
 
 `model_file.md` has every key of a model file with meaning, unit and default, by the JSON schema;
 `commands.md` the help of every command; `items.md` what `make_docs.py` makes; `tutorial_N.diff`

@@ -1,9 +1,9 @@
 """Random scenes with clearance: which runs are off by more than their tolerance, which say so.
 
 Usage:
-    python scripts/told_errors.py                         40 scenes in both engines, half an hour
-    python scripts/told_errors.py --count 10 --seed 2
-    python scripts/told_errors.py --only 7
+  .venv/bin/python scripts/told_errors.py  40 scenes in both engines, half an hour
+  .venv/bin/python scripts/told_errors.py --count 10 --seed 2
+  .venv/bin/python scripts/told_errors.py --only 7
 
 Scenes are drawn about the paper's mechanism with clearance: 2 to 6 rods, half a turn or so, walls
 that give back much of a bounce. Each run is judged by the Lagrangian with local tolerances of

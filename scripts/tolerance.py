@@ -1,10 +1,10 @@
 """What a tolerance means: the error that is really made, by scene and tolerance.
 
 Usage:
-    python scripts/tolerance.py                        the Lagrangian, all scenes
-    python scripts/tolerance.py --engine exudyn lagrangian --models smooth --tolerances 1e-4
-    python scripts/tolerance.py --turns 1 --repeat 3
-    python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
+  .venv/bin/python scripts/tolerance.py                        the Lagrangian, all scenes
+  .venv/bin/python scripts/tolerance.py --engine exudyn lagrangian --models smooth --tolerances 1e-4
+  .venv/bin/python scripts/tolerance.py --turns 1 --repeat 3
+  .venv/bin/python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
 
 `spline_N` is `spline_track` with a cam through N points, rounded to microns as in a file; on
 `coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of S and of the

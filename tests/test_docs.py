@@ -57,12 +57,21 @@ def commands() -> Iterator[tuple[str, list[str]]]:
 
 
 def of_program() -> list[list[str]]:
+    """Arguments of the program in README, documentation and the help of its commands."""
     start = [".venv/bin/python", "-m", "exudyn_flexlink"]
-    return [words[3:] for _, words in commands() if words[:3] == start]
+    examples = "\n".join(reference.help_of(command) for command in reference.COMMANDS)
+    told = re.findall(r"^  exudyn-flexlink (\w+ .*)$", examples, re.MULTILINE)
+    return [words[3:] for _, words in commands() if words[:3] == start] + list(
+        map(shlex.split, told)
+    )
 
 
 def of_scripts() -> list[list[str]]:
-    return [words[1:] for _, words in commands() if words[1:] and words[1].startswith("scripts/")]
+    """Scripts and their arguments in README, documentation and their own docstrings."""
+    printed = [words[1:] for _, words in commands() if words[1:2] and "scripts/" in words[1]]
+    usage = re.compile(r"^  \.venv/bin/python (scripts/\S+(?: \S+)*)", re.MULTILINE)
+    told = [line for script in SCRIPTS for line in usage.findall(text_of(script))]
+    return printed + [shlex.split(line.partition(" [")[0]) for line in told]
 
 
 def test_the_readme_is_short() -> None:
@@ -81,7 +90,8 @@ def test_every_command_is_one_of_the_environment_that_the_readme_makes() -> None
 def test_the_program_knows_the_arguments_of_each_command(arguments: list[str]) -> None:
     options = vars(_parser().parse_args(arguments))
     if "model" in options:
-        load_scene(ROOT / options["model"], options["settings"])
+        path = ROOT / options["model"]
+        load_scene(path if path.exists() else options["model"], options.get("settings", ()))
 
 
 @any_script
