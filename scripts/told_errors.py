@@ -1,9 +1,9 @@
 """Random scenes with clearance: which runs are off by more than their tolerance, which say so.
 
 Usage:
-    python scripts/told_errors.py                         40 scenes in both engines, half an hour
-    python scripts/told_errors.py --count 10 --seed 2
-    python scripts/told_errors.py --only 7
+  .venv/bin/python scripts/told_errors.py  40 scenes in both engines, half an hour
+  .venv/bin/python scripts/told_errors.py --count 10 --seed 2
+  .venv/bin/python scripts/told_errors.py --only 7
 
 Scenes are drawn about the paper's mechanism with clearance: 2 to 6 rods, half a turn or so, walls
 that give back much of a bounce. Each run is judged by the Lagrangian with local tolerances of
@@ -37,8 +37,8 @@ MODEL = Path(__file__).parent.parent / "models" / "clearance.yaml"
 # m, by name: what is run and judged. The tolerance is no setting of the Lagrangian's with walls.
 WAYS = {
     "lagrangian, 1e-5 m": ("lagrangian", 1e-5),
-    "joints, 1e-5 m": ("exudyn", 1e-5),
-    "joints, 1e-4 m": ("exudyn", 1e-4),
+    "redundant, 1e-5 m": ("exudyn", 1e-5),
+    "redundant, 1e-4 m": ("exudyn", 1e-4),
 }
 JUDGE, CHECK = 1e-12, 1e-11  # local tolerances
 FEW_TOUCHES = {"lagrangian": 100, "exudyn": 2}
@@ -164,7 +164,7 @@ def table(way: str, rows: list[Row]) -> Iterator[str]:
         yield f"| {name} | {' | '.join(map(str, told))} |"
     if rows:
         cost = np.median([second / first for first, second in (row.seconds for row in rows)])
-        yield f"\nthe neighbouring run takes {cost:.2g} times as long as the run (median)"
+        yield f"\n**The neighbouring run takes {cost:.2g} times as long as the run (median).**"
 
 
 def main() -> int:
