@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.diagnostics.contacts import shortened, too_long
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.collocation import C
 from exudyn_flexlink.engines.exudyn.minimal.control import ErrorControl
@@ -16,7 +17,6 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, report
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.stepper import IN_CONTACT
-from exudyn_flexlink.engines.exudyn.redundant.pace import shortened, too_long
 from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.mechanism import (

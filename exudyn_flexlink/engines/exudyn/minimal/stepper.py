@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.clock import instant
 from exudyn_flexlink.engines.coasting import coasting
+from exudyn_flexlink.engines.diagnostics.contacts import too_long
 from exudyn_flexlink.engines.exudyn.minimal.collocation import WEIGHTS
 from exudyn_flexlink.engines.exudyn.minimal.control import ErrorControl
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
@@ -24,7 +25,6 @@ from exudyn_flexlink.engines.exudyn.minimal.radau import (
     Step,
 )
 from exudyn_flexlink.engines.exudyn.minimal.slow_motions import slow_motions
-from exudyn_flexlink.engines.exudyn.redundant.pace import too_long
 
 FloatArray = NDArray[np.float64]
 
