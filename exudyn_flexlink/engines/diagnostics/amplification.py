@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 
@@ -12,7 +10,7 @@ from exudyn_flexlink.engines.diagnostics.consistency import kinetic
 from exudyn_flexlink.engines.diagnostics.contacts import struck
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import sleeves_with_play
-from exudyn_flexlink.result import Event, Result
+from exudyn_flexlink.result import Result
 
 FEW_BOUNCES = 3  # in a row: one strike of a flexible link may be a burst of so many
 SLOW_SLIDE = 1e-3  # of the fastest motion: slower, errors of a place grow a thousand times (below)
@@ -37,21 +35,15 @@ def aiming(result: Result) -> str:
 def _rattling(result: Result) -> Iterator[str]:
     """Links with play: touches of walls multiply errors, and so do swings free of them."""
     for name in sleeves_with_play(result):
-        count = len(result.sleeves[name].touches.end)
+        count = len(result.sleeves[name].touches)
         yield f"{count} touches of the walls of '{name}'" if count else f"play in '{name}'"
 
 
 def _bouncing(result: Result) -> Iterator[str]:
     """Strikes in a row: each adds the last one's error of time and speed, more so off a lever."""
-    laps = [event.time for event in result.events if event.kind == "lap"]
-    most: Counter[str] = Counter()
-    for begin, end in pairwise([-np.inf, *laps, np.inf]):
-        most |= Counter(
-            event.name
-            for event in result.events
-            if event.kind == "contact begins" and begin <= event.time < end
-        )
-    for name, count in most.items():
+    laps = [-np.inf, *(lap.time for lap in result.laps), np.inf]
+    for name, contact in result.contacts.items():
+        count = int(np.histogram(contact.touches.begin, laps)[0].max())
         if count > FEW_BOUNCES:
             yield f"{count} strikes of '{name}' in a row"
 
@@ -64,19 +56,12 @@ def _sliding_off(result: Result) -> Iterator[str]:
     """
     parts = build_mechanism(result.scene).parts
     fastest = float(np.sqrt(2 * kinetic(result) / sum(part.mass for part in parts)))
-    begun: dict[str, Event] = {}
-    slowest: dict[str, tuple[float, float]] = {}
-    for event in result.events:
-        if event.kind == "contact begins":
-            begun[event.name] = event
-        elif event.kind == "leaves the face" and event.name in begun:
-            first = begun.pop(event.name)
-            way = abs(event.details["place"] - first.details["place"])
-            found = (way / max(event.time - first.time, 1e-300), event.time)
-            slowest[event.name] = min(slowest.get(event.name, found), found)
-    for name, (speed, at) in slowest.items():
-        if speed < SLOW_SLIDE * fastest:
+    for name, contact in result.contacts.items():
+        off = contact.touches.where(contact.touches.slides_off)
+        speeds = np.abs(off.end_place - off.place) / np.maximum(off.end - off.begin, 1e-300)
+        if speeds.min(initial=np.inf) < SLOW_SLIDE * fastest:
+            k = int(np.argmin(speeds))
             yield (
-                f"the point of '{name}' crept off its face's end at {at:.6g} s, at about "
-                f"{speed:.2g} m/s, and what was bent sprang back at {fastest:.2g} m/s or more"
+                f"the point of '{name}' crept off its face's end at {off.end[k]:.6g} s, at about "
+                f"{speeds[k]:.2g} m/s, and what was bent sprang back at {fastest:.2g} m/s or more"
             )

@@ -65,29 +65,25 @@ def _joints(result: Result) -> Iterator[str]:
 
 
 def _gains(result: Result) -> Iterator[str]:
-    """Strikes and touches of walls that give more energy than they took."""
+    """Strikes and touches of walls that give more energy than they took.
+
+    What still presses as the run ends is left out: what it stores is not given back yet.
+    """
     largest = kinetic(result)
-    gaining = [found for found in _gained(result) if found[0] > GAIN * largest]
+    gaining = [
+        (-touch.energy_lost, touch.end, name)
+        for histories in (result.contacts, result.sleeves)
+        for name, history in histories.items()
+        for touch in history.touches.where(history.touches.energy_lost < -GAIN * largest)
+        if not touch.lasts
+    ]
     if not gaining:
         return
     gain, at, name = max(gaining)
-    count = len(gaining)
     told = "an impact gives more energy than it takes"
-    if count > 1:
-        told = f"{count} impacts give more energy than they take"
+    if len(gaining) > 1:
+        told = f"{len(gaining)} impacts give more energy than they take"
     yield (
         f"{told}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the largest "
         f"kinetic energy: {_remedy(result)}, or raise 'steps_per_contact'"
     )
-
-
-def _gained(result: Result) -> Iterator[tuple[float, float, str]]:
-    """Energy gained (J), end (s) and name of every strike, and of each sleeve's worst touch."""
-    for event in result.events:
-        if "energy_lost" in event.details:
-            yield -event.details["energy_lost"], event.time, event.name
-    for name, sleeve in result.sleeves.items():
-        lost = sleeve.touches.energy_lost
-        if len(lost):
-            k = int(np.argmin(lost))
-            yield -float(lost[k]), float(sleeve.touches.end[k]), name

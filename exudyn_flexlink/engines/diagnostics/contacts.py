@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from exudyn_flexlink.mechanism import FaceContact, build_mechanism, face_length
-from exudyn_flexlink.result import Event, Result
+from exudyn_flexlink.mechanism import build_mechanism, face_length
+from exudyn_flexlink.result import Result
 
 FEWEST_STEPS = 5  # in half a period of a contact: with fewer no restitution is right
 ENOUGH_STEPS = 30  # likewise: the restitution is right to 1 %
@@ -16,7 +14,7 @@ THIN = 0.25  # of the overlap of point and face: a deeper strike depends on how 
 
 def struck(result: Result) -> bool:
     """Tell whether any contact of the scene closed."""
-    return any(event.kind == "contact begins" for event in result.events)
+    return any(len(contact.touches) for contact in result.contacts.values())
 
 
 def too_long(given: float, half_period: float) -> bool:
@@ -35,7 +33,7 @@ def shortened(given: float, half_period: float, step: float) -> str:
 def few_steps(result: Result) -> Iterator[str]:
     """Say that contacts were resolved by few steps."""
     steps = result.checks.steps_per_contact
-    touched = any(len(sleeve.touches.end) for sleeve in result.sleeves.values())
+    touched = any(len(sleeve.touches) for sleeve in result.sleeves.values())
     if steps < ENOUGH_STEPS * (1 - 1e-9) and (touched or struck(result)):
         yield (
             f"{steps:.3g} steps per contact: below {ENOUGH_STEPS} the restitution is off by more "
@@ -45,30 +43,17 @@ def few_steps(result: Result) -> Iterator[str]:
 
 def thin_overlaps(result: Result) -> Iterator[str]:
     """Say of each contact where it went deepest against the overlap of its point and its face."""
-    if not struck(result):
-        return
-    worst: dict[str, tuple[float, float, float, float]] = {}
-    for face, begin, end in _strikes(result):
-        depth = end.details.get("peak_force", 0.0) / getattr(face.law, "stiffness", np.inf)
-        places = (event.details["place"] for event in (begin, end))
-        overlap = max(min(place, face_length(face) - place) for place in places)
-        found = (depth / max(overlap, 1e-300), depth, overlap, begin.time)
-        worst[face.name] = max(worst.get(face.name, found), found)
-    for name, (share, depth, overlap, at) in worst.items():
+    for face in build_mechanism(result.scene).contacts:
+        length, worst = face_length(face), (0.0, 0.0, 0.0, 0.0)
+        for touch in result.contacts[face.name].touches:
+            if not touch.lasts:
+                overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))
+                share = touch.penetration / max(overlap, 1e-300)
+                worst = max(worst, (share, touch.penetration, overlap, touch.begin))
+        share, depth, overlap, at = worst
         if share > THIN:
             yield (
-                f"contact '{name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
+                f"contact '{face.name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
                 f"{overlap:.2g} m by which the point overlaps the face: the face's stiffness "
                 "decides there, not the mechanism; raise it and compare"
             )
-
-
-def _strikes(result: Result) -> Iterator[tuple[FaceContact, Event, Event]]:
-    """The face of every contact that ended, with the events of its begin and its end."""
-    faces = {face.name: face for face in build_mechanism(result.scene).contacts}
-    begun: dict[str, Event] = {}
-    for event in result.events:
-        if event.kind == "contact begins":
-            begun[event.name] = event
-        elif event.name in begun:
-            yield faces[event.name], begun.pop(event.name), event

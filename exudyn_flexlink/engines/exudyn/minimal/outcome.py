@@ -8,12 +8,13 @@ from math import inf, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
 from exudyn_flexlink.engines.exudyn.minimal.loop import MinimalLoop
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.reporting import Report, contact_events
+from exudyn_flexlink.engines.exudyn.reporting import Report
 from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import Scene
@@ -71,10 +72,11 @@ class _Reading:
     def report(self) -> Report:
         poses, rates = self.moved.poses, self.moved.rates
         energies = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
-        contacts = {}
+        contacts, written = {}, self._written()
         for k, contact in enumerate(self.mechanism.contacts):
-            at = self.approaches[k]
-            contacts[contact.name] = ContactHistory(at.gap, at.place, self.pressing[:, k])
+            at, force = self.approaches[k], self.pressing[:, k]
+            touches = written.intervals(k)
+            contacts[contact.name] = ContactHistory(at.gap, at.place, force, touches)
         return Report(
             settings=self._settings(),
             time=self.time,
@@ -87,8 +89,19 @@ class _Reading:
             sleeves={},
             energy=EnergyHistory(*energies.T),
             extremes=self.run.recorder.seeker.extremes(),
-            events=self._events(),
+            laps=tuple(lap for lap in self.run.events if lap.time < self.run.loop.end),
             checks=self._checks(),
+        )
+
+    def _written(self) -> Written:
+        loop, recorder, contacts = self.run.loop, self.run.recorder, self.model.contacts
+        noted = zip(loop.entries, recorder.at_notes, strict=True)
+        return Written(
+            loop.entries,
+            [recorder.totals_of(entry.index, at) for entry, at in noted],
+            recorder.totals_of,
+            lambda k: contacts[k].peak,
+            recorder.seeker,
         )
 
     def _settings(self) -> dict[str, float | str]:
@@ -116,17 +129,6 @@ class _Reading:
             steps_per_contact=inf,  # the error is controlled there as everywhere
             largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
         )
-
-    def _events(self) -> tuple[Event, ...]:
-        names = [contact.name for contact in self.mechanism.contacts]
-        events = [event for event in self.run.events if event.time < self.run.loop.end]
-        # As it begins and ends a contact stores nothing: what it stored as the point slid off is
-        # lost.
-        entries, count = self.run.loop.entries, len(names)
-        noted = zip(entries, self.run.recorder.at_notes, strict=True)
-        totals = [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
-        events += contact_events(entries, totals, names)
-        return self.run.recorder.seeker.with_peaks(events)
 
     # --- reactions ----------------------------------------------------------------------------
 

@@ -108,6 +108,16 @@ class Recorder:
         """Keep the totals at the end of the last step."""
         self._notes.append(len(self._steps))
 
+    def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
+        """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.
+
+        What a contact stores counts as lost: as it begins and ends it stores nothing, and what it
+        stored as its point slid off the face is lost.
+        """
+        totals = self._reached if at is None else at
+        count = len(self.model.contacts)
+        return float(totals[2 + contact]), float(totals[2 + count + contact])
+
     def _acting(self) -> tuple[bool, ...]:
         return tuple(contact.acts for contact in self.model.contacts)
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.exudyn.redundant.sleeves import sleeve_histories
+from exudyn_flexlink.engines.exudyn.redundant.sleeves import sleeve_histories, written
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     Report,
-    contact_events,
     no_solution_advice,
     result_of,
     turns_missing,
@@ -25,7 +24,6 @@ from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
     EnergyHistory,
-    Event,
     Outcome,
     Result,
 )
@@ -59,7 +57,8 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         sleeves=sleeve_histories(prepared, kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.recorder.seeker.extremes(),
-        events=_events(prepared),
+        # A lap that begins as the run ends is none.
+        laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
         checks=_checks(prepared, iterations),
     )
 
@@ -124,21 +123,12 @@ def _slot_forces(
 def _contacts(
     prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
 ) -> dict[str, ContactHistory]:
-    histories = {}
+    histories, told = {}, written(prepared)
     for k, contact in enumerate(prepared.assembly.mechanism.contacts):
         at = approach(contact, poses, rates)
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k])
+        touches = told.intervals(k)
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k], touches)
     return histories
-
-
-def _events(prepared: Prepared) -> tuple[Event, ...]:
-    """Events, with the impulse (N s) and the energy lost (J) of every contact that ended."""
-    loop, contacts = prepared.loop, prepared.recorder.contacts
-    # A lap that begins as the run ends is none.
-    events = [event for event in loop.events if event.time < loop.end]
-    names = [contact.name for contact in contacts[: len(loop.contacts)]]
-    events += contact_events(loop.log.entries, prepared.recorder.totals, names)
-    return prepared.recorder.seeker.with_peaks(events)
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
