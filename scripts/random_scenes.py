@@ -34,7 +34,7 @@ import numpy as np
 from exudyn_flexlink.cli.terminal import progress_bar
 from exudyn_flexlink.compare import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.engines.mending import tightened
+from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import SceneError
@@ -140,7 +140,7 @@ def judge(model: str, settings: list[str]) -> Verdict:
         near = (
             None
             if _agree(found, exact, tolerance)
-            else simulate(tightened(scene, NEAR), measure=False)
+            else simulate(retuned(scene, found, NEAR), measure=False)
         )
     except (NotRepresentableError, SceneError) as error:
         return Verdict(REFUSED, str(error))

@@ -9,9 +9,10 @@ Scenes are drawn about the paper's mechanism with clearance: 2 to 6 rods, half a
 that give back much of a bounce. Each run is judged by the Lagrangian with local tolerances of
 1e-12, in S and in the lever's tip. That judge may err itself by what it is away from one with
 1e-11: a run is wrong, or right, only where that does not matter, else it is undecided and not
-counted. A neighbouring run tells what is known of the error (see `engines.neighbours`). Beside it
-stands what counts of touches told before there was one: more than 2 in `redundant`, 100 at local
-tolerances. Scenes whose first run takes more processor time than `--patience` are left out.
+counted. A neighbouring run tells what is known of the error (see `engines.diagnostics.neighbour`).
+Beside it stands what counts of touches told before there was one: more than 2 in `redundant`, 100
+at local tolerances. Scenes whose first run takes more processor time than `--patience` are left
+out.
 """
 
 from __future__ import annotations

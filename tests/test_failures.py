@@ -50,7 +50,7 @@ def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
     """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
     made = []
 
-    def fake(scene, engine, progress, *, measure):
+    def fake(scene, engine, progress, **_):
         count = len(made)
         made.append(engine)
         whole = act(count)

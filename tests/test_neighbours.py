@@ -10,8 +10,13 @@ import results
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import LateInterruptError, simulate
-from exudyn_flexlink.engines.guards import multiplying
-from exudyn_flexlink.engines.neighbours import measured_by, neighbouring, retuned, unmeasured
+from exudyn_flexlink.engines.diagnostics.amplification import multiplying
+from exudyn_flexlink.engines.diagnostics.neighbour import (
+    measured_by,
+    neighbouring,
+    retuned,
+    unmeasured,
+)
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.report import run_text
@@ -135,13 +140,25 @@ def test_a_neighbour_that_stops_measures_no_further():
 # --- when a neighbour is run
 
 
-def test_a_few_touches_ask_for_no_neighbour():
-    assert unmeasured(touched(2)).error is None
-    assert unmeasured(touched(3)).error.missing == NOT_MEASURED
+def test_play_asks_for_a_neighbour_and_its_absence_for_none():
+    assert unmeasured(touched(0)).error.missing == NOT_MEASURED
+    assert unmeasured(replace(touched(3), sleeves={})).error is None
+
+
+def test_steps_that_only_aim_at_a_tolerance_ask_for_a_neighbour():
+    smooth = replace(touched(0, {"tolerance": 1e-5, "steps_per_contact": 60}), sleeves={})
+    found = measured_by(smooth, lambda scene: off_by(smooth, 1e-3)).result
+    assert unmeasured(smooth).error.missing == NOT_MEASURED
+    (told,) = found.warnings
+    assert told.endswith(
+        "as a neighbouring run shows: its steps only aim at the tolerance (steps of order 2)"
+    )
+    own = replace(touched(0, {"step": 1e-4, "steps_per_contact": 60}), sleeves={})
+    assert unmeasured(own).error is None
 
 
 def test_a_burst_of_one_strike_asks_for_no_neighbour():
-    run = touched(1)
+    run = replace(touched(1), sleeves={})
     for count in (3, 4):
         bounces = Intervals.of(Interval(0.1 + k / 100, 0.105 + k / 100) for k in range(count))
         none = np.zeros(len(run.time))

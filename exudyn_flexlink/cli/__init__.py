@@ -119,6 +119,14 @@ def _add_simulate(commands: Any) -> None:
         "left out: make one where contacts multiply errors, and say when they outgrow the "
         "tolerance; --no-horizon: make none",
     )
+    parser.add_argument(
+        "--retries",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="make a run again whose numbers are doubtful (energy, joints, impacts), up to N "
+        "times, each time ten times as accurate; left out: it warns",
+    )
     _add_output(parser, "runs/<name of the model>")
 
 
@@ -193,6 +201,16 @@ def _length(text: str) -> float:
 
 
 _length.__name__ = "length in m"  # what argparse calls it in its complaint
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise ValueError(text)
+    return value
+
+
+_count.__name__ = "number"
 
 
 def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:

@@ -88,7 +88,7 @@ def _both_engines(options: argparse.Namespace) -> Found:
 
     """
     from exudyn_flexlink.compare import compare
-    from exudyn_flexlink.engines.neighbours import retuned
+    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import require_length
 
     scene = read_scene(options, options.impact)
@@ -126,7 +126,7 @@ def _without_effects(options: argparse.Namespace) -> Found:
 
     """
     from exudyn_flexlink.compare import compare_variants
-    from exudyn_flexlink.engines.neighbours import retuned
+    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import load_scene, require_length
 
     engine = options.engine or "exudyn"

@@ -65,7 +65,7 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
     from exudyn_flexlink.engines.interrupts import LateInterruptError
 
     try:
-        return run(scene, options.engine, options), False
+        return run(scene, options.engine, options, retries=options.retries), False
     except LateInterruptError as error:
         return error.result, True
 
@@ -182,8 +182,14 @@ COMPILING = {
 }
 
 
-def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
-    """Run an engine, and show its progress: `what` is going on.
+def run(
+    scene: Scene,
+    engine: str,
+    options: argparse.Namespace,
+    what: str = "simulating",
+    retries: int = 0,
+) -> Result:
+    """Run an engine, and show its progress: `what` is going on; for `retries` see `simulate`.
 
     Raises:
         SceneError: the engine can't represent what the scene asks for; shown where it stands.
@@ -200,7 +206,7 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
             complain(f"hint: {COMPILING[compiles]}")
         before = "" if compiles == "none" else "compiling"
         with progress_bar(options.quiet, what, before) as progress:
-            return engines.simulate(scene, engine, progress, measure=False)
+            return engines.simulate(scene, engine, progress, measure=False, retries=retries)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
         why = f"; '--impact {options.impact}' asks for it" if asked else ""

@@ -49,6 +49,7 @@ from exudyn_flexlink.scene.parse import (
 )
 from exudyn_flexlink.scene.run import (
     ABSOLUTE_TOLERANCES,
+    FEWEST_STEPS_PER_CONTACT,
     RELATIVE_TOLERANCES,
     Accuracy,
     Initial,
@@ -60,6 +61,7 @@ from exudyn_flexlink.scene.schema import is_schema, json_schema
 __all__ = [
     "ABSOLUTE_TOLERANCES",
     "EXCLUSIVE_KEYS",
+    "FEWEST_STEPS_PER_CONTACT",
     "GROUND",
     "RELATIVE_TOLERANCES",
     "Accuracy",

@@ -26,6 +26,7 @@ RelativeTolerance = Annotated[
 AbsoluteTolerance = Annotated[
     float, Number(at_least=ABSOLUTE_TOLERANCES[0], at_most=ABSOLUTE_TOLERANCES[1])
 ]
+FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
 
 class Initial(Part):
@@ -115,7 +116,7 @@ class Solver(Part):
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
         60,
-        ge=3,
+        ge=FEWEST_STEPS_PER_CONTACT,
         description="steps that resolve the shortest strike, half of them a touch of a wall; of "
         "formulations redundant and beam",
     )

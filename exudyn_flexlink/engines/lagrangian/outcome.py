@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.events import Loop
@@ -21,7 +22,6 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
-from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
@@ -92,7 +92,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         extremes=recorder.seeker.extremes(),
         laps=laps,
         checks=_checks(prepared),
-        warnings=_warnings(prepared),
+        warnings=(),
         outcome=_outcome(prepared, complaint),
     )
     began, ready, solved = clock
@@ -168,15 +168,6 @@ def _checks(prepared: Prepared) -> Checks:
             recorder.largest_penetration, float(recorder.seeker.deepest.max(initial=0.0))
         ),
     )
-
-
-def _warnings(prepared: Prepared) -> tuple[str, ...]:
-    asked, finer = prepared.scene.accuracy.tolerance, prepared.tolerance
-    channels = prepared.rig.mechanism.channels
-    told = []
-    if isinstance(prepared.loop, March) and asked is not None and finer < asked:
-        told.append(made_finer(asked, finer, channels))
-    return (*told, *soft_walls((walls.channel, walls.deepest) for walls in prepared.system.walls))
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
