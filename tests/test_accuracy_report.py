@@ -28,12 +28,19 @@ def test_the_advice_says_how_to_follow_it(study):
     lines = accuracy_text(study).splitlines()
     assert lines[-1] == "That is: simulate with --set accuracy.tolerance=4e-05"
 
-    def by(method, value):
+    def by(method, value, scene=study.scene):
         point = replace(points_of(study, "Exudyn")[0], method=method, value=value, claimed=0.0)
-        return accuracy_text(replace(study, points=(point,))).splitlines()[-1].split("with ")[1]
+        text = accuracy_text(replace(study, scene=scene, points=(point,)))
+        return text.splitlines()[-1].split("with ")[1]
 
     step = Method("Exudyn, fixed step", "exudyn", "step", {"formulation": "redundant"})
-    assert by(step, 1e-4) == '--set "accuracy={step: 0.0001, formulation: redundant}"'
+    assert by(step, 1e-4) == "--set accuracy.step=0.0001 --set solver.formulation=redundant"
+    redundant = Method("Exudyn, redundant", "exudyn", settings={"formulation": "redundant"})
+    beam = scene_with("solver={formulation: beam, elements: 3, steps_per_contact: 80}")
+    assert by(redundant, 1e-5, scene=beam) == (
+        '--set accuracy.tolerance=1e-05 --set "solver={steps_per_contact: 80, '
+        'formulation: redundant}"'
+    )
     local = Method("Lagrangian", "lagrangian", "relative_tolerance")
     assert by(local, 1e-6) == (
         "--engine lagrangian --set accuracy.relative_tolerance=1e-06 "

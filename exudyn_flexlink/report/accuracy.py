@@ -217,13 +217,13 @@ def _how(study: Study) -> list[str]:
 
 
 def _settings(scene: Scene, method: Method, value: float) -> str:
-    """Return the options that turn the model's accuracy into a method's at a value."""
-    given = scene.accuracy.model_dump(exclude_none=True)
-    if method.knob != "relative_tolerance" and method.knob not in given:  # in the other's place
-        data = method.at(scene, value).accuracy.model_dump(exclude_none=True, exclude_defaults=True)
-        return f'--set "accuracy={{{", ".join(f"{key}: {_short(x)}" for key, x in data.items())}}}"'
-    chosen = method.chosen(value).items()
-    return " ".join(f"--set accuracy.{key}={_short(x)}" for key, x in chosen)
+    """Return the options that turn the model's accuracy and solver into a method's at a value."""
+    chosen = [f"--set accuracy.{key}={_short(x)}" for key, x in method.accuracy(value).items()]
+    solver = method.at(scene, value).solver
+    if solver.elements != scene.solver.elements:  # a key to be left out: the whole section is said
+        keys = ", ".join(f"{key}: {x}" for key, x in solver.model_dump(exclude_unset=True).items())
+        return " ".join([*chosen, f'--set "solver={{{keys}}}"'])
+    return " ".join([*chosen, *(f"--set solver.{key}={x}" for key, x in method.settings.items())])
 
 
 def _short(value: object) -> str:

@@ -303,7 +303,7 @@ def _not_minimal(mechanism: Mechanism) -> list[str]:
 
 
 def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:
-    asked = scene.accuracy.steps_per_contact
+    asked = scene.solver.steps_per_contact
     if fixed_step is None:
         return f"at most {number(in_contact)} s in contact ({asked} steps per contact)"
     resolved = asked * in_contact / fixed_step

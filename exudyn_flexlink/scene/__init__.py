@@ -53,6 +53,7 @@ from exudyn_flexlink.scene.run import (
     Accuracy,
     Initial,
     Run,
+    Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
@@ -94,6 +95,7 @@ __all__ = [
     "Section",
     "SleeveJoint",
     "SlotJoint",
+    "Solver",
     "SpeedDrive",
     "SplineSpec",
     "Spring",
