@@ -80,7 +80,7 @@ def test_ctrl_c_while_results_are_saved_keeps_them(monkeypatch, capsys):
 def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
     engine_that(monkeypatch, lambda _: True)
 
-    def draw(result, folder):
+    def draw(result, folder, *_):
         (folder / "half.png").write_bytes(b"half")
         press()
 
@@ -205,7 +205,7 @@ def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
     storage.save(results.pendulum(), Path("o"))
     before = files("o")
 
-    def draw(result, folder):
+    def draw(result, folder, *_):
         (folder / "polar.png").write_bytes(b"")
         raise OSError(errno.ENOSPC, "No space left on device")
 

@@ -18,9 +18,11 @@ from typing import Any
 from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
 from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.ending import Ending, ended_by_signals
+from exudyn_flexlink.cli.figures import add_figures, idle_options
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
@@ -48,7 +50,8 @@ def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
         try:
             options = _parser().parse_args(arguments)
             options.ending = ending
-            code: int = options.command(options)
+            idle = idle_options(options)
+            code: int = complain(idle, BAD_INPUT) if idle else options.command(options)
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
@@ -272,6 +275,7 @@ def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
         "complete result by an incomplete one",
     )
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_figures(parser)
     parser.add_argument(
         "--quiet", action="store_true", help="no progress and no summary; warnings stay"
     )
@@ -301,10 +305,12 @@ def _add_plot(commands: Any) -> None:
         "draw the figures of a saved run again",
         """\
         exudyn-flexlink plot runs/no_clearance
-        exudyn-flexlink plot runs/no_clearance --out figures""",
+        exudyn-flexlink plot runs/no_clearance --out figures
+        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print""",
     )
     parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to; default: that folder")
+    add_figures(parser)
     _add_force(parser, "replace also figures that no run drew, or that were changed since")
 
 

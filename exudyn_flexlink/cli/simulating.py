@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -15,7 +16,6 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     complain,
-    drawn,
     names_in,
     progress_bar,
     tell,
@@ -82,7 +82,8 @@ def _write(
 ) -> int:
     """Write a run; returns the exit code. One who did not wait waits for no figures."""
     skipped = options.no_plots or late or options.ending.asked
-    code = write(result, folder, figures=figures and not skipped)
+    look = look_of(options) if figures and not skipped else None
+    code = write(result, folder, look)
     return code or (INTERRUPTED if late else DONE)
 
 
@@ -214,8 +215,8 @@ def run(
         raise SceneError(scene.document, [mistake]) from error
 
 
-def write(result: Result, folder: Path, *, figures: bool) -> int:
-    """Save a run, and draw its figures, into a folder; returns the exit code, see `drawn`.
+def write(result: Result, folder: Path, look: Look | None) -> int:
+    """Save a run, and draw its figures, if they have a look; returns the exit code, see `drawn`.
 
     Ctrl-C does not keep the run from being saved.
 
@@ -229,15 +230,9 @@ def write(result: Result, folder: Path, *, figures: bool) -> int:
     with patience() as patient:
         patient.hold()
         save(result, folder)
-    if patient.pressed or not figures:
+    if patient.pressed or look is None:
         return INTERRUPTED if patient.pressed else DONE
-
-    def draw() -> None:
-        from exudyn_flexlink.plots import save_figures
-
-        save_figures(result, folder)
-
-    return drawn(folder, draw)
+    return drawn(folder, lambda: look.save_run(result, folder))
 
 
 def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> int:

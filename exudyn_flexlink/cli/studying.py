@@ -11,6 +11,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
@@ -21,7 +22,6 @@ from exudyn_flexlink.cli.terminal import (
     Bar,
     Lines,
     complain,
-    drawn,
     names_in,
     progress_bar,
     tell,
@@ -61,7 +61,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 save_accuracy(found, recommendation(found), folder)
             code = INTERRUPTED if patient.pressed else DONE
             if code == DONE and not options.no_plots:
-                code = drawn(folder, lambda: _draw(found, folder))
+                code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
     except (SceneError, StorageError, ImpossibleLengthError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
@@ -159,10 +159,10 @@ class Watch:
             signal.raise_signal(signal.SIGINT)
 
 
-def _draw(found: Study, folder: Path) -> None:
+def _draw(found: Study, folder: Path, look: Look) -> None:
     from exudyn_flexlink.plots import work_precision
 
-    work_precision(found).savefig(folder / "accuracy.png", dpi=150)
+    look.save(work_precision, found, folder, "accuracy")
 
 
 def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) -> int:

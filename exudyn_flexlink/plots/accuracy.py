@@ -12,16 +12,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from exudyn_flexlink.accuracy import Error, Errors, Method, Point, Source, Study
-from exudyn_flexlink.plots.frame import (
+from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
+from exudyn_flexlink.plots.panels import legend_outside, letter
+from exudyn_flexlink.plots.style import (
     BLACK,
     ENGINE_COLOURS,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
-    framed_figure,
-    legend_outside,
-    links_of,
+    SCREEN,
+    Style,
     styled,
 )
 
@@ -52,7 +53,7 @@ class Part:
 
 
 @styled
-def work_precision(study: Study) -> Figure:
+def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     """Largest errors of the watched point, and of the tips below, over processor time, log-log.
 
     Points below the floor, to which the two references agree, are hollow: nothing independent tells
@@ -62,7 +63,8 @@ def work_precision(study: Study) -> Figure:
     if study.tips:
         parts.append(Part(" and ".join(study.tips), lambda errors: errors.tip, study.tip_floor))
     height = 3.6 * len(parts) + 0.4
-    figure = framed_figure(study.scene.title, _subject(study), [], _caption(study), height)
+    words = Words(study.scene.title, _subject(study), [], _caption(study))
+    figure = framed_figure(words, height, style)
     rows = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
     for axes, part in zip(rows, parts, strict=True):
         axes.set_xscale("log")
@@ -72,6 +74,7 @@ def work_precision(study: Study) -> Figure:
     legend_outside(rows[0])
     rows[-1].set_xlabel("processor time of the solve (s)")
     _label_times(rows[-1])
+    letter(rows)
     return figure
 
 
@@ -101,11 +104,13 @@ def _draw(axes: Axes, study: Study, part: Part) -> None:
         _curve(axes, method, sorted(points, key=lambda p: -p.value), part)
     for source in study.sources:
         _level(axes, source, part)
-    axes.axhline(study.target, color=BLACK, linewidth=0.8, label=f"target {study.target:.2g} m")
+    label = f"target asked for, {study.target:.2g} m"
+    axes.axhline(study.target, color=BLACK, linewidth=0.8, linestyle=(0, (1, 2)), label=label)
     low, high = axes.get_ylim()
     if part.floor > 0:
         low = min(low, part.floor / 3)
-        axes.axhspan(low, part.floor, color=GREY, alpha=0.15, linewidth=0, label="below the floor")
+        told = "below the floor: the\nreferences differ by as much"
+        axes.axhspan(low, part.floor, color=GREY, alpha=0.15, linewidth=0, label=told)
     if study.own is not None:
         place = (study.own.processor, part.height(study.own))
         axes.plot(*place, "o", color=ORANGE, markersize=11, markerfacecolor="none",
