@@ -12,14 +12,15 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 from results import block
 
-from exudyn_flexlink.compare import (
+from exudyn_flexlink.compare import compare, compare_variants
+from exudyn_flexlink.observables import (
+    between_samples,
     common_times,
-    compare,
-    compare_variants,
     horizon,
+    lever_response,
     parting_limit,
+    path,
 )
-from exudyn_flexlink.observables import between_samples, lever_response, path
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.storage import save_comparison, staged_folder

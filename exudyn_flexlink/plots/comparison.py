@@ -119,7 +119,7 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw the distance of the points and, below, the differences of the angles."""
     _logarithmic(rows[0], x, [compared.deviation.distance])
-    rows[0].set_ylabel(f"difference of\n{compared.point} (m)")
+    rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)} (m)")
     if compared.levers:
         angles = compared.angle_differences
         _logarithmic(rows[1], x, list(angles.values()), list(angles) if len(angles) > 1 else ())
