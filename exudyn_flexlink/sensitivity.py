@@ -121,7 +121,7 @@ def sensitivity(
         watched_point(first.scene),
         points,
         points[int(each.max(axis=0).argmax())],
-        room(first, points),
+        max(room(run, points) for run in (first, second)),
         limit,
         float(time[-1]),
         found,
@@ -141,7 +141,7 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
     parted visibly, the error is no less than the distance.
     """
     points = judged_points(run.scene)
-    if room(run, points) <= STILL:
+    if max(room(each, points) for each in (run, neighbour)) <= STILL:
         return MeasuredError(points, missing=f"{name_of(points)} stand still")
     time = common_times(run, neighbour)
     each = separations(run, neighbour, time, points)

@@ -80,7 +80,7 @@ def settings_of(kind: str, count: int) -> list[str]:
     shared = ["bodies.link.hinges.stiffness=beam"]
     if kind == "beam":
         damping = ["bodies.link.rods=10", f"bodies.link.hinges.damping={DAMPING * 10!r}"]
-        return [*shared, *damping, "accuracy.formulation=beam", f"accuracy.elements={count}"]
+        return [*shared, *damping, "solver.formulation=beam", f"solver.elements={count}"]
     return [
         *shared,
         f"bodies.link.rods={count}",

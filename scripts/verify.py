@@ -50,7 +50,7 @@ BEAM = "bodies.link.hinges.stiffness=beam"
 LEVER = 0.03  # m, its length
 TIGHT = 1e-8  # m: tolerance of the tight runs
 JUDGE = 1e-11  # m: of the Lagrangian that judges them
-JOINTS = ("accuracy.formulation=redundant", "accuracy.tolerance=4e-5")
+JOINTS = ("solver.formulation=redundant", "accuracy.tolerance=4e-5")
 TIGHT_WALLS = 1e-6  # m
 
 Row = tuple[str, str, str]

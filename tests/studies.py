@@ -52,7 +52,7 @@ class World:
             raise KeyboardInterrupt
         self.labels.append(label)
         accuracy = scene.accuracy
-        cost = self.cost(engine, accuracy) * (scene.run.duration or 0.63) / 0.63
+        cost = self.cost(engine, scene) * (scene.run.duration or 0.63) / 0.63
         if cost > allowed:
             self.now += allowed
             return Solved(self.motion(scene, 0.0), allowed, cost, given_up=True)
@@ -60,8 +60,9 @@ class World:
         return Solved(self.motion(scene, self.error(engine, accuracy)), cost, cost)
 
     @staticmethod
-    def cost(engine, accuracy):
+    def cost(engine, scene):
         """Second order: time goes as error^-1/2; the Lagrangian as error^-1/10."""
+        accuracy = scene.accuracy
         if engine == "lagrangian":
             return 0.2 * ((accuracy.relative_tolerance or accuracy.tolerance) / 1e-5) ** -0.1
         return 0.1 * ((accuracy.tolerance or 10 * accuracy.step**2) / 1e-5) ** -0.5

@@ -76,7 +76,7 @@ def interrupt_after(runs, monkeypatch):
 
     def simulate(scene, engine, progress, **more):
         if scene.run.turns is not None:
-            settings.add((engine, repr(scene.accuracy)))
+            settings.add((engine, repr(scene.accuracy), repr(scene.solver)))
         if len(settings) > runs:
             raise KeyboardInterrupt
         return whole(scene, engine, progress, **more)

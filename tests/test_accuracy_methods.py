@@ -89,10 +89,10 @@ def test_a_dear_method_begins_with_coarse_settings():
 
     class Dear(World):
         @staticmethod
-        def cost(engine, accuracy):
-            if accuracy.spectral_radius == 0.8:
-                return 5.0 * (accuracy.tolerance / 4e-5) ** -0.5
-            return World.cost(engine, accuracy)
+        def cost(engine, scene):
+            if scene.solver.spectral_radius == 0.8:
+                return 5.0 * (scene.accuracy.tolerance / 4e-5) ** -0.5
+            return World.cost(engine, scene)
 
     world, scene = Dear(), scene_with()
     methods = [*methods_of(scene, BOTH), Method("Dear", "exudyn", "tolerance",
@@ -104,9 +104,9 @@ def test_a_dear_method_begins_with_coarse_settings():
 
 
 def test_a_method_keeps_what_is_not_its_own():
-    scene = scene_with("accuracy.steps_per_contact=50", "accuracy.relative_tolerance=1e-6")
-    tight = Method("Lagrangian", "lagrangian").at(scene, 1e-7).accuracy
-    assert (tight.tolerance, tight.steps_per_contact) == (1e-7, 50)
-    assert tight.relative_tolerance is None
+    scene = scene_with("solver.steps_per_contact=50", "accuracy.relative_tolerance=1e-6")
+    tight = Method("Lagrangian", "lagrangian").at(scene, 1e-7)
+    assert (tight.accuracy.tolerance, tight.solver.steps_per_contact) == (1e-7, 50)
+    assert tight.accuracy.relative_tolerance is None
     stepped = Method("Exudyn", "exudyn", "step").at(scene, 1e-4).accuracy
     assert (stepped.step, stepped.tolerance) == (1e-4, None)

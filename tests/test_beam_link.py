@@ -26,7 +26,7 @@ G = 9.81
 LENGTH, WIDTH, THICKNESS = 0.07, 0.01, 0.5e-3
 PER_METRE = 7850 * WIDTH * THICKNESS
 BENDING = 2e11 * WIDTH * THICKNESS**3 / 12
-BEAM = "accuracy.formulation=beam"
+BEAM = "solver.formulation=beam"
 
 LINK = """{type: flexible, length: 0.07, material: steel, section: {width: 10 mm,
            thickness: 0.5 mm}, rods: 10, hinges: {stiffness: beam, damping: 0}}"""
@@ -44,7 +44,8 @@ joints:
   pin: {{type: slot, point: link.start, curve: across}}
 gravity: [0, -{G}]
 run: {{duration: 0.12, sample: 0.1 ms}}
-accuracy: {{step: 2.0e-5, formulation: beam, elements: 3, spectral_radius: 1}}
+accuracy: {{step: 2.0e-5}}
+solver: {{formulation: beam, elements: 3, spectral_radius: 1}}
 """
 
 
@@ -97,7 +98,7 @@ QUARTER = ("run.turns=0.25", "run.sample=1 ms", "accuracy.tolerance=1.0e-7")
 
 @pytest.fixture(scope="module")
 def smooth():
-    return run_model("smooth.yaml", *QUARTER, BEAM, "accuracy.elements=4")
+    return run_model("smooth.yaml", *QUARTER, BEAM, "solver.elements=4")
 
 
 def test_many_rods_tend_to_the_beam_with_the_square_of_their_number(smooth):
@@ -107,7 +108,7 @@ def test_many_rods_tend_to_the_beam_with_the_square_of_their_number(smooth):
         result = run_model(
             "smooth.yaml",
             *QUARTER,
-            "accuracy.formulation=redundant",  # whose steps err alike
+            "solver.formulation=redundant",  # whose steps err alike
             "bodies.link.layout=half_ends",
             f"bodies.link.rods={rods}",
             f"bodies.link.hinges.damping={2e-6 * rods}",
@@ -122,7 +123,7 @@ def test_the_beam_needs_few_elements(smooth):
     beam = on_grid(smooth, where(smooth, "link.end"), 1e-3)
     off = []
     for elements in (1, 2):
-        coarse = run_model("smooth.yaml", *QUARTER, BEAM, f"accuracy.elements={elements}")
+        coarse = run_model("smooth.yaml", *QUARTER, BEAM, f"solver.elements={elements}")
         off.append(abs(on_grid(coarse, where(coarse, "link.end"), 1e-3) - beam).max())
     assert off[0] < 2e-6
     assert off[1] < 5e-8
@@ -131,7 +132,7 @@ def test_the_beam_needs_few_elements(smooth):
 def test_two_elements_if_the_scene_does_not_say():
     results = [
         run_model("smooth.yaml", "run.turns=0.05", BEAM, *more)
-        for more in ((), ("accuracy.elements=2",))
+        for more in ((), ("solver.elements=2",))
     ]
     assert np.array_equal(results[0].poses, results[1].poses)
     assert results[0].settings["formulation"] == "beam"
@@ -195,7 +196,7 @@ LAST = (
 
 @pytest.fixture(scope="module")
 def struck():
-    return run_model("no_clearance.yaml", *LAST, BEAM, "accuracy.elements=4")
+    return run_model("no_clearance.yaml", *LAST, BEAM, "solver.elements=4")
 
 
 def test_strike_is_that_of_many_rods(struck):
@@ -256,7 +257,8 @@ contacts:
     law: {{stiffness: 2.0e4, restitution: 0.5}}
 initial: {{angles: {{guide: 0.1, lever: 0}}, speeds: {{guide: -3, lever: 1}}}}
 run: {{duration: 0.04}}
-accuracy: {{tolerance: 1.0e-6, formulation: beam, elements: 3}}
+accuracy: {{tolerance: 1.0e-6}}
+solver: {{formulation: beam, elements: 3}}
 """
 
 
@@ -346,7 +348,8 @@ PENDULUM = f"""
 bodies: {{link: {LINK}}}
 joints: {{pin: {{type: revolute, points: [ground, link.start], at: [0, 0]}}}}
 run: {{duration: 0.1}}
-accuracy: {{tolerance: 1.0e-5, formulation: beam}}
+accuracy: {{tolerance: 1.0e-5}}
+solver: {{formulation: beam}}
 """
 
 
@@ -366,9 +369,9 @@ def test_a_link_that_is_struck_is_refused():
 
 def test_elements_belong_to_a_beam():
     with pytest.raises(SceneError, match="only a beam has elements"):
-        load_scene(MODELS / "smooth.yaml", ["accuracy.elements=2"])
+        load_scene(MODELS / "smooth.yaml", ["solver.elements=2"])
     with pytest.raises(SceneError):
-        load_scene(MODELS / "smooth.yaml", [BEAM, "accuracy.elements=0"])
+        load_scene(MODELS / "smooth.yaml", [BEAM, "solver.elements=0"])
 
 
 def test_the_other_engine_has_rods_whatever_the_formulation():

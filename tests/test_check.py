@@ -73,10 +73,10 @@ def test_a_supported_link_is_told_with_what_holds_it() -> None:
         ("no_clearance", (), ["minimal: "]),
         ("no_clearance", ("accuracy={step: 1.0e-4}",), ["redundant: "]),
         ("clearance", (), ["redundant: "]),
-        ("smooth", ("accuracy.formulation=beam",), ["beam: "]),
+        ("smooth", ("solver.formulation=beam",), ["beam: "]),
         (
             "supported",
-            ("accuracy.formulation=minimal",),
+            ("solver.formulation=minimal",),
             ["minimal: ", "refused: joints.sleeve: minimal"],
         ),
     ],

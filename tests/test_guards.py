@@ -46,7 +46,7 @@ def test_a_run_that_misses_energy_is_made_again_with_a_tenth_and_says_so(run: Re
     asked = []
 
     def again(scene):
-        asked.append((scene.accuracy.tolerance, scene.accuracy.steps_per_contact))
+        asked.append((scene.accuracy.tolerance, scene.solver.steps_per_contact))
         return replace(run, settings={**run.settings, "tolerance": scene.accuracy.tolerance})
 
     kept, _ = mending.guarded(off_by(run, 0.05), again)
@@ -119,7 +119,7 @@ def test_a_coarse_lagrangian_is_mended_for_good() -> None:
 @pytest.mark.parametrize(("formulation", "most"), [("minimal", 1e-6), ("redundant", 1e-5)])
 def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most: float) -> None:
     """At 1e7 N/m half a period is 1.3e-5 s: steps of 2e-5 s would jump over it."""
-    stiff = ("contacts.strike.law.stiffness=1e7", f"accuracy.formulation={formulation}")
+    stiff = ("contacts.strike.law.stiffness=1e7", f"solver.formulation={formulation}")
     given = load_scene(STRIKE, [*stiff, "accuracy.step=2e-5"])
     right = simulate(load_scene(STRIKE, [stiff[0], "accuracy.tolerance=1e-8"]))
     result = simulate(given, measure=False)
@@ -151,7 +151,7 @@ def _first_contact(run: Result) -> tuple[Event, Event]:
 @pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])
 def test_a_row_of_bounces_is_told_where_it_is_off(formulation: str, right: bool) -> None:
     """By formulation `minimal` the 24 bounces keep even to 1e-9 m."""
-    bouncing = [f"accuracy.formulation={formulation}", "run.duration=2.2"]
+    bouncing = [f"solver.formulation={formulation}", "run.duration=2.2"]
     result = simulate(load_scene(MODELS / "bouncing.yaml", bouncing))
     assert result.error is not None
     assert (result.error.exceeds_from is None) == right
@@ -199,9 +199,9 @@ def test_a_link_that_swings_free_of_its_walls_is_told() -> None:
 
 def test_steps_too_few_for_a_strike_at_this_tolerance_are_told() -> None:
     """With 60 steps the tip is 1.4e-5 m off at 1e-5 m, with 120 steps 1.3e-6 m."""
-    joints = ["run.turns=0.55", "accuracy.formulation=redundant", "accuracy.tolerance=1e-5"]
+    joints = ["run.turns=0.55", "solver.formulation=redundant", "accuracy.tolerance=1e-5"]
     few, enough = (
-        simulate(load_scene(MODELS / "../rigid.yaml", [*joints, f"accuracy.steps_per_contact={n}"]))
+        simulate(load_scene(MODELS / "../rigid.yaml", [*joints, f"solver.steps_per_contact={n}"]))
         for n in (60, 120)
     )
     (told,) = few.warnings

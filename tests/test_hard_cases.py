@@ -167,7 +167,7 @@ def test_a_curvature_jump_costs_no_order() -> None:
     )
     found = []
     for step in ("4e-4", "2e-4"):
-        settings = [f"accuracy.step={step}", "accuracy.formulation=redundant"]
+        settings = [f"accuracy.step={step}", "solver.formulation=redundant"]
         result = simulate(load_scene(MODELS / "curvature_jump.yaml", settings), measure=False)
         found.append(compare(result, exact).deviation.largest)
     assert found[0] / found[1] == pytest.approx(4, rel=0.25)

@@ -236,7 +236,7 @@ def test_a_spring_acts_on_any_hinge_of_a_loop(joint: str) -> None:
     text = SPRUNG.format(bar=BAR, joint=joint)
     held = "drives: {m: {type: torque, joint: " + joint + ", value: 0.0}}\n"
     tree = simulate(scene(text + held + "accuracy: {tolerance: 1.0e-9}\n"))
-    other = simulate(scene(text + "accuracy: {step: 1.0e-4, formulation: redundant}\n"))
+    other = simulate(scene(text + "accuracy: {step: 1.0e-4}\nsolver: {formulation: redundant}\n"))
     assert tree.outcome.completed
     np.testing.assert_allclose(
         np.interp(other.time, tree.time, part(tree, "one")[:, 2]), part(other, "one")[:, 2],

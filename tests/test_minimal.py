@@ -30,8 +30,8 @@ def run(model: str, *settings: str) -> Result:
 
 def both(model: str, *settings: str, joints: str = "accuracy.step=1e-5") -> tuple[Result, Result]:
     """The same scene as a tree and with joints, at steps that leave 1e-9 m."""
-    tree = run(model, *settings, "accuracy.formulation=minimal", "accuracy.tolerance=1e-10")
-    return tree, run(model, *settings, "accuracy.formulation=redundant", joints)
+    tree = run(model, *settings, "solver.formulation=minimal", "accuracy.tolerance=1e-10")
+    return tree, run(model, *settings, "solver.formulation=redundant", joints)
 
 
 def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,7 @@ def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
 
 
 def test_walls_are_refused_where_they_stand() -> None:
-    scene = load_scene(MODELS / "clearance.yaml", ["accuracy.formulation=minimal"])
+    scene = load_scene(MODELS / "clearance.yaml", ["solver.formulation=minimal"])
     with pytest.raises(NotRepresentableError, match="no walls") as caught:
         simulate(scene)
     assert caught.value.path == ("joints", "sleeve")
@@ -159,9 +159,9 @@ def test_a_guide_with_a_torque_moves_the_same() -> None:
 
 def test_a_strike_with_friction_is_the_same() -> None:
     settings = (*FEW, "contacts.strike.law.friction=0.3", "bodies.link.hinges.stiffness=beam")
-    joints = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=200")
+    joints = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=200")
     tree = run("no_clearance.yaml", *settings, "accuracy.tolerance=1e-8")
-    other = run("no_clearance.yaml", *settings, "accuracy.formulation=redundant", *joints)
+    other = run("no_clearance.yaml", *settings, "solver.formulation=redundant", *joints)
     first, second = common(tree, other)
     assert [event.kind for event in tree.events] == [event.kind for event in other.events]
     np.testing.assert_allclose(tree.poses[first], other.poses[second], atol=2e-5)
@@ -211,7 +211,7 @@ def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
 
     exact = at_the_end("accuracy.tolerance=1e-12")
     errors = [
-        np.abs(at_the_end(f"accuracy={{step: {step}, formulation: minimal}}") - exact).max()
+        np.abs(at_the_end(f"accuracy.step={step}", "solver.formulation=minimal") - exact).max()
         for step in ("12e-3", "6e-3")
     ]
     assert errors[1] < 1e-10
@@ -220,7 +220,7 @@ def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
 
 def test_samples_may_be_further_apart_than_many_steps() -> None:
     """More steps than are worked off together lie between two samples."""
-    settings = ("bodies.link.rods=2", "accuracy={step: 5e-5, formulation: minimal}")
+    settings = ("bodies.link.rods=2", "accuracy.step=5e-5", "solver.formulation=minimal")
     result = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 0.055}")
     fine = run("smooth.yaml", *settings, "run={duration: 0.06, sample: 5 ms}")
     assert result.checks.steps > 1000

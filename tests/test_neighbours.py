@@ -180,7 +180,8 @@ def test_a_run_that_stopped_is_left_as_it_is():
 def test_a_neighbour_is_more_accurate_where_it_can_be(settings, factor, changed):
     run = touched(3, settings)
     assert neighbouring(run) == factor
-    found = retuned(run.scene, run, factor).accuracy.model_dump()
+    near = retuned(run.scene, run, factor)
+    found = near.accuracy.model_dump() | near.solver.model_dump()
     assert {key: found[key] for key in changed} == pytest.approx(changed)
 
 

@@ -96,7 +96,7 @@ def test_hammer_bounces_elastically_without_losing_energy(steps_per_contact):
     """Nineteen bounces under gravity, e = 1; from the apex of each it must not be missed."""
     text = HAMMER.replace("initial:", "gravity: [0, -9.81]\ninitial:")
     settings = ["contacts.hit.law.restitution=1", "run.duration=8", "initial.speeds.hammer=0"]
-    result = simulate(scene(text, *settings, f"accuracy.steps_per_contact={steps_per_contact}"))
+    result = simulate(scene(text, *settings, f"solver.steps_per_contact={steps_per_contact}"))
     energy = total_energy(result)
     begins = [e for e in result.events if e.kind == "contact begins"]
     assert len(begins) >= 19

@@ -64,7 +64,7 @@ def test_s_and_lever_at_the_accuracy_the_models_ship_with(name: str) -> None:
 @pytest.mark.parametrize("name", ["smooth_n10_beam", "strike_n5_beam"])
 def test_s_and_lever_with_joints(name: str) -> None:
     """Rigid bodies with joints, steps of order 2: what every mechanism can fall back on."""
-    settings = ("accuracy.formulation=redundant", "accuracy.tolerance=4e-5")
+    settings = ("solver.formulation=redundant", "accuracy.tolerance=4e-5")
     distance, angle = off(run(name, *settings), name)
     assert distance < 4e-5
     assert LEVER * angle < 4e-5

@@ -54,12 +54,12 @@ def test_check_tells_parts_effects_and_freedom(capsys: Capture) -> None:
 
 def test_settings_without_a_use_are_named() -> None:
     run = rigid_link()
-    given = {"step": 1e-4, "spectral_radius": 0.5, "relative_tolerance": 1e-7}
-    scene = run.scene.changed(accuracy=type(run.scene.accuracy).model_validate(given))
+    given = {"step": 1e-4, "relative_tolerance": 1e-7}
+    scene = run.scene.changed(accuracy=given, solver={"spectral_radius": 0.5})
     tree, joints = (replace(run, scene=scene, settings={"formulation": f}) for f in WAYS)
     local = replace(run, scene=scene, engine="lagrangian", settings={})
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
-    both = ["accuracy.spectral_radius", "accuracy.relative_tolerance"]
+    both = ["solver.spectral_radius", "accuracy.relative_tolerance"]
     assert names == [both, both[1:], both[:1]]
 
 
@@ -122,9 +122,7 @@ def test_the_contact_step_follows_stiffness_and_steps_per_contact() -> None:
     # The link can't give way: the lever alone does, a rod about its end struck at its tip, m/3.
     expected = pi * sqrt(7850 * 0.03 * 10e-3 * 1e-3 / 3 / 2e4) / 60
     assert step == pytest.approx(expected, rel=1e-6)
-    stiff, _ = estimates(
-        RIGID, "contacts.strike.law.stiffness=8e4", "accuracy.steps_per_contact=120"
-    )
+    stiff, _ = estimates(RIGID, "contacts.strike.law.stiffness=8e4", "solver.steps_per_contact=120")
     assert stiff == pytest.approx(expected / 4, rel=1e-6)
 
 

@@ -89,7 +89,8 @@ gravity: [0, -9.81]
 initial: {angles: {guide: 0}, guesses: {link: 5 deg}, speeds: {lever: 1 rad/s},
           velocities: {link: [1 cm/s, 0]}}
 run: {turns: 4, of: crank, sample: 1 ms}
-accuracy: {step: 0.1 ms, steps_per_contact: 20, spectral_radius: 1}
+accuracy: {step: 0.1 ms}
+solver: {steps_per_contact: 20, spectral_radius: 1}
 """
 
 
@@ -266,6 +267,7 @@ def test_points() -> None:
         ("accuracy.step=1e-4", ""),
         ("run.duration=two", "--set run.duration=two: run.duration: expected a time, got 'two'"),
         ("bodies.rod.lenght=1", "unknown key 'lenght'; did you mean 'length'?"),
+        ("accuracy.elements=3", "unknown key 'elements'; did you mean 'solver.elements'?"),
         ("gravity=[0, -9.81]", ""),
         ("initial.angles.rod=90 deg", ""),
         ("initial.angles.rodd=1", "unknown body 'rodd'"),

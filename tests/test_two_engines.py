@@ -45,14 +45,14 @@ def test_smooth_motions_agree_to_1e_8_and_with_the_step_squared() -> None:
 
 
 def test_strikes_agree_at_tight_settings() -> None:
-    tight = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=100")
+    tight = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=100")
     found = against_lagrangian(STRIKE, *tight)
     assert found.deviation.largest < 2e-6
     assert found.deviation.largest_angle < 1e-4
 
 
 def test_a_strike_takes_the_same_impulse_and_energy() -> None:
-    tight = ("accuracy.tolerance=1e-6", "accuracy.steps_per_contact=100")
+    tight = ("accuracy.tolerance=1e-6", "solver.steps_per_contact=100")
     ours, judge = (
         strikes(run(*engine), "strike")[0]
         for engine in (("exudyn", *STRIKE, *tight), ("lagrangian", *STRIKE, TIGHT))

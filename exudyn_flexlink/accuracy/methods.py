@@ -24,15 +24,14 @@ REFERENCE: Mapping[Knob, float] = {"tolerance": 1e-12, "relative_tolerance": 1e-
 """Of the run against which everything else is judged, by what is varied: 100 times finer than the
 finest rung, or more. The smooth method at 1e-12 m leaves 2e-13 m over the paper's two turns."""
 
-_OF_THE_METHOD = ("tolerance", "step", "formulation", "elements", "relative_tolerance",
-                  "absolute_tolerance")  # fmt: skip
+_OF_THE_METHOD = ("formulation", "elements")
 
 
 @dataclass(frozen=True)
 class Method:
     """A way to solve a scene, up to one number: a tolerance (m), a step (s) or a local tolerance.
 
-    `settings` are keys of the scene's accuracy that make it this method. `of_rods` is False where
+    `settings` are keys of the scene's solver that make it this method. `of_rods` is False where
     the link is another model than the scene's rods, so that no setting leads to their motion.
     """
 
@@ -44,19 +43,22 @@ class Method:
 
     def at(self, scene: Scene, value: float) -> Scene:
         """Return the scene solved by this method at a value of its knob."""
-        given = scene.accuracy.model_dump(exclude_none=True)
-        kept = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
-        changed = kept | self.chosen(value)
+        accuracy = self.accuracy(value)
         if self.knob == "relative_tolerance":  # a scene also has to say one of these
-            changed["tolerance"] = scene.accuracy.tolerance or USUAL_TOLERANCE
+            accuracy["tolerance"] = scene.accuracy.tolerance or USUAL_TOLERANCE
+        given = scene.solver.model_dump(exclude_unset=True)
+        solver = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
         if self.settings.get("formulation") == BEAM and "elements" in given:
-            changed["elements"] = given["elements"]
-        return scene.changed(accuracy=type(scene.accuracy).model_validate(changed))
+            solver["elements"] = given["elements"]
+        return scene.changed(
+            accuracy=type(scene.accuracy).model_validate(accuracy),
+            solver=type(scene.solver).model_validate({**solver, **self.settings}),
+        )
 
-    def chosen(self, value: float) -> dict[str, Any]:
-        """Return the keys of a scene's accuracy that choose the method at a value of its knob."""
+    def accuracy(self, value: float) -> dict[str, float]:
+        """Return the keys of a scene's accuracy that set the knob to a value."""
         local = {"absolute_tolerance": SMALLER * value} if self.knob == "relative_tolerance" else {}
-        return {**self.settings, self.knob: value, **local}
+        return {self.knob: value, **local}
 
     def set_to(self, value: float) -> str:
         """Say the knob at a value, such as 'tolerance 1e-05 m'."""
@@ -108,7 +110,7 @@ def _fixed_step(formulations: Sequence[str]) -> Method:
 def own_method(scene: Scene, methods: Sequence[Method]) -> Method:
     """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
     knob = "tolerance" if scene.accuracy.step is None else "step"
-    asked = scene.accuracy.formulation
+    asked = scene.solver.formulation
     fitting = [m for m in methods if m.engine == "exudyn" and m.knob == knob]
     named = [m for m in fitting if m.settings.get("formulation") == asked]
     return (named or fitting or list(methods))[0]

@@ -47,14 +47,14 @@ def tightened(scene: Scene, factor: float, tolerance: float | None = None) -> Sc
 
     Without a `tolerance` (m) the scene's own is made smaller.
     """
-    accuracy = scene.accuracy
+    accuracy, solver = scene.accuracy, scene.solver
     tolerance = tolerance or accuracy.tolerance
     assert tolerance is not None
-    changes = {
-        "tolerance": factor * tolerance,
-        "steps_per_contact": round(accuracy.steps_per_contact / sqrt(factor)),
-    }
-    return scene.changed(accuracy=accuracy.model_copy(update=changes))
+    steps = round(solver.steps_per_contact / sqrt(factor))
+    return scene.changed(
+        accuracy=accuracy.model_copy(update={"tolerance": factor * tolerance}),
+        solver=solver.model_copy(update={"steps_per_contact": steps}),
+    )
 
 
 def _mendable(result: Result) -> bool:

@@ -88,11 +88,13 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
     }
     if "step" in settings:
         other["step"] = sqrt(factor) * float(settings["step"])
-    if "steps_per_contact" in settings:
-        per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
-        other["steps_per_contact"] = max(FEWEST_PER_CONTACT, per_contact)
     given = scene.accuracy.model_dump(exclude_none=True)
-    return scene.changed(accuracy=type(scene.accuracy).model_validate(given | other))
+    accuracy = type(scene.accuracy).model_validate(given | other)
+    if "steps_per_contact" not in settings:
+        return scene.changed(accuracy=accuracy)
+    per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
+    steps = {"steps_per_contact": max(FEWEST_PER_CONTACT, per_contact)}
+    return scene.changed(accuracy=accuracy, solver=scene.solver.model_copy(update=steps))
 
 
 def _limits(scene: Scene) -> dict[str, tuple[float, float]]:

@@ -84,7 +84,7 @@ def formulation(scene: Scene, mechanism: Mechanism) -> str:
     Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
     for redundant ones.
     """
-    asked = scene.accuracy.formulation
+    asked = scene.solver.formulation
     if asked != "auto":
         return asked
     return "minimal" if scene.accuracy.step is None and is_minimal(mechanism) else "redundant"
@@ -108,7 +108,7 @@ def wall_half_period(assembly: Assembly, channel: Channel) -> float:
 
 def contact_step(scene: Scene, assembly: Assembly) -> float:
     """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
-    mechanism, steps = assembly.mechanism, scene.accuracy.steps_per_contact
+    mechanism, steps = assembly.mechanism, scene.solver.steps_per_contact
     halves = (half_period(assembly, contact) for contact in mechanism.contacts)
     walls = (wall_half_period(assembly, channel) for channel in mechanism.channels)
     return min(min(halves, default=inf) / steps, min(walls, default=inf) / (WALL_SHARE * steps))

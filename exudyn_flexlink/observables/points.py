@@ -88,7 +88,9 @@ def judged_points(scene: Scene) -> tuple[str, ...]:
 
 def name_of(points: Sequence[str]) -> str:
     """Points by which errors are judged in words: 'link.end', or 'all 9 named points'."""
-    return points[0] if len(points) == 1 else f"all {len(points)} named points"
+    if len(points) == 1:
+        return points[0]
+    return "both named points" if len(points) == 2 else f"all {len(points)} named points"
 
 
 def path(result: Result, point: str) -> PointPath:

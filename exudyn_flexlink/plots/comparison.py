@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.compare import Comparison
+from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.plots.frame import (
     BLACK,
     CAPTION_COLUMNS,

@@ -77,8 +77,9 @@ def _row(study: Study, point: Point) -> list[str]:
 
 
 def _still(study: Study) -> str:
-    only = len(study.judged_by) == 1
-    return f"{study.judged_by[0]} does not move" if only else "no named point moves"
+    if len(study.judged_by) == 1:
+        return f"{study.judged_by[0]} does not move and judges nothing: watch another point."
+    return "nothing moves, so that any setting will do."
 
 
 def _told(error: float, floor: float) -> str:
@@ -88,7 +89,7 @@ def _told(error: float, floor: float) -> str:
 
 def _sources(study: Study) -> list[str]:
     if study.still:
-        return [f"{_still(study)}: there is no error to take apart"]
+        return ["Nothing that is judged moves: there is no error to take apart"]
     own = study.own.told if study.own is not None else ""
     rows = [["", "rms", "largest", "of", ""]]
     rows += [_source(study, source) for source in study.sources]
@@ -192,7 +193,7 @@ def dominance(study: Study) -> str:
 def recommendation(study: Study) -> str:
     """Say in one sentence what to choose for the target, and what limits."""
     if study.still:
-        return f"Recommendation: {_still(study)}: any setting will do, and none is judged."
+        return f"Recommendation: {_still(study)}"
     advice = advise(study)
     return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
 
@@ -208,13 +209,13 @@ def _how(study: Study) -> list[str]:
 
 
 def _settings(scene: Scene, method: Method, value: float) -> str:
-    """Return the options that turn the model's accuracy into a method's at a value."""
-    given = scene.accuracy.model_dump(exclude_none=True)
-    if method.knob != "relative_tolerance" and method.knob not in given:  # in the other's place
-        data = method.at(scene, value).accuracy.model_dump(exclude_none=True, exclude_defaults=True)
-        return f'--set "accuracy={{{", ".join(f"{key}: {_short(x)}" for key, x in data.items())}}}"'
-    chosen = method.chosen(value).items()
-    return " ".join(f"--set accuracy.{key}={_short(x)}" for key, x in chosen)
+    """Return the options that turn the model's accuracy and solver into a method's at a value."""
+    chosen = [f"--set accuracy.{key}={_short(x)}" for key, x in method.accuracy(value).items()]
+    solver = method.at(scene, value).solver
+    if solver.elements != scene.solver.elements:  # a key to be left out: the whole section is said
+        keys = ", ".join(f"{key}: {x}" for key, x in solver.model_dump(exclude_unset=True).items())
+        return " ".join([*chosen, f'--set "solver={{{keys}}}"'])
+    return " ".join([*chosen, *(f"--set solver.{key}={x}" for key, x in method.settings.items())])
 
 
 def _short(value: object) -> str:

@@ -45,8 +45,9 @@ def horizon_text(comparison: Comparison) -> str:
             f"there it {at_most}"
         )
     return (
-        f"Compared instant by instant up to t = {parted:.5g} s, beyond it by statistics: from there "
-        f"on {again} differs by more than {comparison.limit:.2g} m, {comparison.apart:.2g} m at most"
+        f"Compared instant by instant up to t = {parted:.5g} s, beyond it by statistics: from "
+        f"there on {again} differs by more than {comparison.limit:.2g} m, "
+        f"{comparison.apart:.2g} m at most"
     )
 
 

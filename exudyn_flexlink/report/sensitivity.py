@@ -36,17 +36,15 @@ def _trusted(found: Sensitivity) -> str:
         angles = "".join(
             f", by {apart:.2g} rad in the angle of {body}" for body, apart in found.angles.items()
         )
-        return (
-            f"{trusted} to the end, t = {found.end:.5g} s: a neighbouring run {at_most}{angles}."
-        )
+        return f"{trusted} to the end, t = {found.end:.5g} s: a neighbouring run {at_most}{angles}."
     if found.largest <= found.limit:
         return (
             f"{trusted} up to t = {found.horizon:.5g} s, where a run stopped: until there a "
             f"neighbouring run {at_most}."
         )
     return (
-        f"{trusted} instant by instant up to t = {found.horizon:.5g} s. From there on a neighbouring "
-        f"run differs by more than {found.limit:.2g} m, in the end by up to {found.largest:.2g} m"
+        f"{trusted} instant by instant up to t = {found.horizon:.5g} s. From there on a "
+        f"neighbouring run differs by more than {found.limit:.2g} m, {found.largest:.2g} m at most"
         f"{where}: trust statistics only."
     )
 

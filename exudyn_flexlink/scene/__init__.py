@@ -40,6 +40,7 @@ from exudyn_flexlink.scene.joints import (
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
     CheckedDocument,
@@ -53,6 +54,7 @@ from exudyn_flexlink.scene.run import (
     Accuracy,
     Initial,
     Run,
+    Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
@@ -82,6 +84,7 @@ __all__ = [
     "Law",
     "LineSpec",
     "Material",
+    "Outputs",
     "Part",
     "PointOnLine",
     "RectangleSection",
@@ -94,6 +97,7 @@ __all__ = [
     "Section",
     "SleeveJoint",
     "SlotJoint",
+    "Solver",
     "SpeedDrive",
     "SplineSpec",
     "Spring",

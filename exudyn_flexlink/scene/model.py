@@ -15,7 +15,7 @@ from exudyn_flexlink.scene.forces import Contact, Drive, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.names import Parts, find_mistakes
 from exudyn_flexlink.scene.outputs import Outputs
-from exudyn_flexlink.scene.run import Accuracy, Initial, Run
+from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.source import Document, SceneError, dotted
 
 
@@ -47,6 +47,10 @@ class Scene(Part):
     initial: Initial = Field(default_factory=Initial, description="the state at time 0")
     run: Run = Field(description="how long to simulate")
     accuracy: Accuracy = Field(description="the error allowed, or the time step")
+    solver: Solver = Field(
+        default_factory=Solver,
+        description="how it is solved; left out: the program chooses",
+    )
     outputs: Outputs = Field(default_factory=Outputs, description="what is told of a run")
 
     _document: Document = PrivateAttr(default_factory=lambda: Document("scene"))

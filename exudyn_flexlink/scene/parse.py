@@ -19,7 +19,7 @@ from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.names import Parts, find_mistakes
 from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import read_point_files
-from exudyn_flexlink.scene.run import Accuracy, Initial, Run
+from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
 from exudyn_flexlink.source import Document, ExclusiveKeys, KeyPath, Mistake, SceneError
 
@@ -53,8 +53,13 @@ _SINGLE: dict[str, Any] = {
     "initial": Initial,
     "run": Run,
     "accuracy": Accuracy,
+    "solver": Solver,
     "outputs": Outputs,
 }
+_SECTION_OF = {
+    key: section for section, part in _SINGLE.items() for key in getattr(part, "model_fields", ())
+}
+"""The section to which each key of the unnamed sections belongs."""
 
 
 def apply_settings(document: Document, settings: Iterable[str]) -> Document:
@@ -164,7 +169,7 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
     try:
         return _adapter(str(path[0])).validate_python(data)
     except ValidationError as error:
-        mistakes += mistakes_of(error, annotation, data, path)
+        mistakes += mistakes_of(error, annotation, data, path, _SECTION_OF)
         return None
 
 

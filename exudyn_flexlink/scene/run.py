@@ -1,4 +1,4 @@
-"""How a scene starts, how long it runs and how accurate the answer must be."""
+"""How a scene starts, how long it runs, how accurate the answer must be and how it is solved."""
 
 from __future__ import annotations
 
@@ -87,6 +87,26 @@ class Accuracy(Part):
         None, description="error that the run may make in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
+    relative_tolerance: RelativeTolerance | None = Field(
+        None,
+        description="error of one step per size of the state; for the Lagrangian, whose explicit "
+        "method it chooses",
+    )
+    absolute_tolerance: AbsoluteTolerance | None = Field(
+        None,
+        description="error of one step in rad and rad/s; for the Lagrangian, whose explicit method "
+        "it chooses",
+    )
+
+    @model_validator(mode="after")
+    def _tolerance_or_step(self) -> Accuracy:
+        require_one(self, "tolerance", "step")
+        return self
+
+
+class Solver(Part):
+    """How an engine solves the scene: nothing here belongs to the mechanism."""
+
     formulation: Literal["auto", "minimal", "redundant", "beam"] = Field(
         "auto",
         description="how Exudyn represents the mechanism: minimal: as many coordinates as it "
@@ -109,24 +129,9 @@ class Accuracy(Part):
         le=200,
         description="of every flexible body, with formulation beam; 2 if not given",
     )
-    relative_tolerance: RelativeTolerance | None = Field(
-        None,
-        description="error of one step per size of the state; for the Lagrangian, whose explicit "
-        "method it chooses",
-    )
-    absolute_tolerance: AbsoluteTolerance | None = Field(
-        None,
-        description="error of one step in rad and rad/s; for the Lagrangian, whose explicit method "
-        "it chooses",
-    )
 
     @model_validator(mode="after")
-    def _tolerance_or_step(self) -> Accuracy:
-        require_one(self, "tolerance", "step")
-        return self
-
-    @model_validator(mode="after")
-    def _elements_of_a_beam(self) -> Accuracy:
+    def _elements_of_a_beam(self) -> Solver:
         if self.elements is not None and self.formulation != "beam":
             refuse("only a beam has elements", "say formulation: beam, or leave it out", "elements")
         return self

@@ -13,9 +13,20 @@ from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.scene.base import TAG, Part, type_of
 from exudyn_flexlink.source import KeyPath, Mistake, did_you_mean
 
+_NOWHERE: Mapping[str, str] = {}
 
-def mistakes_of(error: ValidationError, annotation: Any, data: Any, at: KeyPath) -> list[Mistake]:
-    """Return the mistakes in `data`, which stands at the path `at` and should be `annotation`."""
+
+def mistakes_of(
+    error: ValidationError,
+    annotation: Any,
+    data: Any,
+    at: KeyPath,
+    elsewhere: Mapping[str, str] = _NOWHERE,
+) -> list[Mistake]:
+    """Return the mistakes in `data`, which stands at the path `at` and should be `annotation`.
+
+    `elsewhere` are keys of other sections, and those sections: where an unknown key may belong.
+    """
     found: list[Mistake] = []
     suggested: set[tuple[KeyPath, str]] = set()
     missing: list[Mistake] = []
@@ -24,7 +35,7 @@ def mistakes_of(error: ValidationError, annotation: Any, data: Any, at: KeyPath)
         path = (*at, *inner)
         if item["type"] == "extra_forbidden":
             keys = known_keys(annotation, data, inner[:-1])
-            mistake = unknown_key(path, keys)
+            mistake = unknown_key(path, keys, elsewhere if path[:-1] == at else _NOWHERE)
             found.append(mistake)
             suggested |= {(path[:-1], key) for key in keys if f"'{key}'?" in mistake.message}
         elif item["type"] == "missing" and not isinstance(path[-1], int):
@@ -36,10 +47,11 @@ def mistakes_of(error: ValidationError, annotation: Any, data: Any, at: KeyPath)
     return found + [item for item in missing if (item.path, item.message) not in misspelt]
 
 
-def unknown_key(path: KeyPath, keys: list[str]) -> Mistake:
-    """Return the mistake of a key that is none of `keys`."""
+def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _NOWHERE) -> Mistake:
+    """Return the mistake of a key that is none of `keys`, but perhaps one of another section."""
     name = str(path[-1])
-    message = f"unknown key '{name}'{did_you_mean(name, keys)}"
+    near = f"; did you mean '{elsewhere[name]}.{name}'?" if name in elsewhere else ""
+    message = f"unknown key '{name}'{near or did_you_mean(name, keys)}"
     return Mistake(path, message, "keys here: " + ", ".join(keys), on_key=True)
 
 

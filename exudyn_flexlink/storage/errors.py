@@ -6,7 +6,7 @@ import errno
 from pathlib import Path
 
 PROGRAM = "exudyn-flexlink"
-FORMAT = 3
+FORMAT = 4
 SUMMARY, ARRAYS = "summary.json", "result.npz"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 MANIFEST = "manifest.json"

@@ -35,11 +35,11 @@ class Variant:
 
 
 VARIANTS = (
-    Variant("Exudyn, minimal", "exudyn", ("accuracy.formulation=minimal",)),
+    Variant("Exudyn, minimal", "exudyn", ("solver.formulation=minimal",)),
     Variant(
         "Exudyn, redundant",
         "exudyn",
-        ("accuracy.formulation=redundant",),
+        ("solver.formulation=redundant",),
         steady=("accuracy.step=1e-4",),
         stretch=1.0,
     ),

@@ -58,7 +58,7 @@ def scene_of(case: Case, variant: Variant, way: str) -> Scene:
     if way == JOINTS and not any(s.startswith("accuracy.") for s in settings):
         settings.append(f"accuracy.tolerance={JOINTS_TOLERANCE}")
     if way != LAGRANGIAN:
-        settings.append(f"accuracy.formulation={way}")
+        settings.append(f"solver.formulation={way}")
     if variant.points:
         file = ellipse_points(variant.points, Path(gettempdir()))
         settings.append(f"curves.track.file={file}")

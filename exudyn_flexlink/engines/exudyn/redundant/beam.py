@@ -106,7 +106,7 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
     # the resistance of a beam to changing curvature is d l.
     lag = body.hinges.damping * (body.length / body.rods) / beam.bending_stiffness
     elastic = Elastic(beam.mass_per_length, axial, beam.bending_stiffness, lag)
-    shape = CubicBeam(beam.length, scene.accuracy.elements or ELEMENTS, elastic)
+    shape = CubicBeam(beam.length, scene.solver.elements or ELEMENTS, elastic)
     lengths = tuple(2 * mechanism.parts[rod].centre[0] for rod in rods)
     return BeamLink(name, rods, lengths, guide, shape)
 

@@ -66,12 +66,12 @@ def _report(prepared: Prepared, iterations: int) -> Report:
 
 
 def _settings(prepared: Prepared) -> dict[str, float | str]:
-    accuracy = prepared.scene.accuracy
+    accuracy, solver = prepared.scene.accuracy, prepared.scene.solver
     settings: dict[str, float | str] = {
         "formulation": "redundant",
         "integrator": "generalised-alpha, index 3",
-        "spectral_radius": accuracy.spectral_radius,
-        "steps_per_contact": accuracy.steps_per_contact,
+        "spectral_radius": solver.spectral_radius,
+        "steps_per_contact": solver.steps_per_contact,
     }
     if prepared.system.beams:
         settings["formulation"] = "beam"

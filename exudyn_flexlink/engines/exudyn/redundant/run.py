@@ -64,7 +64,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
 
     """
     end = end_of_run(scene, assembly.mechanism)
-    as_beam = scene.accuracy.formulation == "beam"
+    as_beam = scene.solver.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
     events: list[Event] = []
@@ -79,7 +79,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
         system.coordinates,
         sample_times(scene, assembly.mechanism, end),
         Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
-        scene.accuracy.spectral_radius,
+        scene.solver.spectral_radius,
         ExtremeSeeker(scene, assembly.mechanism, all_contacts, HERMITE),
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
@@ -97,9 +97,8 @@ def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
 def _contact_items(
     scene: Scene, system: System, log: ContactLog
 ) -> tuple[list[ContactItem], list[ChannelItems]]:
-    assembly, accuracy = system.assembly, scene.accuracy
-
-    steps, given = accuracy.steps_per_contact, accuracy.step
+    assembly = system.assembly
+    steps, given = scene.solver.steps_per_contact, scene.accuracy.step
     contacts = []
     for i, contact in enumerate(assembly.mechanism.contacts):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
@@ -164,7 +163,7 @@ def _settings(prepared: Prepared, first: float) -> Any:
     time.minimumStepSize = min(1e-10, first / 10)
     # Left alone, the solver doubles a step that is shorter than its own every few steps.
     time.adaptiveStepRecoverySteps = 10**9
-    time.generalizedAlpha.spectralRadius = prepared.scene.accuracy.spectral_radius
+    time.generalizedAlpha.spectralRadius = prepared.scene.solver.spectral_radius
     time.generalizedAlpha.computeInitialAccelerations = False
     time.newton.useModifiedNewton = True
     time.newton.modifiedNewtonJacUpdatePerStep = True
