@@ -26,6 +26,7 @@ from exudyn_flexlink.observables import (
     common_points,
     common_times,
     contact_totals,
+    farthest,
     horizon,
     lever_response,
     parting_limit,
@@ -116,7 +117,7 @@ class Comparison:
 
     `point` is the watched one, S; `judged_by` are the points by which runs are judged, and
     `distances` (N, points) m how far each is from itself in the other run.
-    `horizon` (s) is the instant from which on they can't be compared pointwise, None if they can
+    `horizon` (s) is that from which on they can't be compared instant by instant, None if they can
     throughout, or nobody looked; `limit` (m) is the parting that defines it and `apart` (m) how far
     the two runs that tell it are apart at most, None if nobody looked.
     """
@@ -139,7 +140,7 @@ class Comparison:
 
     def farthest(self, time: float) -> str:
         """Name of the point that is farthest from itself in the other run at an instant (s)."""
-        return self.judged_by[int(self.distances[np.searchsorted(self.time, time)].argmax())]
+        return farthest(self.judged_by, self.distances[np.searchsorted(self.time, time)])
 
     @property
     def angle_differences(self) -> dict[str, FloatArray]:

@@ -19,6 +19,7 @@ from exudyn_flexlink.observables import (
     common_points,
     common_times,
     contact_totals,
+    farthest,
     horizon,
     judged_points,
     lever_response,
@@ -120,7 +121,7 @@ def sensitivity(
     return Sensitivity(
         watched_point(first.scene),
         points,
-        points[int(each.max(axis=0).argmax())],
+        farthest(points, each.max(axis=0)),
         max(room(run, points) for run in (first, second)),
         limit,
         float(time[-1]),
@@ -154,7 +155,7 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
     above = np.flatnonzero(error > limit)
     return MeasuredError(
         points,
-        points[int(each[-1].argmax())],
+        farthest(points, each[-1]),
         limit,
         float(error[-1]),
         float(time[above[0]]) if len(above) else None,

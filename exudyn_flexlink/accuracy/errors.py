@@ -9,6 +9,7 @@ import numpy as np
 from exudyn_flexlink.observables import (
     common_points,
     common_times,
+    farthest,
     horizon,
     lever_response,
     parting_limit,
@@ -63,7 +64,7 @@ def errors(result: Result, reference: Result, until: float) -> Errors:
     return Errors(
         float(np.sqrt(np.mean(apart**2))),
         float(apart.max()),
-        points[int(each.max(axis=0).argmax())],
+        farthest(points, each.max(axis=0)),
         _peaks(result, reference, until),
     )
 

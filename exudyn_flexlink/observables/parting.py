@@ -18,6 +18,7 @@ from exudyn_flexlink.result import Result
 FloatArray = NDArray[np.float64]
 
 STILL = 1e-13  # m: rounding; what moves by less stands still
+ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
 VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
 
 
@@ -56,6 +57,12 @@ def separations(
     """
     one, other = (positions(result, points, time) for result in (first, second))
     return np.asarray(np.linalg.norm(one - other, axis=-1))
+
+
+def farthest(points: Sequence[str], distances: FloatArray) -> str:
+    """Name of the point with the largest of distances (points,), the first of those alike."""
+    alike = distances >= ALIKE * distances.max()
+    return points[int(alike.argmax())]
 
 
 def common_points(first: Result, second: Result) -> tuple[str, ...]:

@@ -78,12 +78,14 @@ def _free_point(scene: Scene) -> str:
 
 
 def judged_points(scene: Scene) -> tuple[str, ...]:
-    """Names of the points by which errors are judged: the one that the scene names, or all."""
+    """Names of the points by which errors are judged: the one that the scene names, or all.
+
+    The watched one comes first.
+    """
     if scene.outputs.watch is not None:
         return (scene.outputs.watch,)
-    return tuple(
-        f"{name}.{point}" for name, body in scene.bodies.items() for point in body.point_names
-    )
+    named = (f"{name}.{point}" for name, body in scene.bodies.items() for point in body.point_names)
+    return tuple(dict.fromkeys([watched_point(scene), *named]))
 
 
 def name_of(points: Sequence[str]) -> str:

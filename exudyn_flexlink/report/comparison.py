@@ -55,7 +55,7 @@ def excess_text(comparison: Comparison, tolerance: float) -> str:
     """Say by how much the deviation exceeds a tolerance (m)."""
     judged = comparison.judged
     if not len(judged.time):
-        return "nothing can be compared pointwise: the horizon is at the start"
+        return "nothing can be compared instant by instant: the horizon is at the start"
     at = judged.time[int(judged.distance.argmax())]
     return (
         f"{comparison.farthest(float(at))} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
