@@ -7,7 +7,7 @@ Usage:
 
 Scenes are drawn about the paper's mechanism with clearance: 2 to 6 rods, half a turn or so, walls
 that give back much of a bounce. Each run is judged by the Lagrangian with local tolerances of
-1e-12, in S and in the lever's tip. That judge may err itself by what it is away from one with
+1e-12, in all named points. That judge may err itself by what it is away from one with
 1e-11: a run is wrong, or right, only where that does not matter, else it is undecided and not
 counted. A neighbouring run tells what is known of the error (see `engines.diagnostics.neighbour`).
 Beside it stands what counts of touches told before there was one: more than 2 in `redundant`, 100
@@ -28,10 +28,9 @@ from pathlib import Path
 
 import numpy as np
 
-from exudyn_flexlink.compare import common_times, separation
 from exudyn_flexlink.engines import measured, simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import struck_tips, watched_point
+from exudyn_flexlink.observables import common_times, separation
 from exudyn_flexlink.result import Result
 
 MODEL = Path(__file__).parent.parent / "models" / "clearance.yaml"
@@ -146,11 +145,9 @@ def _row(run: Result, exact: Result, check: Result, tolerance: float) -> Row:
 
 
 def _apart(run: Result, exact: Result) -> tuple[np.ndarray, np.ndarray]:
-    """Instants (s), and up to each the largest distance (m) of S and the lever's tip."""
+    """Instants (s), and up to each the largest distance (m) of any named point."""
     time = common_times(exact, run)
-    points = [watched_point(run.scene), *struck_tips(run)]
-    off = np.max([separation(run, exact, time, point) for point in points], axis=0)
-    return time, np.maximum.accumulate(off)
+    return time, np.maximum.accumulate(separation(run, exact, time))
 
 
 def table(way: str, rows: list[Row]) -> Iterator[str]:

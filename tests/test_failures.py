@@ -97,7 +97,7 @@ def test_ctrl_c_in_the_run_for_the_horizon_keeps_the_first(monkeypatch, capsys):
     said = capsys.readouterr()
     why = "the neighbouring run was interrupted"
     assert f"positions       not measured: {why}" in said.out
-    assert f"warning: how far S and levers are off was not measured: {why}" in said.err
+    assert f"warning: how far points are off was not measured: {why}" in said.err
     assert said.err.endswith("interrupted: the run is whole, in o/\n")
     kept = load(Path("o"))
     assert kept.outcome.completed

@@ -118,7 +118,7 @@ def _add_simulate(commands: Any) -> None:
     parser.add_argument(
         "--horizon",
         action=argparse.BooleanOptionalAction,
-        help="make a second, neighbouring run, and say up to when S can be trusted pointwise; "
+        help="make a second, neighbouring run, and say up to when points can be trusted; "
         "left out: make one where contacts multiply errors, and say when they outgrow the "
         "tolerance; --no-horizon: make none",
     )
@@ -150,7 +150,7 @@ def _add_compare(commands: Any) -> None:
         "--tolerance",
         type=_length,
         metavar="M",
-        help="end with code 1 if the watched point differs by more, m, up to the horizon",
+        help="end with code 1 if a point differs by more, m, up to the horizon",
     )
     _add_tolerances(parser)
     _add_impact(parser, "; impulse is for the Lagrangian alone")
@@ -168,6 +168,7 @@ def _add_accuracy(commands: Any) -> None:
         """\
         exudyn-flexlink accuracy models/smooth.yaml
         exudyn-flexlink accuracy models/no_clearance.yaml --set run.turns=2 --target 1e-5
+        exudyn-flexlink accuracy models/no_clearance.yaml --watch link.end
         exudyn-flexlink accuracy models/clearance.yaml --set run.turns=0.5 --budget 300""",
     )
     _add_model(parser)
@@ -355,6 +356,15 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="PATH=VALUE",
         help="replace a value of the model, such as run.turns=2; may be repeated",
+    )
+    parser.add_argument(
+        "--watch",
+        dest="settings",
+        action="append",
+        type="outputs.watch={}".format,
+        metavar="BODY.POINT",
+        help="show this point, and judge errors by it alone, not by all named points; short for "
+        "--set outputs.watch=BODY.POINT",
     )
     parser.add_argument(
         "--allow-outside",

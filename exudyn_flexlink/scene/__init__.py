@@ -40,6 +40,7 @@ from exudyn_flexlink.scene.joints import (
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
     CheckedDocument,
@@ -85,6 +86,7 @@ __all__ = [
     "Law",
     "LineSpec",
     "Material",
+    "Outputs",
     "Part",
     "PointOnLine",
     "RectangleSection",

@@ -125,16 +125,16 @@ def _why(result: Result) -> str:
 
 def _told(error: MeasuredError) -> Iterator[str]:
     if error.missing:
-        yield f"how far S and levers are off was not measured: {error.missing}"
+        yield f"how far points are off was not measured: {error.missing}"
         return
     if error.exceeds_from is not None:
         yield (
-            f"from t = {error.exceeds_from:.4g} s on {' and '.join(error.points)} may be off by "
-            f"more than {error.limit:.3g} m, in the end by {error.largest:.2g} m, as a "
+            f"from t = {error.exceeds_from:.4g} s on points may be off by more than "
+            f"{error.limit:.3g} m, {error.worst} in the end by {error.largest:.2g} m, as a "
             "neighbouring run shows"
         )
     if error.stopped is not None:
         yield (
-            "how far S and levers are off was measured up to "
+            "how far points are off was measured up to "
             f"t = {error.stopped:.4g} s only, where the neighbouring run stopped"
         )
