@@ -27,7 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
-from exudyn_flexlink.compare import common_times, separation
+from exudyn_flexlink.comparison import common_times, separation
 from exudyn_flexlink.engines import measured, simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import struck_tips, watched_point

@@ -12,7 +12,7 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 from results import block
 
-from exudyn_flexlink.compare import (
+from exudyn_flexlink.comparison import (
     common_times,
     compare,
     compare_variants,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from random_strikes import RIGHT, draw, judge
 
-from exudyn_flexlink.compare import common_times, separation
+from exudyn_flexlink.comparison import common_times, separation
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.clock import CLOCK, instant
 from exudyn_flexlink.engines.guards import multiplying

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import common_times, horizon, parting_limit, separation
+from exudyn_flexlink.comparison import common_times, horizon, parting_limit, separation
 from exudyn_flexlink.observables import lever_response, struck_bodies
 from exudyn_flexlink.result import Result
 

@@ -37,12 +37,12 @@ def simulate(
 ) -> Result:
     """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
 
-    So is one that Ctrl-C ends while it is solved, in the main thread. One whose own numbers are
+    So is one that is asked to end while it is solved (see `interrupts`). One whose own numbers are
     wrong is made again, more accurately: see `mending`. Where contacts multiply errors, a second
     run tells how large they are (see `measured`), unless `measure` is False.
 
     Raises:
-        LateInterruptError: Ctrl-C came after that; the result, which is whole, is in it.
+        LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
         ValueError: there is no such engine.

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import Comparison
+from exudyn_flexlink.comparison import Comparison
 from exudyn_flexlink.plots.frame import (
     BLACK,
     CAPTION_COLUMNS,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Sequence
 from functools import wraps
+from io import BytesIO
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
@@ -54,6 +55,15 @@ _STYLE: dict[Any, Any] = {
 }
 
 
+class ShownFigure(Figure):
+    """A figure that a notebook shows as the value of a cell, with its inline backend or without."""
+
+    def _repr_png_(self) -> bytes:
+        written = BytesIO()
+        self.savefig(written, format="png", dpi=100)
+        return written.getvalue()
+
+
 def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
     """Let a function draw in this program's style, whatever the user's own matplotlibrc says."""
 
@@ -95,7 +105,7 @@ def framed_figure(
     top = LINE * (len(titles) + 1 + len(warned)) + 0.12
     bottom = LINE * len(caption) + 0.08
     whole = height + top + bottom
-    figure = Figure(figsize=(WIDTH, whole), dpi=150, layout="constrained", facecolor="white")
+    figure = ShownFigure(figsize=(WIDTH, whole), dpi=150, layout="constrained", facecolor="white")
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.set(rect=(0.0, bottom / whole, 1.0, height / whole))  # type: ignore[call-arg]

@@ -42,6 +42,7 @@ from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
+    SECTION_OF,
     CheckedDocument,
     apply_settings,
     check_document,
@@ -62,6 +63,7 @@ __all__ = [
     "EXCLUSIVE_KEYS",
     "GROUND",
     "RELATIVE_TOLERANCES",
+    "SECTION_OF",
     "Accuracy",
     "Body",
     "CheckedDocument",
