@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from exudyn_flexlink.cli.terminal import progress_bar
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from tolerance import MODELS, SCENES
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import extent, least_tolerance

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.curves import intersect_ray
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of

@@ -12,7 +12,7 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 from results import block
 
-from exudyn_flexlink.compare import compare, compare_variants
+from exudyn_flexlink.comparison import compare, compare_variants
 from exudyn_flexlink.observables import (
     between_samples,
     common_times,

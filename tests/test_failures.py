@@ -18,7 +18,8 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.engines.interrupts import LateInterruptError, interrupts, patience
+from exudyn_flexlink.cli.ctrl_c import ends_runs, interrupts, patience
+from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import save_figures
 from exudyn_flexlink.result import Outcome
@@ -123,7 +124,7 @@ def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
     if engine == "lagrangian":  # the explicit method needs no compiling
         settings.append("accuracy.relative_tolerance=1e-6")
     before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(LateInterruptError) as late:
+    with pytest.raises(LateInterruptError) as late, ends_runs():
         engines.simulate(load_scene(SMOOTH, settings), engine)
     assert late.value.result.outcome.completed
     assert signal.getsignal(signal.SIGINT) is before

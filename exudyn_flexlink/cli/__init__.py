@@ -348,7 +348,8 @@ def _command(
 
 
 def _add_model(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="MODEL", help="model file, YAML")
+    about = "model file, YAML; or the name of a model that comes with the program"
+    parser.add_argument("model", type=_model, metavar="MODEL", help=about)
     parser.add_argument(
         "--set",
         dest="settings",
@@ -371,3 +372,13 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="let the model read CSV files outside its own folder",
     )
+
+
+def _model(text: str) -> Path:
+    """Return a file, or that of a model by its name where there is no such file."""
+    path = Path(text)
+    if path.suffix or path.exists():
+        return path
+    from exudyn_flexlink.shipped import model_file
+
+    return model_file(text) or path

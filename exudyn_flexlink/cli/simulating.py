@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import ends_runs, patience
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
@@ -112,7 +113,7 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
     from exudyn_flexlink.sensitivity import sensitivity
 
     try:
-        with progress_bar(options.quiet, "again, to measure errors") as progress:
+        with progress_bar(options.quiet, "again, to measure errors") as progress, ends_runs():
             found = engines.measured(result, progress)
     except LateInterruptError as error:
         return error.result, "", True
@@ -206,7 +207,7 @@ def run(
         if compiles != "none":
             complain(f"hint: {COMPILING[compiles]}")
         before = "" if compiles == "none" else "compiling"
-        with progress_bar(options.quiet, what, before) as progress:
+        with progress_bar(options.quiet, what, before) as progress, ends_runs():
             return engines.simulate(scene, engine, progress, measure=False, retries=retries)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
@@ -224,7 +225,6 @@ def write(result: Result, folder: Path, look: Look | None) -> int:
         StorageError: the folder can't be written.
 
     """
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save
 
     with patience() as patient:

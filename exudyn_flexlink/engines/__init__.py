@@ -43,14 +43,14 @@ def simulate(
 ) -> Result:
     """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
 
-    So is one that Ctrl-C ends while it is solved, in the main thread. A run whose own numbers are
-    doubtful says so in its warnings, and is made again up to `retries` times, each time ten times
-    as accurate. Where steps alone do not keep the tolerance, since contacts multiply errors or the
-    method only aims at it, a second run tells how large the error is (see `measured`), unless
-    `measure` is False.
+    So is one that is asked to end while it is solved (see `interrupts`). A run whose own numbers
+    are doubtful says so in its warnings, and is made again up to `retries` times, each time ten
+    times as accurate. Where steps alone do not keep the tolerance, since contacts multiply errors
+    or the method only aims at it, a second run tells how large the error is (see `measured`),
+    unless `measure` is False.
 
     Raises:
-        LateInterruptError: Ctrl-C came after that; the result, which is whole, is in it.
+        LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
         ValueError: there is no such engine.

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import Comparison
+from exudyn_flexlink.comparison import Comparison
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.plots.frame import Words, framed_figure, links_of, stopped
 from exudyn_flexlink.plots.panels import (

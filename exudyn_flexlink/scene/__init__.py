@@ -43,6 +43,7 @@ from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
+    SECTION_OF,
     CheckedDocument,
     apply_settings,
     check_document,
@@ -65,6 +66,7 @@ __all__ = [
     "FEWEST_STEPS_PER_CONTACT",
     "GROUND",
     "RELATIVE_TOLERANCES",
+    "SECTION_OF",
     "Accuracy",
     "Body",
     "CheckedDocument",
