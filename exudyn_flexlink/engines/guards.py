@@ -24,7 +24,6 @@ from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import SleeveJoint
 
 ENERGY = 1e-2  # of the largest kinetic energy
-LOCAL_ENERGY = 1e-6  # the same under local tolerances, which are far below
 GROSS = 0.1  # of all energy that moves: what misses more is no motion of the mechanism
 NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure for an error
 OPEN = 1e-8  # m or rad, of a joint
@@ -83,8 +82,6 @@ def refusal(result: Result) -> Outcome | None:
 
 
 def _knob(result: Result) -> str:
-    if "relative_tolerance" in result.settings:
-        return "tighten 'relative_tolerance'"
     return "shorten the step" if "step" in result.settings else "tighten the tolerance"
 
 
@@ -94,7 +91,7 @@ def _kinetic(result: Result) -> float:
 
 def _energy(result: Result) -> Iterator[str]:
     missing, kinetic = result.checks.energy_residual, _kinetic(result)
-    if missing > (LOCAL_ENERGY if "relative_tolerance" in result.settings else ENERGY) * kinetic:
+    if missing > ENERGY * kinetic:
         yield (
             f"the energy balance misses {missing:.3g} J, {missing / kinetic:.2g} of the largest "
             f"kinetic energy: {_knob(result)} and compare"

@@ -48,8 +48,6 @@ from exudyn_flexlink.scene.parse import (
     parse_scene,
 )
 from exudyn_flexlink.scene.run import (
-    ABSOLUTE_TOLERANCES,
-    RELATIVE_TOLERANCES,
     Accuracy,
     Initial,
     Run,
@@ -58,10 +56,8 @@ from exudyn_flexlink.scene.run import (
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
-    "ABSOLUTE_TOLERANCES",
     "EXCLUSIVE_KEYS",
     "GROUND",
-    "RELATIVE_TOLERANCES",
     "Accuracy",
     "Body",
     "CheckedDocument",

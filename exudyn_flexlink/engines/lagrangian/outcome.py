@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from platform import python_version
+from threading import Event as Asked
 from time import perf_counter
 
 import numpy as np
@@ -12,15 +13,17 @@ import scipy
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import version
+from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
-from exudyn_flexlink.engines.lagrangian.events import Loop
 from exudyn_flexlink.engines.lagrangian.forces import Forces
-from exudyn_flexlink.engines.lagrangian.marching import March
+from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
-from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
+from exudyn_flexlink.engines.walls import made_finer, soft_walls
+from exudyn_flexlink.integrate.explicit import ExplicitStepper
+from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -50,13 +53,11 @@ class Prepared:
     rig: Rig
     system: System
     recorder: Recorder
-    loop: Loop | March
-    end: float
-
-    @property
-    def tolerance(self) -> float:
-        """Error in positions that the implicit method's run may make, m."""
-        return resolving(self.scene.accuracy.tolerance or 0.0, self.rig.mechanism.channels)
+    problem: LagrangianProblem
+    stepper: CompiledStepper | ExplicitStepper
+    solution: Solution
+    asked: Asked  # whether the user asked to stop
+    tolerance: float  # m: error in positions that the run may make
 
 
 def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]) -> Result:
@@ -72,7 +73,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
     events = tuple(
         event
         for event in prepared.system.events
-        if event.kind != "lap" or event.time < prepared.end
+        if event.kind != "lap" or event.time < prepared.solution.end
     )
     result = Result(
         scene=prepared.scene,
@@ -111,17 +112,10 @@ def _versions() -> dict[str, str]:
 
 
 def _settings(prepared: Prepared) -> dict[str, float | str]:
-    loop = prepared.loop
-    if isinstance(loop, March):
-        order = 2 * len(loop.method.nodes) - 1
-        return {
-            "integrator": f"Radau IIA of order {order}",
-            "tolerance": prepared.tolerance,
-        }
+    explicit = isinstance(prepared.stepper, ExplicitStepper)
     return {
-        "integrator": "DOP853",
-        "relative_tolerance": loop.relative,
-        "absolute_tolerance": loop.absolute,
+        "integrator": "DOP853" if explicit else "Radau IIA of order 9",
+        "tolerance": prepared.tolerance,
     }
 
 
@@ -145,15 +139,15 @@ def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
 
 
 def _checks(prepared: Prepared) -> Checks:
-    recorder, loop = prepared.recorder, prepared.loop
+    recorder, stepper = prepared.recorder, prepared.stepper
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
         constraint_error=recorder.constraint_error,
-        steps=loop.steps,
-        newton_iterations=loop.iterations if isinstance(loop, March) else 0,
-        smallest_step=loop.smallest if isfinite(loop.smallest) else 0.0,
-        largest_step=loop.largest,
+        steps=stepper.steps,
+        newton_iterations=stepper.iterations,
+        smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
+        largest_step=stepper.largest,
         steps_per_contact=inf,  # the error is controlled there as everywhere
         largest_penetration=max(
             recorder.largest_penetration, float(recorder.seeker.deepest.max(initial=0.0))
@@ -165,14 +159,14 @@ def _warnings(prepared: Prepared) -> tuple[str, ...]:
     asked, finer = prepared.scene.accuracy.tolerance, prepared.tolerance
     channels = prepared.rig.mechanism.channels
     told = []
-    if isinstance(prepared.loop, March) and asked is not None and finer < asked:
+    if asked is not None and finer < asked:
         told.append(made_finer(asked, finer, channels))
     return (*told, *soft_walls((walls.channel, walls.deepest) for walls in prepared.system.walls))
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
-    system, time = prepared.system, prepared.loop.time
-    if system.interrupted:
+    system, time = prepared.system, prepared.problem.time
+    if prepared.asked.is_set():
         return Outcome(False, time, INTERRUPTED)
     if system.stop_reason:
         return Outcome(False, time, system.stop_reason, system.stop_advice)
