@@ -75,6 +75,10 @@ class ExplicitStepper:
         """Go on from the present state, where a force leaps."""
         self._solver = None
 
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed."""
+        self._solver = None
+
     def advance(self, stop: float) -> Event | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.
 

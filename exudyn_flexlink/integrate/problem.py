@@ -55,7 +55,7 @@ class Problem(Protocol):
         """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix without contacts, near enough to converge."""
+        """Stiffness and damping matrix without contacts that leap, near enough to converge."""
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, n) of the gaps of the contacts that act, and their forces; None without."""

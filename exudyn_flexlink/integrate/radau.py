@@ -83,6 +83,14 @@ class Step(NamedTuple):
         q = self.start.q + self.h * ((part * powers / POWERS) @ speeds)
         return q, powers @ speeds
 
+    def ending(self, end: float) -> Step:
+        """Return the same with its end moved a little, to `end` (s), along its polynomial."""
+        h = end - self.t
+        begins = np.concatenate([[0.0], C]) * (h / self.h)
+        speeds = np.vander(begins, STAGES + 1, increasing=True) @ (NODES @ self.speeds)
+        q, v = self.at(np.array([end]))
+        return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
+
 
 class Lasting(NamedTuple):
     """How long errors of speeds last until they have become those of places, s."""
@@ -102,12 +110,17 @@ class Radau:
         self.problem, self.lasting, self.slow = problem, lasting, slow
         self.iterations = 0
         self._matrices: _Matrices | None = None
-        self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
+        # Begin, length and speeds of the last step solved.
+        self._last: tuple[float, float, FloatArray] | None = None
         self._rate = 1.0  # at which the last iteration converged
 
     def restart(self) -> None:
         """Forget the last step: the equations have changed."""
         self._last = self._matrices = None
+
+    def refresh(self) -> None:
+        """Make new matrices for the next step: the equations have changed, but not by much."""
+        self._matrices = None
 
     def step(
         self, t: float, h: float, start: Evaluation, state: State, allowed: float
@@ -135,7 +148,7 @@ class Radau:
         errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
-        self._last = (h, known)
+        self._last = (t, h, known)
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
         return Step(t, h, state, end, start, self._stages, known, pushes, error)
 
@@ -148,12 +161,15 @@ class Radau:
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
         return _Matrices(h, inverses, stiffness, contacts)
 
-    def _guess(self, h: float, v: FloatArray) -> FloatArray:
-        """Increments of the stages' speeds, from the polynomial of the last step."""
+    def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
+        """Increments of the stages' speeds, from the polynomial of the last step solved.
+
+        That is the step before, or a longer one from the same instant.
+        """
         if self._last is None:
             return np.zeros((STAGES, len(v)))
-        before, speeds = self._last
-        ahead = np.vander(1 + C * (h / before), STAGES + 1, increasing=True)
+        begin, before, speeds = self._last
+        ahead = np.vander((t - begin + C * h) / before, STAGES + 1, increasing=True)
         return np.asarray(ahead @ (NODES @ speeds) - v)
 
     def _solve(
@@ -161,7 +177,7 @@ class Radau:
     ) -> FloatArray | None:
         """Increments W of the stages' speeds; None if the iteration does not converge."""
         h = matrices.h
-        w, before, rate = self._guess(h, state.v), 0.0, self._rate
+        w, before, rate = self._guess(t, h, state.v), 0.0, self._rate
         enough = NEWTON * allowed
         for _ in range(MOST_ITERATIONS):
             self.iterations += 1

@@ -43,6 +43,9 @@ class Stepper(Protocol):
     def forget(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
 
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed, where forces only bend."""
+
 
 class Events(Protocol):
     """What events change."""
@@ -108,7 +111,11 @@ class Solution:
             self.stepper.forget()
             return
         longest = self.events.cross(event)
-        if not self.events.over:
+        if self.events.over:
+            return
+        if event.bends:
+            self.stepper.refresh()
+        else:
             self.stepper.restart(longest)
 
     def _count(self, began: float, event: Event | None) -> None:

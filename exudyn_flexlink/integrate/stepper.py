@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a singular place, each of the last
 ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps that try to end right at an event
+LITTLE = 1e-2  # of a step: so much its end moves to where forces bend without being made anew
 
 
 class HybridProblem(Problem, Followed, Protocol):
@@ -111,6 +112,15 @@ class ImplicitStepper:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
         self.radau.restart()
         self.control.forget()
+
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed, where forces only bend."""
+        self.radau.refresh()
+        self.at = self.problem.evaluate_all(
+            np.array([self.time]), self._state.q[None], self._state.v[None]
+        )[0]
+        a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
+        self._state = self._state._replace(a=a)
 
     def advance(self, stop: float) -> Event | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.
@@ -228,6 +238,8 @@ class ImplicitStepper:
         for _ in range(LANDINGS):
             step = self._step(h)
             late = 0.0 if step is None else self.problem.late(event, step)
+            if step is not None and event.bends and abs(late) < LITTLE * h:
+                return step.ending(step.end - late) if late else step
             if abs(late) < instant(self.time, EVENT_TIME) or not 0.5 * h < h - late < 1.5 * h:
                 return step
             h -= late

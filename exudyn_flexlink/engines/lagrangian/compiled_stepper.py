@@ -81,6 +81,9 @@ class CompiledStepper:
     def forget(self) -> None:
         """Go on from the present state: every block starts afresh."""
 
+    def refresh(self) -> None:
+        """Go on from the present state: every block takes the equations anew."""
+
     def advance(self, stop: float) -> Event | None:
         """Make a block of steps, no further than to `stop` (s); return the event at its end.
 

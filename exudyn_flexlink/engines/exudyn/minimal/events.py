@@ -13,6 +13,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import NOTHING, Event, fall, farthest, first_fall, zero
 from exudyn_flexlink.integrate.radau import Step
@@ -37,6 +38,12 @@ class PieceEnd(NamedTuple):
     way: int
 
 
+class WallChange(NamedTuple):
+    """A pair of link and guide, of this number, begins or ceases to press."""
+
+    pair: int
+
+
 class TurnsMade(NamedTuple):
     """The turns that end the run are made."""
 
@@ -49,11 +56,14 @@ class Finder:
     ) -> None:
         self.model, self.goal = model, goal
         self.touches = [contact.touch(x, v) for contact in model.contacts]
+        self.walls = WallWatch(model, x, v) if model.walls.contacts else None
         self._looks: dict[float, Held] = {}  # within the present step
 
-    def accept(self, x: FloatArray, v: FloatArray, h: float) -> None:
-        """Take the coordinates (links,) and speeds at the end of a step of length h (s)."""
-        before = self.touches
+    def accept(self, step: Step, x: FloatArray, v: FloatArray) -> None:
+        """Take the coordinates (links,) and speeds at the end of a step."""
+        if self.walls is not None:
+            self.walls.accept(step.end, x, v)
+        before, h = self.touches, step.h
         self.touches = [contact.touch(x, v) for contact in self.model.contacts]
         for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
@@ -65,6 +75,8 @@ class Finder:
         self._looks.clear()
         last: Held = step.stages[-1].kept
         found = [*self._ends_of_pieces(step, last), *self._changes_of_contacts(step)]
+        if self.walls is not None and (touched := self.walls.first(step)) is not None:
+            found.append(Event(touched[0], WallChange(touched[1]), bends=True))
         if self.goal is not None and self.goal(last.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
             found.append(Event(time, TurnsMade()))

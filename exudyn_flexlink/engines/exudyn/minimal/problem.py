@@ -22,10 +22,13 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     Goal,
     PieceEnd,
     TurnsMade,
+    WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.engines.exudyn.redundant.pace import too_long
+from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, Press, State
@@ -65,6 +68,8 @@ class MinimalProblem:
             if contact.touch(x, v).gap < -NOTHING:
                 contact.side = Side.BEHIND
         self._finder = Finder(self.model, self.goal, x, v)
+        if self._finder.walls is not None:
+            self._change_walls(self._finder.walls, 0.0)
 
     @property
     def over(self) -> bool:
@@ -78,7 +83,7 @@ class MinimalProblem:
         return self.model.evaluate_all(t, q, v)
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix without contacts."""
+        """Stiffness and damping matrix of springs, dampers and walls."""
         return self.model.jacobians(at)
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
@@ -104,7 +109,7 @@ class MinimalProblem:
         self.model.look(at.kept.x, at.kept.reach)
         if self._slow is None or len(self._slow) != len(q) or at.kept.reach is not None:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
-            self._slow = slow_motions(at.mass, self.model.jacobians(at)[0], self.end, SWING)
+            self._slow = slow_motions(at.mass, self.model.springs(at)[0], self.end, SWING)
         return at, State(q, v, self.model.accelerations(at)), self._slow
 
     def worn(self) -> bool:
@@ -116,7 +121,7 @@ class MinimalProblem:
         end = self.model.whole(step.end, step.finish.q, step.finish.v)
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.reach)
-        self._finder.accept(end.x, end.v, step.h)
+        self._finder.accept(step, end.x, end.v)
         acting = False
         for contact, touch in self._contacts():
             if contact.acts:
@@ -124,6 +129,9 @@ class MinimalProblem:
         self.recorder.take(step, end)
         if acting:
             self.recorder.mark()  # even samples miss the peaks of a contact's force
+        walls = self._finder.walls
+        if walls is not None and (broken := walls.broken()) is not None:
+            self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
     def _contacts(self) -> list[tuple[MinimalContact, Touch]]:
         """Every contact with where it is."""
@@ -182,10 +190,13 @@ class MinimalProblem:
         return self._finder.first(step)
 
     def late(self, event: Event, step: Step) -> float:
-        """How long before the step's end the point slid off its face, s.
+        """How long before the step's end a wall began or ceased to press, s, or a point slid off.
 
-        There it matters: the force is gone from one instant to the next.
+        There it matters: a force is gone from one instant to the next.
         """
+        if isinstance(event.what, WallChange):
+            assert self._finder.walls is not None
+            return -self._finder.walls.missed(event.what.pair, step)
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
         last = step.stages[-1].kept
@@ -219,6 +230,9 @@ class MinimalProblem:
             if not guide.next_piece(event.what.way, event.time):
                 self.stop_reason = f"the point of slot '{guide.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
+        elif isinstance(event.what, WallChange):
+            assert self._finder.walls is not None
+            self._change_walls(self._finder.walls, event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
             self._change_contact(event.time, k, self._finder.touches[k])
@@ -240,6 +254,17 @@ class MinimalProblem:
             off = min(touch.place, contact.length - touch.place) < min(-touch.gap, 1e-9)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch)
+
+    def _change_walls(self, walls: WallWatch, time: float, first: int | None = None) -> None:
+        """Let a pair of link and guide, if any, begin or cease to press, and others that do so."""
+        before = len(self.model.contacts)
+        others = [k for k in walls.changed().tolist() if k != first]
+        for k in others if first is None else [first, *others]:
+            self.model.walls.change(k)
+            kind = "contact begins" if self.model.walls.touching[k] else "contact ends"
+            touch = walls.touch(k)
+            self.entries.append(Entry(time, before + k, kind, touch, -touch.gap_rate, 0.0))
+            self.recorder.note()
 
     def _tell(self, time: float, k: int, kind: str, touch: Touch) -> None:
         peak = self.model.contacts[k].peak

@@ -8,7 +8,6 @@ from threading import Event as Asked
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.coasting import SWING, coasting
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
@@ -24,7 +23,9 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
     turns_missing,
 )
+from exudyn_flexlink.engines.exudyn.sleeves import wall_penetrations
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
@@ -42,7 +43,7 @@ from exudyn_flexlink.mechanism import (
     sample_times,
     turn_goal,
 )
-from exudyn_flexlink.mechanism.tree import NotMinimalError, TreeLayout, tree_layout
+from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
@@ -56,21 +57,14 @@ def prepare(
     assembly: Assembly,
     progress: Callable[[float], None] | None,
 ) -> MinimalRun:
-    """Build the tree, the loop and what records it.
-
-    Raises:
-        NotRepresentableError: the mechanism is no tree.
-
-    """
+    """Build the tree, the loop and what records it."""
     mechanism = assembly.mechanism
-    try:
-        layout = tree_layout(mechanism)
-    except NotMinimalError as error:
-        raise NotRepresentableError(error.path, error.message) from error
+    layout = tree_layout(mechanism)
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
     model = MinimalModel(assembly, layout, events)
-    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, np.array([0.0, *C]))
+    contacts = [*mechanism.contacts, *model.walls.contacts]
+    seeker = ExtremeSeeker(scene, mechanism, contacts, np.array([0.0, *C]))
     recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
@@ -79,7 +73,8 @@ def prepare(
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
     tau = coasting(mechanism, end)
     lasting = Lasting(tau, tau - (1 - FREE) * SWING)
-    control = ErrorControl(accuracy.tolerance or smallest, accuracy.step)
+    tolerance = resolving(accuracy.tolerance or smallest, mechanism.channels)
+    control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(problem, control, lasting, end)
     stops = [*(t for t in _bends(mechanism) if 0 < t < end), end]
     asked = Asked()
@@ -119,7 +114,7 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     found = report(run)
     mechanism = run.model.assembly.mechanism
     outcome = _outcome(run, *complaint)
-    told = [*_shortened(run), *_on_dead_centres(run)]
+    told = [*_shortened(run), *_on_dead_centres(run), *_of_walls(run)]
     return result_of(run.scene, mechanism, found, told, outcome)
 
 
@@ -131,6 +126,16 @@ def _shortened(run: MinimalRun) -> list[str]:
         return []
     found = [halves[k] for k in touched if too_long(given, halves[k])]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
+
+
+def _of_walls(run: MinimalRun) -> list[str]:
+    """Say where a tolerance is no small part of a clearance, and where walls give way."""
+    mechanism = run.model.assembly.mechanism
+    channels, asked = mechanism.channels, run.scene.accuracy.tolerance
+    finer = run.stepper.control.tolerance
+    told = [made_finer(asked, finer, channels)] if asked is not None and finer < asked else []
+    depths = wall_penetrations(channels, run.recorder.seeker, len(mechanism.contacts))
+    return [*told, *soft_walls(zip(channels, depths, strict=True))]
 
 
 def _on_dead_centres(run: MinimalRun) -> list[str]:
