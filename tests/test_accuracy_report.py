@@ -41,11 +41,8 @@ def test_the_advice_says_how_to_follow_it(study):
         '--set accuracy.tolerance=1e-05 --set "solver={formulation: redundant, '
         'steps_per_contact: 80}"'
     )
-    local = Method("Lagrangian", "lagrangian", "relative_tolerance")
-    assert by(local, 1e-6) == (
-        "--engine lagrangian --set accuracy.relative_tolerance=1e-06 "
-        "--set accuracy.absolute_tolerance=1e-08"
-    )
+    other = Method("Lagrangian", "lagrangian")
+    assert by(other, 1e-6) == "--engine lagrangian --set accuracy.tolerance=1e-06"
 
 
 def test_the_recommendation_names_setting_error_cost_and_limit(study):

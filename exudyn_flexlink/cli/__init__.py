@@ -112,7 +112,6 @@ def _add_simulate(commands: Any) -> None:
     )
     _add_model(parser)
     _add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
-    _add_tolerances(parser)
     _add_impact(parser)
     _add_without(parser)
     parser.add_argument(
@@ -152,7 +151,6 @@ def _add_compare(commands: Any) -> None:
         metavar="M",
         help="end with code 1 if a point differs by more, m, up to the horizon",
     )
-    _add_tolerances(parser)
     _add_impact(parser, "; impulse is for the Lagrangian alone")
     _add_without(parser, "compare the model with itself without the effect, in one engine: ")
     _add_engine(parser, "the engine of '--without'; default: exudyn", None)
@@ -249,21 +247,6 @@ def _effects(text: str) -> list[str]:
             listed = ", ".join(EFFECT_NAMES)
             raise argparse.ArgumentTypeError(f"no effect '{name}'; there is: {listed}")
     return names
-
-
-def _add_tolerances(parser: argparse.ArgumentParser) -> None:
-    """Add short names for two settings of the Lagrangian's explicit method."""
-    for option, key in (("--rtol", "relative_tolerance"), ("--atol", "absolute_tolerance")):
-        parser.add_argument(
-            option,
-            dest="settings",
-            action="append",
-            default=[],
-            type=f"accuracy.{key}={{}}".format,
-            metavar="NUMBER",
-            help=f"short for --set accuracy.{key}=NUMBER: of one step of the Lagrangian, by its "
-            "explicit method",
-        )
 
 
 def _add_output(parser: argparse.ArgumentParser, default: str) -> None:

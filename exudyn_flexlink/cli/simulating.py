@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.scene import Scene
 
 LAGRANGIAN_ALONE = (
-    "relative and absolute tolerance are for '--engine lagrangian'; "
-    "for Exudyn set accuracy.tolerance"
+    "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its formulation's"
 )
 
 
@@ -124,11 +123,9 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
 
 def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     """Tell whether a setting of the command line means nothing to Exudyn."""
-    keys = ("accuracy.relative_tolerance", "accuracy.absolute_tolerance")
-    whole = "relative_tolerance:", "absolute_tolerance:"
     return any(
-        setting.startswith(keys)
-        or (setting.startswith("accuracy=") and any(key in setting for key in whole))
+        setting.startswith("solver.integrator")
+        or (setting.startswith("solver=") and "integrator:" in setting)
         for setting in options.settings
     )
 

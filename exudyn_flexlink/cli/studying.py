@@ -83,7 +83,6 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
     methods: list[Method] = methods_of(
         scene,
         {engine: engines.formulations(scene, engine) for engine in ENGINES},
-        [engine for engine in ENGINES if not engines.takes_tolerance(scene, engine)],
     )
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:

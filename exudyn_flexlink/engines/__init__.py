@@ -93,17 +93,6 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
     return () if offered is None else tuple(offered(scene))
 
 
-def takes_tolerance(scene: Scene, engine: str) -> bool:
-    """Tell whether an engine obeys a scene's tolerance; if not, local tolerances are its knob.
-
-    Raises:
-        SceneError: the scene can't be put together (never after `load_scene`).
-
-    """
-    tells = getattr(import_module(ENGINES[engine]), "takes_tolerance", None)
-    return True if tells is None else bool(tells(scene))
-
-
 def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
     """Tell whether an engine will begin by compiling, for a minute.
 

@@ -50,9 +50,7 @@ from exudyn_flexlink.scene.parse import (
     parse_scene,
 )
 from exudyn_flexlink.scene.run import (
-    ABSOLUTE_TOLERANCES,
     FEWEST_STEPS_PER_CONTACT,
-    RELATIVE_TOLERANCES,
     Accuracy,
     Initial,
     Run,
@@ -61,11 +59,9 @@ from exudyn_flexlink.scene.run import (
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
-    "ABSOLUTE_TOLERANCES",
     "EXCLUSIVE_KEYS",
     "FEWEST_STEPS_PER_CONTACT",
     "GROUND",
-    "RELATIVE_TOLERANCES",
     "SECTION_OF",
     "Accuracy",
     "Body",
