@@ -400,7 +400,7 @@ def test_figure(both):
     said = "\n".join(text.get_text() for text in texts(figure))
     assert "hinges 'paper', n = 10" in said
     assert "lagrangian: tolerance 1e-07 m" in said
-    assert {"horizon", "strike"} <= {text.get_text() for text in texts(figure)}
+    assert {"beyond the horizon", "strike"} <= {text.get_text() for text in texts(figure)}
     for engine, colour in ENGINE_COLOURS.items():
         lines = [line for axes in figure.axes for line in axes.lines if line.get_label() == engine]
         assert len(lines) == 3
