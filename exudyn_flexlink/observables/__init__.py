@@ -17,7 +17,7 @@ from exudyn_flexlink.observables.levers import (
 )
 from exudyn_flexlink.observables.perturbation import on_axis, perturbation
 from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
-from exudyn_flexlink.observables.strikes import IMPACT, SAME_STRIKE, Strike, settled, strikes
+from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
     ContactStates,
@@ -35,7 +35,6 @@ from exudyn_flexlink.observables.touching import (
 from exudyn_flexlink.observables.watched import Watched
 
 __all__ = [
-    "IMPACT",
     "SAME_STRIKE",
     "TWO_POINTS",
     "ContactStates",
