@@ -95,7 +95,7 @@ ITEMS = (
     Item("paper", "2 min", (script("paper_figures", "--out", OUT),), PAPER),
     Item(
         "clearance_statements",
-        "5 min",
+        "1 min",
         (script("clearance_statements"),),
         table="tables/clearance_statements.md",
     ),
@@ -120,7 +120,7 @@ ITEMS = (
     ),
     Item(
         "impact_models",
-        "10 min",
+        "3 min",
         tuple(script("impact_models", study, "--out", OUT) for study in ("stiffness", "rods")),
         {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
         "tables/impact_models.md",
