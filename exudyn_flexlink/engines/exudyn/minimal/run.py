@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, report
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.stepper import IN_CONTACT
-from exudyn_flexlink.engines.exudyn.redundant.pace import shortened, too_long
+from exudyn_flexlink.engines.exudyn.redundant.pace import shortened
 from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.mechanism import (
@@ -95,7 +95,7 @@ def _shortened(run: MinimalRun) -> list[str]:
     touched = {entry.index for entry in run.loop.entries}
     if given is None:
         return []
-    found = [halves[k] for k in touched if too_long(given, halves[k])]
+    found = [halves[k] for k in touched if IN_CONTACT * halves[k] < given]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
 
 

@@ -24,7 +24,6 @@ from exudyn_flexlink.engines.exudyn.minimal.radau import (
     Step,
 )
 from exudyn_flexlink.engines.exudyn.minimal.slow_motions import slow_motions
-from exudyn_flexlink.engines.exudyn.redundant.pace import too_long
 
 FloatArray = NDArray[np.float64]
 
@@ -240,7 +239,8 @@ class Stepper:
         return min([near, *rests, *self._paces()], default=inf)
 
     def _paces(self) -> list[float]:
-        """Steps (s) of contacts that act, where the user's own is too long for them."""
-        given = self.control.fixed
-        acting = [h for c, h in zip(self.model.contacts, self.half_periods, strict=True) if c.acts]
-        return [] if given is None else [IN_CONTACT * h for h in acting if too_long(given, h)]
+        """Longest steps (s) of contacts that act, which no error control shortens."""
+        if self.control.fixed is None:
+            return []
+        both = zip(self.model.contacts, self.half_periods, strict=True)
+        return [IN_CONTACT * half for contact, half in both if contact.acts]

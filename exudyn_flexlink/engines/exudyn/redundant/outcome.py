@@ -144,10 +144,8 @@ def _events(prepared: Prepared) -> tuple[Event, ...]:
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
-    given = prepared.scene.accuracy.step or inf
-    per_contact = min(
-        (pace.half_period / min(pace.step, given) for pace in prepared.paces), default=inf
-    )
+    given = prepared.scene.accuracy.step
+    per_contact = min((pace.steps(given) for pace in prepared.paces), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -168,7 +166,7 @@ def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
     if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
         warnings.append(few_steps(checks.steps_per_contact))
     given = prepared.scene.accuracy.step
-    shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
+    shorter = [pace for pace in prepared.paces if given is not None and pace.step < given]
     if touched and given is not None and shorter:
         shortest = min(shorter, key=lambda pace: pace.step)
         warnings.append(shortened(given, shortest.half_period, shortest.step))
