@@ -9,11 +9,11 @@ from cli_runs import MODELS, NO_CLEARANCE, Capture
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.clock import instant
-from exudyn_flexlink.engines.exudyn.minimal.finding import EVENT_TIME
 from exudyn_flexlink.engines.exudyn.reporting import no_solution_advice
 from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
 from exudyn_flexlink.engines.neighbours import retuned
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.source import SceneError

@@ -203,9 +203,13 @@ def test_statistics_beyond_the_horizon():
 # --- strikes
 
 
-def later(result, by, keep=lambda event: True):
-    events = [replace(event, time=event.time + by) for event in result.events if keep(event)]
-    return replace(result, events=tuple(events), engine="lagrangian")
+def later(result, by, keep=lambda touch: True):
+    moved = [
+        replace(touch, begin=touch.begin + by, end=touch.end + by)
+        for touch in result.contacts["strike"].touches
+        if keep(touch)
+    ]
+    return replace(results.touched(result, *moved), engine="lagrangian")
 
 
 def test_strikes_of_both_runs_are_paired(rigid):
@@ -223,7 +227,7 @@ def test_strikes_of_both_runs_are_paired(rigid):
 
 @pytest.mark.parametrize("swap", [False, True])
 def test_a_strike_that_a_run_misses_shifts_no_other(rigid, swap):
-    missing = later(rigid, 1e-6, lambda event: event.time > 1.0)
+    missing = later(rigid, 1e-6, lambda touch: touch.begin > 1.0)
     pair = (missing, rigid) if swap else (rigid, missing)
     first, second = compare(*pair).strikes
     assert (first.second is None) is not swap
@@ -234,8 +238,8 @@ def test_a_strike_that_a_run_misses_shifts_no_other(rigid, swap):
 
 
 def test_strikes_of_different_laps_are_never_one(rigid):
-    early = later(rigid, 0.0, lambda event: event.time < 1.0)
-    late = later(rigid, 0.0, lambda event: event.time > 1.0)
+    early = later(rigid, 0.0, lambda touch: touch.begin < 1.0)
+    late = later(rigid, 0.0, lambda touch: touch.begin > 1.0)
     pairs = compare(early, late).strikes
     assert [(p.lap, p.first is None, p.second is None) for p in pairs] == [
         (1, False, True),
@@ -258,7 +262,7 @@ def test_without_a_crank_the_nearer_strike_is_the_same(rigid):
 
 
 def test_strikes_after_the_shorter_runs_end_stand_alone(rigid):
-    early = later(rigid, 0.0, lambda event: event.time < 1.0)
+    early = later(rigid, 0.0, lambda touch: touch.begin < 1.0)
     assert [pair.second is None for pair in compare(rigid, early).strikes] == [False, True]
 
 

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import results
 from hard.catalogue import MODELS
 
 from exudyn_flexlink.engines import LateInterruptError, mending, simulate
 from exudyn_flexlink.engines.guards import doubts, limits, refusal
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import (
     INTERRUPTED,
     EnergyHistory,
-    Event,
     Outcome,
     Result,
 )
@@ -129,23 +130,11 @@ def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most
 
 
 def test_a_strike_deeper_than_its_overlap_is_told_with_both(run: Result) -> None:
-    begin, end = _first_contact(run)
-    length, stiffness = 0.03, 2e4
-    thin = [
-        replace(begin, details={**begin.details, "place": length - 1e-4}),
-        replace(
-            end, details={**end.details, "place": length - 5e-5, "peak_force": 1e-4 * stiffness}
-        ),
-    ]
-    (told,) = limits(replace(run, events=tuple(thin)))
+    length = 0.03
+    thin = Interval(0.3, 0.31, length - 1e-4, length - 5e-5, penetration=1e-4)
+    (told,) = limits(results.touched(run, thin))
     assert "is 0.0001 m deep" in told
     assert "1 of the 0.0001 m by which the point overlaps the face" in told
-
-
-def _first_contact(run: Result) -> tuple[Event, Event]:
-    begin = next(event for event in run.events if event.kind == "contact begins")
-    end = next(event for event in run.events if event.kind == "contact ends")
-    return begin, end
 
 
 @pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])
@@ -211,12 +200,12 @@ def test_steps_too_few_for_a_strike_at_this_tolerance_are_told() -> None:
 
 
 def test_an_interrupted_crawl_names_the_contact(run: Result) -> None:
-    begin, _ = _first_contact(run)
-    sample = int(np.searchsorted(run.time, begin.time, side="right"))
+    begin = run.contacts["strike"].touches.begin[0]
+    sample = int(np.searchsorted(run.time, begin, side="right"))
     force = np.append(run.contacts["strike"].force[:sample], 1.0)
     crawling = replace(
         run,
-        outcome=Outcome(False, begin.time, INTERRUPTED),
+        outcome=Outcome(False, float(begin), INTERRUPTED),
         contacts={"strike": replace(run.contacts["strike"], force=force)},
         checks=replace(run.checks, smallest_step=7e-12),
     )

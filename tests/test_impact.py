@@ -120,32 +120,33 @@ def test_each_impact_balances_momentum_and_energy(model):
     cross = system.cross
 
     def watched(t, y, which):
-        count = len(system.events)
+        hits = system.contacts[0].intervals
+        count = len(hits)
         after = cross(t, y, which)
-        if len(system.events) > count and system.events[count].kind == "impact":
-            states.append((system.events[count], t, y.copy(), after.copy()))
+        if len(hits) > count and hits[count].impact:
+            states.append((hits[count], t, y.copy(), after.copy()))
         return after
 
     system.cross = watched
     assert solve(run) == ""
     assert run.recorder.energy_residual < 1e-9 * run.recorder.largest_kinetic_energy
     assert len(states) > 10
-    for event, t, before, after in states:
+    for hit, t, before, after in states:
         q, v, root = system.coordinates(t, before)
         w = system.coordinates(t, after)[1]
         mass = mass_matrix(q, root, run.rig.constants)
         rows, gradients, _ = touches(q, v, root, run.rig.constants)
-        details, g = event.details, gradients[0]
-        momentum = (mass @ (w - v) - g * details["impulse"])[1:]
+        g = gradients[0]
+        momentum = (mass @ (w - v) - g * hit.impulse)[1:]
         rounding = 4e-16 * np.abs(mass) @ np.abs(v)  # of the speeds themselves
-        allowed = 1e-12 * np.abs(g * details["impulse"]).max() + rounding.max()
+        allowed = 1e-12 * np.abs(g * hit.impulse).max() + rounding.max()
         assert momentum == pytest.approx(0, abs=allowed)
         kinetic = 0.5 * w @ mass @ w - 0.5 * v @ mass @ v
-        change = details["motor_work"] - details["energy_lost"]
+        change = hit.motor_work - hit.energy_lost
         assert kinetic == pytest.approx(change, abs=1e-12 * (0.5 * v @ mass @ v))
         separation = touches(q, w, root, run.rig.constants)[0][0, 2]
         assert separation == pytest.approx(-0.5 * rows[0, 2], rel=1e-9, abs=1e-14)
-        assert details["approach_speed"] == pytest.approx(-rows[0, 2], rel=1e-12)
+        assert hit.approach_speed == pytest.approx(-rows[0, 2], rel=1e-12)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])

@@ -19,12 +19,12 @@ from exudyn_flexlink.curves import (
     evaluator,
 )
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian.collocation import radau
 from exudyn_flexlink.engines.lagrangian.course import _ramp
 from exudyn_flexlink.engines.lagrangian.events import Loop
 from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, packed_piece, place_on
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
+from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Ramp
 from exudyn_flexlink.observables import deviation

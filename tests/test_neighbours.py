@@ -12,16 +12,16 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import LateInterruptError, simulate
 from exudyn_flexlink.engines.guards import multiplying
 from exudyn_flexlink.engines.neighbours import measured_by, neighbouring, retuned, unmeasured
+from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.report import run_text
 from exudyn_flexlink.result import (
     INTERRUPTED,
     NOT_MEASURED,
-    Event,
+    ContactHistory,
     MeasuredError,
     Outcome,
     SleeveHistory,
-    Touches,
 )
 from exudyn_flexlink.storage import load, save
 
@@ -50,11 +50,9 @@ LOCAL = ["accuracy.relative_tolerance=1e-10", "accuracy.absolute_tolerance=1e-12
 def touched(times, settings=None):
     """A made-up run of the paper's mechanism, whose link touched walls so many times."""
     run = results.tilting_link()
-    columns = np.zeros((6, times))
-    columns[1] = run.time[-1]  # until when it touches: else it would swing free
-    history = SleeveHistory(
-        ("wall",), (1.0,), np.zeros((len(run.time), 1)), Touches(np.zeros(times, int), *columns), 0
-    )
+    # To the end: else the link would swing free.
+    touches = Intervals.of(Interval(0.0, float(run.time[-1])) for _ in range(times))
+    history = SleeveHistory(("wall",), (1.0,), np.zeros((len(run.time), 1)), touches, 0)
     settings = {"tolerance": 1e-5} if settings is None else settings
     accuracy = {"step": 1e-4} if "step" in settings else {"tolerance": 1e-5}
     scene = run.scene.changed(accuracy=type(run.scene.accuracy).model_validate(accuracy))
@@ -63,7 +61,7 @@ def touched(times, settings=None):
         scene=scene,
         settings=settings,
         sleeves={"sleeve": history},
-        events=(),
+        laps=(),
         warnings=(),
         outcome=Outcome(True, float(run.time[-1])),
     )
@@ -147,8 +145,10 @@ def test_a_few_touches_ask_for_no_neighbour():
 def test_a_burst_of_one_strike_asks_for_no_neighbour():
     run = touched(1)
     for count in (3, 4):
-        bounces = [Event(0.1 + k / 100, "contact begins", "strike") for k in range(count)]
-        told = multiplying(replace(run, events=tuple(bounces)))
+        bounces = Intervals.of(Interval(0.1 + k / 100, 0.105 + k / 100) for k in range(count))
+        none = np.zeros(len(run.time))
+        struck = {"strike": ContactHistory(none, none, none, bounces)}
+        told = multiplying(replace(run, contacts=struck))
         assert told == ("" if count == 3 else "4 strikes of 'strike' in a row")
 
 

@@ -160,7 +160,7 @@ def test_lever_marks_strikes_and_peaks(rigid):
 
 
 def test_lever_that_is_never_struck(rigid):
-    figure = lever(results.without_events(rigid))
+    figure = lever(results.touched(rigid))
     assert "strike 1" not in words(figure)
 
 

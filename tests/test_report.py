@@ -15,6 +15,7 @@ from results import (
     first_samples,
     rigid_link,
     tilting_link,
+    touched,
 )
 
 from exudyn_flexlink.cli import main
@@ -152,7 +153,7 @@ def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> N
 
 
 def test_a_run_without_strikes_says_so() -> None:
-    result = replace(rigid_link(turns=1, samples=401), events=())
+    result = touched(rigid_link(turns=1, samples=401))
     assert "Strikes of strike: none" in run_text(result)
 
 

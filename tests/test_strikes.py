@@ -11,8 +11,8 @@ import pytest
 from random_strikes import RIGHT, draw, judge
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.clock import CLOCK, instant
 from exudyn_flexlink.engines.guards import multiplying
+from exudyn_flexlink.integrate.clock import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, lever_response, separation
 from exudyn_flexlink.result import Result
@@ -65,6 +65,10 @@ DEEP = (  # S was 1.5 tolerances off
         pytest.param(tuple(draw(np.random.default_rng([1, 130]))), id="random 130"),
         # Of seed 2: 1.3 tolerances, as a force leapt between two stages.
         pytest.param(tuple(draw(np.random.default_rng([2, 92]))), id="random 92"),
+        # Of seeds 3 and 4: S of the Lagrangian was 1.5 and 1.9 tolerances off, as its iteration
+        # ended before the face, which turns as the point creeps along, was done with.
+        pytest.param(tuple(draw(np.random.default_rng([3, 199]))), id="random 199"),
+        pytest.param(tuple(draw(np.random.default_rng([4, 33]))), id="random 33"),
     ],
 )
 def test_a_point_that_creeps_and_lifts_off_keeps_the_tolerance(settings: tuple[str, ...]) -> None:

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from exudyn_flexlink.result import Event, SleeveHistory
+from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.result import Result
 
 GAIN = 1e-4  # of the largest kinetic energy, in one impact: more is no rounding
 GAIN_ADVICE = "tighten the tolerance, raise 'steps_per_contact', or shorten the step"
 
 
-def gaining_impacts(
-    events: Sequence[Event], sleeves: Mapping[str, SleeveHistory], kinetic: float
-) -> list[str]:
+def gaining_impacts(result: Result, kinetic: float) -> list[str]:
     """Warn of impacts that gain energy; `kinetic` is the largest kinetic energy, J."""
-    found = [
-        *((gain, at, name) for gain, at, name in _of_contacts(events)),
-        *((gain, at, name) for gain, at, name in _of_sleeves(sleeves)),
+    last = float(result.time[-1])
+    gaining = [
+        (float(gain), float(end), name)
+        for name, touches in (*_of_contacts(result), *_of_sleeves(result))
+        for gain, end in zip(-touches.energy_lost, touches.until(last), strict=True)
+        if gain > GAIN * kinetic
     ]
-    gaining = [one for one in found if one[0] > GAIN * kinetic]
     if not gaining:
         return []
     gain, at, name = max(gaining)
@@ -36,17 +37,14 @@ def _told(count: int) -> str:
     return f"{count} impacts give more energy than they take"
 
 
-def _of_contacts(events: Sequence[Event]) -> Iterator[tuple[float, float, str]]:
-    """Energy gained (J), end (s) and name of every contact that ended."""
-    for event in events:
-        if "energy_lost" in event.details:
-            yield -event.details["energy_lost"], event.time, event.name
+def _of_contacts(result: Result) -> Iterator[tuple[str, Intervals]]:
+    """Name and intervals of every contact; of one that lasts it is not known yet."""
+    for name, contact in result.contacts.items():
+        yield name, contact.touches.where(np.isfinite(contact.touches.end))
 
 
-def _of_sleeves(sleeves: Mapping[str, SleeveHistory]) -> Iterator[tuple[float, float, str]]:
-    """Likewise of the touch of each sleeve that gained most."""
-    for name, sleeve in sleeves.items():
-        lost = sleeve.touches.energy_lost
-        if len(lost):
-            k = int(np.argmin(lost))
-            yield -float(lost[k]), float(sleeve.touches.end[k]), name
+def _of_sleeves(result: Result) -> Iterator[tuple[str, Intervals]]:
+    """Name of every sleeve, and the touch that gained most."""
+    for name, sleeve in result.sleeves.items():
+        if len(sleeve.touches):
+            yield name, sleeve.touches.where(np.argmin(sleeve.touches.energy_lost, keepdims=True))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.coasting import left_by_strikes
 from exudyn_flexlink.engines.gains import gaining_impacts
+from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import (
-    FaceContact,
     Mechanism,
     build_mechanism,
     end_of_run,
@@ -20,8 +19,10 @@ from exudyn_flexlink.mechanism import (
     wanted_interval,
 )
 from exudyn_flexlink.observables import crank_angle, crank_joint
-from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
+from exudyn_flexlink.result import INTERRUPTED, Outcome, Result
 from exudyn_flexlink.scene import SleeveJoint
+
+FloatArray = NDArray[np.float64]
 
 ENERGY = 1e-2  # of the largest kinetic energy
 LOCAL_ENERGY = 1e-6  # the same under local tolerances, which are far below
@@ -62,7 +63,8 @@ def multiplying(result: Result) -> str:
 
 
 def _struck(result: Result) -> bool:
-    return any(event.kind == "contact begins" for event in result.events)
+    touches = (contact.touches for contact in result.contacts.values())
+    return any(np.isfinite(own.peak_force).any() for own in touches)
 
 
 def refusal(result: Result) -> Outcome | None:
@@ -108,7 +110,7 @@ def _joints(result: Result) -> Iterator[str]:
 
 
 def _gains(result: Result) -> list[str]:
-    return gaining_impacts(result.events, result.sleeves, _kinetic(result))
+    return gaining_impacts(result, _kinetic(result))
 
 
 def _iterations(result: Result) -> Iterator[str]:
@@ -138,47 +140,38 @@ def _crawling(result: Result) -> Iterator[str]:
 
 def _overlaps(result: Result, mechanism: Mechanism) -> Iterator[str]:
     """Strikes in which a point went deep, measured by the face between it and the face's end."""
-    faces = {face.name: face for face in mechanism.contacts}
-    worst: dict[str, tuple[float, float, float, float]] = {}
-    for events in _laps(result):
-        for name, (depth, overlap, at) in _deepest(faces, events).items():
-            found = (depth / max(overlap, 1e-300), depth, overlap, at)
-            worst[name] = max(worst.get(name, found), found)
-    for name, (share, depth, overlap, at) in worst.items():
+    for face in mechanism.contacts:
+        touches, length = result.contacts[face.name].touches, face_length(face)
+        ends = np.minimum(touches.end_place, length - touches.end_place)
+        overlap = np.maximum(np.minimum(touches.place, length - touches.place), ends)
+        found = [
+            (depth / max(over, 1e-300), depth, over, at)
+            for depth, over, at in _deepest(result, touches, overlap)
+        ]
+        share, depth, over, at = max(found, default=(0.0, 0.0, 0.0, 0.0))
         if share > THIN:
             yield (
-                f"contact '{name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
-                f"{overlap:.2g} m by which the point overlaps the face: the face's stiffness "
+                f"contact '{face.name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
+                f"{over:.2g} m by which the point overlaps the face: the face's stiffness "
                 "decides there, not the mechanism; raise it and compare"
             )
 
 
 def _deepest(
-    faces: Mapping[str, FaceContact], events: Sequence[Event]
-) -> dict[str, tuple[float, float, float]]:
-    """Depth (m), overlap (m) and begin (s) of the deepest contact of each name that ended."""
-    begun: dict[str, float] = {}
-    found: dict[str, tuple[float, float, float]] = {}
-    for event in events:
-        if event.name not in faces:
-            continue
-        face, (depth, overlap, at) = faces[event.name], found.get(event.name, (0.0, 0.0, 0.0))
-        place = event.details["place"]
-        overlap = max(overlap, min(place, face_length(face) - place))
-        if event.kind == "contact begins":
-            begun[event.name] = event.time
-        deep = event.details.get("peak_force", 0.0) / getattr(face.law, "stiffness", np.inf)
-        if deep > depth and event.name in begun:
-            depth, at = deep, begun[event.name]
-        found[event.name] = (depth, overlap, at)
-    return found
+    result: Result, touches: Intervals, overlap: FloatArray
+) -> Iterator[tuple[float, float, float]]:
+    """Depth (m), largest overlap (m) and begin (s) of the deepest contact of each lap."""
+    laps = _laps_of(result, touches)
+    for lap in np.unique(laps).tolist():
+        mine = np.flatnonzero(laps == lap)
+        k = mine[np.argmax(touches.penetration[mine])]
+        depth, at = float(touches.penetration[k]), float(touches.begin[k])
+        yield depth, float(overlap[mine].max()), at
 
 
-def _laps(result: Result) -> Iterator[Sequence[Event]]:
-    """Events between one lap and the next."""
-    laps = [event.time for event in result.events if event.kind == "lap"]
-    for begin, end in pairwise([-np.inf, *laps, np.inf]):
-        yield [event for event in result.events if begin <= event.time < end]
+def _laps_of(result: Result, touches: Intervals) -> NDArray[np.int64]:
+    """Number of the lap in which each contact begins, by the events between them."""
+    return np.asarray(np.searchsorted([lap.time for lap in result.laps], touches.begin, "right"))
 
 
 def _rattling(result: Result) -> Iterator[str]:
@@ -215,16 +208,14 @@ def _sliding_off(result: Result) -> Iterator[str]:
     """Points that crept along a face to its end let what they bent spring back all at once."""
     parts = build_mechanism(result.scene).parts
     fastest = float(np.sqrt(2 * _kinetic(result) / sum(part.mass for part in parts)))
-    begun: dict[str, Event] = {}
     slowest: dict[str, tuple[float, float]] = {}
-    for event in result.events:
-        if event.kind == "contact begins":
-            begun[event.name] = event
-        elif event.kind == "leaves the face" and event.name in begun:
-            first = begun.pop(event.name)
-            way = abs(event.details["place"] - first.details["place"])
-            found = (way / max(event.time - first.time, 1e-300), event.time)
-            slowest[event.name] = min(slowest.get(event.name, found), found)
+    for name, contact in result.contacts.items():
+        off = contact.touches.where(contact.touches.slides_off)
+        if len(off):
+            way = np.abs(off.end_place - off.place)
+            speeds = way / np.maximum(off.end - off.begin, 1e-300)
+            k = int(np.argmin(speeds))
+            slowest[name] = float(speeds[k]), float(off.end[k])
     for name, (speed, at) in slowest.items():
         if speed < SLOW_SLIDE * fastest:
             yield (
@@ -239,10 +230,9 @@ def _free_turn(result: Result, name: str) -> float:
     if not any(sleeve.sides) or not isinstance(joint, SleeveJoint):
         return 0.0
     angle = result.poses[:, result.part_names.index(joint.guide), 2]
-    order = np.argsort(sleeve.touches.begin)
-    until = np.maximum.accumulate(sleeve.touches.end[order])
+    until = np.maximum.accumulate(sleeve.touches.until(float(result.time[-1])))
     begins = np.concatenate([result.time[:1], until])
-    ends = np.concatenate([sleeve.touches.begin[order], result.time[-1:]])
+    ends = np.concatenate([sleeve.touches.begin, result.time[-1:]])
     free = ends > begins
     turned = np.interp(ends, result.time, angle) - np.interp(begins, result.time, angle)
     return float(np.abs(turned[free]).max(initial=0.0))
@@ -266,9 +256,10 @@ def _thin(result: Result) -> Iterator[str]:
 
 
 def _in_a_row(result: Result) -> dict[str, int]:
-    """Largest number of contacts of each name within one lap."""
-    most: dict[str, int] = {}
-    for events in _laps(result):
-        within = Counter(event.name for event in events if event.kind == "contact begins")
-        most = {name: max(most.get(name, 0), within[name]) for name in {*most, *within}}
+    """Largest number of contacts of each name within one lap, impacts not counted."""
+    most = {}
+    for name, contact in result.contacts.items():
+        touches = contact.touches.where(np.isfinite(contact.touches.peak_force))
+        if len(touches):
+            most[name] = int(np.bincount(_laps_of(result, touches)).max())
     return most

@@ -68,7 +68,6 @@ from exudyn_flexlink.mechanism.schedule import (
     turn_goal,
 )
 from exudyn_flexlink.mechanism.tracks import build_curves
-from exudyn_flexlink.mechanism.tree import is_minimal
 
 __all__ = [
     "GROUND",
@@ -116,7 +115,6 @@ __all__ = [
     "face_length",
     "formulation",
     "half_period",
-    "is_minimal",
     "joint_residuals",
     "kept_interval",
     "least_tolerance",

@@ -37,7 +37,7 @@ from exudyn_flexlink.observables.points import (
     room,
     watched_point,
 )
-from exudyn_flexlink.observables.strikes import IMPACT, SAME_STRIKE, Strike, settled, strikes
+from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
     ContactStates,
@@ -55,7 +55,6 @@ from exudyn_flexlink.observables.touching import (
 from exudyn_flexlink.observables.watched import Watched
 
 __all__ = [
-    "IMPACT",
     "SAME_STRIKE",
     "STILL",
     "TWO_POINTS",

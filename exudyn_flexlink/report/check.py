@@ -27,7 +27,6 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
     wall_half_period,
 )
-from exudyn_flexlink.mechanism.tree import NotMinimalError, tree_layout
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
@@ -279,10 +278,8 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    form = formulation(scene, mechanism)
+    form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
-    if form == "minimal":
-        rows += [["", f"refused: {why}"] for why in _not_minimal(mechanism)]
     if in_contact is not None and form != "minimal":
         rows.append(["", _steps_in_contact(scene, assembly)])
     return ["Run", *table(rows)]
@@ -298,15 +295,6 @@ _FORMULATIONS = {
     "redundant": "redundant: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }
-
-
-def _not_minimal(mechanism: Mechanism) -> list[str]:
-    """Say why a mechanism has no minimal coordinates, which a scene may ask for all the same."""
-    try:
-        tree_layout(mechanism)
-    except NotMinimalError as error:
-        return [str(error)]
-    return []
 
 
 def _steps_in_contact(scene: Scene, assembly: Assembly) -> str:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
-from exudyn_flexlink.engines.clock import instant
+from exudyn_flexlink.integrate.clock import instant
 
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]

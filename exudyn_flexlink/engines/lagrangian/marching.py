@@ -13,7 +13,6 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.clock import instant
 from exudyn_flexlink.engines.lagrangian.advance import (
     FULL,
     ITERATED,
@@ -26,7 +25,6 @@ from exudyn_flexlink.engines.lagrangian.advance import (
     Control,
     advance,
 )
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation
 from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.course import Course
 from exudyn_flexlink.engines.lagrangian.events import (
@@ -41,6 +39,8 @@ from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.collocation import Collocation
 
 FloatArray = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ class March:
             np.zeros((self.room + 1, len(y))),
             np.zeros((self.room, len(self.method.nodes), len(y))),
             np.zeros(self.room + 1),
-            np.zeros(9),
+            np.zeros(10),
         )
         self._buffer.memory[STEP] = self.first_step
         self.recorder.after(self.time, y, False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from platform import python_version
@@ -21,6 +22,7 @@ from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
 from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
+from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -69,11 +71,8 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
     q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
     poses, rates = rig.poses(q, v, roots)
     forces = Forces(rig, motions, poses, rates)
-    events = tuple(
-        event
-        for event in prepared.system.events
-        if event.kind != "lap" or event.time < prepared.end
-    )
+    events = prepared.system.events
+    laps = tuple(event for event in events if event.kind == "lap" and event.time < prepared.end)
     result = Result(
         scene=prepared.scene,
         engine="lagrangian",
@@ -87,11 +86,11 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         drive_torques=forces.drive_torques(time),
         joint_forces=forces.joints(),
         slot_forces={rig.mechanism.slots[0].name: forces.slot},
-        contacts=_contacts(rig, forces),
+        contacts=_contacts(prepared, forces),
         sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         extremes=recorder.seeker.extremes(),
-        events=recorder.seeker.with_peaks(events),
+        laps=laps,
         checks=_checks(prepared),
         warnings=_warnings(prepared),
         outcome=_outcome(prepared, complaint),
@@ -125,12 +124,22 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
     }
 
 
-def _contacts(rig: Rig, forces: Forces) -> dict[str, ContactHistory]:
+def _contacts(prepared: Prepared, forces: Forces) -> dict[str, ContactHistory]:
     histories = {}
-    for k, contact in enumerate(rig.mechanism.contacts):
+    for k, contact in enumerate(prepared.rig.mechanism.contacts):
         at = approach(contact, forces.poses, forces.rates)
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k])
+        touches = Intervals.of(_intervals(prepared, k))
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k], touches)
     return histories
+
+
+def _intervals(prepared: Prepared, k: int) -> Iterator[Interval]:
+    """Intervals of contact k, with what its steps show of its force and how deep it went."""
+    loop, seeker = prepared.loop, prepared.recorder.seeker
+    for interval in prepared.system.intervals(loop.time, loop.state, k):
+        force, depth = seeker.peaks(k, interval.begin, interval.end)
+        peak = max(interval.peak_force, force)
+        yield replace(interval, peak_force=peak, penetration=depth)
 
 
 def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:

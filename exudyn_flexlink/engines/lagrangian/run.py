@@ -18,7 +18,6 @@ from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
-from exudyn_flexlink.engines.lagrangian.collocation import radau
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation
 from exudyn_flexlink.engines.lagrangian.events import EVENT_TIME, Loop, StuckError
 from exudyn_flexlink.engines.lagrangian.marching import March
@@ -28,6 +27,7 @@ from exudyn_flexlink.engines.lagrangian.rig import Rig, build_rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
 from exudyn_flexlink.engines.walls import resolving
+from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run, sample_times, turn_goal

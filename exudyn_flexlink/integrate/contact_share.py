@@ -7,23 +7,22 @@ with the forces themselves; the matrices carry only what they mean for the other
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.minimal.collocation import (
+from exudyn_flexlink.integrate.collocation import (
     FROM,
-    LOOK_WEIGHTS,
+    NODES,
     REAL,
     STAGES,
     TO,
-    TO_LOOKS,
     WEIGHTS,
     A,
 )
+from exudyn_flexlink.integrate.problem import Press, Pressing
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -32,19 +31,10 @@ BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)
 ROUNDS = 40
 CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
 SHORTEST_PART = 1e-3  # of Newton's way
+LOOKS, LOOK_WEIGHTS = np.polynomial.legendre.leggauss(12)  # a finer rule than that of the stages
+LOOKS, LOOK_WEIGHTS = (1 + LOOKS) / 2, LOOK_WEIGHTS / 2
+TO_LOOKS = np.vander(LOOKS, STAGES + 1, increasing=True) @ NODES
 STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
-
-
-class Pressing(NamedTuple):
-    """Forces of contacts, and how they fall with the gap and with its rate, all of one shape."""
-
-    force: FloatArray
-    stiffness: FloatArray
-    damping: FloatArray
-
-
-Press = Callable[[FloatArray], Pressing]
-"""Forces by gaps and their rates (..., c, 2)."""
 
 
 class ContactShare(NamedTuple):

@@ -1,9 +1,10 @@
-r"""Coefficients of the Radau IIA methods of s stages, order 2 s - 1 (Hairer & Wanner II, IV.8).
+r"""Coefficients of the Radau IIA methods of s stages, order 2 s - 1.
 
-The stages collocate ``y' = f`` at the nodes c, the roots of ``d^(s-1)/dx^(s-1) [x^(s-1) (x-1)^s]``,
-the last of which is 1: L-stable, and the step ends with its last stage. With ``A_ij`` the integral
-of Lagrange's polynomial l_j from 0 to c_i, the inverse of A has, for odd s, one real eigenvalue and
-pairs of complex ones: ``A^-1 = T diag(lambda) T^-1``.
+E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8. The stages collocate
+``y' = f`` at the nodes c, the roots of ``d^(s-1)/dx^(s-1) [x^(s-1) (x-1)^s]``, the last of which is
+1: L-stable, and the step ends with its last stage. With ``A_ij`` the integral of Lagrange's
+polynomial l_j from 0 to c_i, the inverse B of A has, for odd s, one real eigenvalue and pairs of
+complex ones: ``B = T diag(lambda) T^-1``.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class Collocation(NamedTuple):
 
     nodes: FloatArray  # c, (s,)
     matrix: FloatArray  # A, (s, s)
-    inverse: FloatArray  # A^-1
+    inverse: FloatArray  # B, (s, s)
     real: float  # the real eigenvalue
     column: FloatArray  # (s,): its column of T
     row: FloatArray  # (s,): its row of T^-1
@@ -91,3 +92,19 @@ def _differences(nodes: FloatArray, weights: FloatArray, gamma: float) -> FloatA
     exact = 1.0 / np.arange(1, stages + 1)
     exact[0] -= gamma
     return np.asarray(np.linalg.solve(nodes ** np.arange(stages)[:, None], exact) - weights)
+
+
+STAGES = 5  # order 9
+RADAU = radau(STAGES)
+
+# The same method for NumPy, which takes all systems and all stages together.
+C, A, B = RADAU.nodes, RADAU.matrix, RADAU.inverse
+WEIGHTS = A[-1]
+REAL = RADAU.real
+EIGENVALUES = np.array([REAL, *RADAU.pairs])
+FROM = np.column_stack([RADAU.column, 2.0 * RADAU.columns])  # a pair counts twice its real part
+TO = np.vstack([RADAU.row, RADAU.rows])
+ERROR = REAL * RADAU.differences @ B  # of the speeds' increments, in the embedded formula
+
+NODES = np.eye(STAGES + 1)  # coefficients, in powers of the part of a step, of the polynomial
+NODES[1:, 1:], NODES[1:, 0] = RADAU.powers, -RADAU.powers.sum(1)  # through start and stages

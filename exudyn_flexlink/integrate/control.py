@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from exudyn_flexlink.engines.exudyn.minimal.collocation import STAGES
+from exudyn_flexlink.integrate.collocation import STAGES
 
 SHARE = 0.1  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0

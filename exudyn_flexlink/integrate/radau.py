@@ -20,18 +20,16 @@ integral.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import SWING
-from exudyn_flexlink.engines.exudyn.minimal.collocation import (
+from exudyn_flexlink.integrate.collocation import (
     EIGENVALUES,
     ERROR,
     FROM,
     NODES,
-    POWERS,
     REAL,
     STAGES,
     TO,
@@ -39,59 +37,20 @@ from exudyn_flexlink.engines.exudyn.minimal.collocation import (
     B,
     C,
 )
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import ContactShare, Press
+from exudyn_flexlink.integrate.contact_share import ContactShare
+from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-
+POWERS = np.arange(1, STAGES + 2)
+SYSTEMS = EIGENVALUES[:, None, None]
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
 SLOW = 0.2  # slower convergence asks for new matrices
-SYSTEMS = np.array(EIGENVALUES)[:, None, None]
-FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
-
-
-NOT_TOUCHING = np.zeros((0, 2))
-
-
-class Evaluation(NamedTuple):
-    """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it.
-
-    `touching` (c, 2) are the gaps of the contacts that act, and their rates.
-    """
-
-    mass: FloatArray
-    force: FloatArray
-    kept: Any = None
-    touching: FloatArray = NOT_TOUCHING
-
-
-class Problem(Protocol):
-    """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation."""
-
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
-        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
-
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix without contacts, near enough to converge."""
-
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
-        """Gradients (c, n) of the gaps of the contacts that act, and their forces; None without."""
-
-    def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., n) of the coordinates move anything, at most."""
-
-
-class State(NamedTuple):
-    """Places, speeds and accelerations (n,)."""
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
 
 
 class Step(NamedTuple):
@@ -124,29 +83,44 @@ class Step(NamedTuple):
         q = self.start.q + self.h * ((part * powers / POWERS) @ speeds)
         return q, powers @ speeds
 
+    def ending(self, end: float) -> Step:
+        """Return the same with its end moved a little, to `end` (s), along its polynomial."""
+        h = end - self.t
+        begins = np.concatenate([[0.0], C]) * (h / self.h)
+        speeds = np.vander(begins, STAGES + 1, increasing=True) @ (NODES @ self.speeds)
+        q, v = self.at(np.array([end]))
+        return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
 
-class NoConvergenceError(RuntimeError):
-    """No step is short enough."""
+
+class Lasting(NamedTuple):
+    """How long errors of speeds last until they have become those of places, s."""
+
+    in_contact: float  # those of steps with a contact in them, whose force leaps
+    free: float
 
 
 class Radau:
     """Steps of one problem."""
 
-    def __init__(self, problem: Problem, tau: float, slow: FloatArray) -> None:
-        """Problem, how long (s) errors of speeds last that a contact leaves, and slow motions.
+    def __init__(self, problem: Problem, lasting: Lasting, slow: FloatArray) -> None:
+        """Take the problem, how long errors of speeds last, and its slow motions.
 
         `slow` (n, n), s, is the matrix by which those make places of errors of speeds.
         """
-        self.problem = problem
-        self.tau, self.slow = tau, slow
+        self.problem, self.lasting, self.slow = problem, lasting, slow
         self.iterations = 0
         self._matrices: _Matrices | None = None
-        self._last: tuple[float, FloatArray] | None = None  # length and speeds of the last step
+        # Begin, length and speeds of the last step solved.
+        self._last: tuple[float, float, FloatArray] | None = None
         self._rate = 1.0  # at which the last iteration converged
 
     def restart(self) -> None:
         """Forget the last step: the equations have changed."""
         self._last = self._matrices = None
+
+    def refresh(self) -> None:
+        """Make new matrices for the next step: the equations have changed, but not by much."""
+        self._matrices = None
 
     def step(
         self, t: float, h: float, start: Evaluation, state: State, allowed: float
@@ -169,11 +143,12 @@ class Radau:
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
-        share = self.tau if matrices.contacts is not None else self.tau - (1 - FREE) * SWING
-        errors[1:] = share * errors[1:] + errors[1:] @ self.slow.T
+        in_contact = matrices.contacts is not None
+        tau = self.lasting.in_contact if in_contact else self.lasting.free
+        errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
         error = self.problem.size(errors)
         known = np.vstack([state.v, speeds])
-        self._last = (h, known)
+        self._last = (t, h, known)
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
         return Step(t, h, state, end, start, self._stages, known, pushes, error)
 
@@ -186,12 +161,15 @@ class Radau:
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
         return _Matrices(h, inverses, stiffness, contacts)
 
-    def _guess(self, h: float, v: FloatArray) -> FloatArray:
-        """Increments of the stages' speeds, from the polynomial of the last step."""
+    def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
+        """Increments of the stages' speeds, from the polynomial of the last step solved.
+
+        That is the step before, or a longer one from the same instant.
+        """
         if self._last is None:
             return np.zeros((STAGES, len(v)))
-        before, speeds = self._last
-        ahead = np.vander(1 + C * (h / before), STAGES + 1, increasing=True)
+        begin, before, speeds = self._last
+        ahead = np.vander((t - begin + C * h) / before, STAGES + 1, increasing=True)
         return np.asarray(ahead @ (NODES @ speeds) - v)
 
     def _solve(
@@ -199,7 +177,7 @@ class Radau:
     ) -> FloatArray | None:
         """Increments W of the stages' speeds; None if the iteration does not converge."""
         h = matrices.h
-        w, before, rate = self._guess(h, state.v), 0.0, self._rate
+        w, before, rate = self._guess(t, h, state.v), 0.0, self._rate
         enough = NEWTON * allowed
         for _ in range(MOST_ITERATIONS):
             self.iterations += 1
