@@ -4,8 +4,10 @@ Usage:
     python scripts/impact_models.py stiffness [--out docs]   penalty to impulse as it stiffens
     python scripts/impact_models.py rods [--out docs]        the strike over the number of rods
 
-The first prints how the lever's answer to the first strike tends to that of the impulse as the
-contact's stiffness k grows (its transition speed falls as 1/sqrt(k)), and with which power of k.
+The first prints and draws how far the lever's answer to the first strike is from that of the
+impulse as the contact's stiffness k grows (its transition speed falls as 1/sqrt(k)), with its sign.
+A contact lasts as long as 1/sqrt(k), so that a difference should fall as k^-1/2 in the end: a power
+is fitted to the stiffest contacts whose differences have one sign, if there are enough.
 The second prints and draws the answer for 2 to 40 rods under both models. Takes minutes.
 """
 
@@ -31,7 +33,7 @@ MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 STIFFNESS, SPEED = 2e4, 5e-3
 FACTORS = (1, 4, 16, 64, 256, 1024)
 RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
-LAST = 3  # stiffnesses from which the power is read
+ENOUGH = 4  # stiffnesses, one after the other, whose differences have one sign: fewer fit no power
 SOON = 2e-4  # s after the first touch: the first impact is over, the link has hardly moved
 COLOURS = {"penalty": "#0072B2", "impulse": "#D55E00"}
 
@@ -89,16 +91,42 @@ def stiffness(out: Path) -> None:
     k = STIFFNESS * np.array(FACTORS)
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
-    for name, label in (("least", "least angle (rad)"), ("rate", "rate after 0.2 ms (rad/s)")):
-        off = np.array([abs(getattr(one, name) - getattr(limit, name)) for one in found])
-        power = np.polyfit(np.log(k[-LAST:]), np.log(off[-LAST:]), 1)[0]
-        print(f"lever's {label}: difference from the impulse falls as k^{power:.2f}")
-        axes.loglog(k, off, "o-", label=f"lever's {label}, k^{power:.2f}")
+    named = (
+        ("least", "least angle (rad)", "#0072B2"),
+        ("rate", "rate after 0.2 ms (rad/s)", "#D55E00"),
+    )
+    for name, label, colour in named:
+        off = np.array([getattr(one, name) - getattr(limit, name) for one in found])
+        told, line = power_of(k, off)
+        print(
+            f"lever's {label}: penalty less impulse {', '.join(f'{x:+.2g}' for x in off)}; {told}"
+        )
+        axes.loglog(k, abs(off), "-", color=colour, linewidth=0.6, alpha=0.5)
+        axes.loglog(k[off > 0], off[off > 0], "o", color=colour, label=f"lever's {label}, above")
+        axes.loglog(k[off < 0], -off[off < 0], "o", color=colour, markerfacecolor="white",
+                    label=f"lever's {label}, below")  # fmt: skip
+        if line is not None:
+            axes.loglog(*line, "--", color=colour, label=told)
     axes.set(xlabel="contact stiffness k (N/m)", ylabel="|penalty - impulse|")
     axes.set_title(f"Penalty contact tends to the impulse (n = {rods}, beam, Lagrangian)")
     axes.grid(alpha=0.3)
     axes.legend()
     figure.savefig(out / "penalty_to_impulse.png", dpi=150)
+
+
+def power_of(k: np.ndarray, off: np.ndarray) -> tuple[str, tuple[np.ndarray, np.ndarray] | None]:
+    """Say with which power of k (N/m) differences fall, and return the line that was fitted.
+
+    None where the stiffest ones of one sign are too few: across a change of sign there is no power.
+    """
+    changes = np.flatnonzero(np.sign(off[1:]) != np.sign(off[:-1]))
+    first = int(changes[-1]) + 1 if len(changes) else 0
+    count = len(off) - first
+    if count < ENOUGH:
+        return f"no power: the sign changes up to {k[first]:.2g} N/m, {count} points are left", None
+    power, height = np.polyfit(np.log(k[first:]), np.log(abs(off[first:])), 1)
+    told = f"falls as k^{power:.2f} from {k[first]:.2g} N/m on ({count} points)"
+    return told, (k[first:], np.exp(height) * k[first:] ** power)
 
 
 def rods(out: Path) -> None:
