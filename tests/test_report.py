@@ -100,7 +100,7 @@ def test_check_counts_the_steps_of_a_fixed_step(capsys: Capture) -> None:
     main(["check", NO_CLEARANCE, "--set", "accuracy.step=1e-4"])
     shown = capsys.readouterr().out
     assert "about 25,133 steps" in shown
-    assert "1.885 steps per contact; 60 take 3.142e-06 s" in shown
+    assert "at most 3.142e-06 s in contact: 60 steps per contact, or more" in shown
 
 
 def test_check_guesses_no_number_of_steps_under_error_control(capsys: Capture) -> None:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.coasting import SWING
-from exudyn_flexlink.engines.diagnostics.contacts import too_long
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
@@ -144,12 +143,12 @@ class MinimalProblem:
         return min([near, *rests, *self._paces()], default=inf)
 
     def _paces(self) -> list[float]:
-        """Steps (s) of contacts that act, where the user's own is too long for them."""
+        """Longest steps (s) of contacts that act, where the user gave a step."""
         if self.given is None:
             return []
         halves = zip(self.model.contacts, self.half_periods, strict=True)
         acting = [half for contact, half in halves if contact.acts]
-        return [IN_CONTACT * half for half in acting if too_long(self.given, half)]
+        return [IN_CONTACT * half for half in acting]
 
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""

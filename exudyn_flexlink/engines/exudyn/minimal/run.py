@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.coasting import SWING, coasting
-from exudyn_flexlink.engines.diagnostics.contacts import shortened, too_long
+from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
@@ -123,7 +123,7 @@ def _shortened(run: MinimalRun) -> list[str]:
     touched = {entry.index for entry in run.problem.entries}
     if given is None:
         return []
-    found = [halves[k] for k in touched if too_long(given, halves[k])]
+    found = [halves[k] for k in touched if IN_CONTACT * halves[k] < given]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
 
 

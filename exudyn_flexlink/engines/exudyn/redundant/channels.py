@@ -13,9 +13,8 @@ from math import cos, sin
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
-from exudyn_flexlink.engines.exudyn.redundant.pace import Pace
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.mechanism import Channel, deepest_allowed, node_anchor, pairs
+from exudyn_flexlink.mechanism import Channel, Pace, deepest_allowed, node_anchor, pairs
 
 AHEAD = 4  # steps that a pair is looked at before it can touch
 NEAR = 0.05  # of the clearance, or of the shortest rod: nearer than this a pair is always looked at

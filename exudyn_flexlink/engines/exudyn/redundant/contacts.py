@@ -13,11 +13,10 @@ from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.faces import Geometry, Touch
 from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
 from exudyn_flexlink.engines.exudyn.redundant.landing import THERE, first_root, land
-from exudyn_flexlink.engines.exudyn.redundant.pace import Pace
 from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingItems
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact
+from exudyn_flexlink.mechanism import FaceContact, Pace
 
 CLOSE = 1e-15  # m: a gap this small counts as open
 # Of a contact's step: generalised-alpha carries the accelerations of its last step, and what a far
@@ -159,8 +158,6 @@ class ContactItem:
 
     def _toward_release(self, touch: Touch, step: float) -> float:
         """End a step where the point leaves the face: one across it makes or takes energy."""
-        if self.contact_step == inf:  # the user's own step
-            return step
         until = first_root(-touch.gap, -touch.gap_rate, -touch.gap_bend)
         return land(step, max(until, self._shortest)) if until < inf else step
 

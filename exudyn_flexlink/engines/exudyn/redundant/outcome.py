@@ -148,10 +148,8 @@ def _contacts(
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
-    given = prepared.scene.accuracy.step or inf
-    per_contact = min(
-        (pace.half_period / min(pace.step, given) for pace in prepared.paces), default=inf
-    )
+    given = prepared.scene.accuracy.step
+    per_contact = min((pace.steps(given) for pace in prepared.paces), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -169,7 +167,7 @@ def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
+    shorter = [pace for pace in prepared.paces if given is not None and pace.step < given]
     if given is None or not (touched and shorter):
         return []
     shortest = min(shorter, key=lambda pace: pace.step)
