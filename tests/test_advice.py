@@ -9,8 +9,8 @@ from cli_runs import MODELS, NO_CLEARANCE, Capture
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.engines.exudyn.reporting import no_solution_advice
-from exudyn_flexlink.engines.neighbours import retuned
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.explicit import ExplicitStepper

@@ -15,8 +15,8 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli.ctrl_c import interrupts, patience
 from exudyn_flexlink.cli.ending import ended_by_signals
-from exudyn_flexlink.engines.interrupts import interrupts, patience
 from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
 from exudyn_flexlink.storage.leftovers import Owned, remove_leftovers
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from exudyn_flexlink.compare import Comparison, compare
+from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import strikes

@@ -40,14 +40,17 @@ from exudyn_flexlink.scene.joints import (
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
+    SECTION_OF,
     CheckedDocument,
     apply_settings,
     check_document,
     parse_scene,
 )
 from exudyn_flexlink.scene.run import (
+    FEWEST_STEPS_PER_CONTACT,
     Accuracy,
     Initial,
     Run,
@@ -57,7 +60,9 @@ from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
     "EXCLUSIVE_KEYS",
+    "FEWEST_STEPS_PER_CONTACT",
     "GROUND",
+    "SECTION_OF",
     "Accuracy",
     "Body",
     "CheckedDocument",
@@ -79,6 +84,7 @@ __all__ = [
     "Law",
     "LineSpec",
     "Material",
+    "Outputs",
     "Part",
     "PointOnLine",
     "RectangleSection",

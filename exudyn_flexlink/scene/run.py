@@ -17,6 +17,7 @@ from exudyn_flexlink.quantities import (
 from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, refuse, require_one
 
 Velocity = tuple[Speed, Speed]
+FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
 
 class Initial(Part):
@@ -101,7 +102,7 @@ class Solver(Part):
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
         60,
-        ge=3,
+        ge=FEWEST_STEPS_PER_CONTACT,
         description="steps that resolve the shortest strike, half of them a touch of a wall; of "
         "formulations redundant and beam",
     )

@@ -21,7 +21,6 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
-from exudyn_flexlink.engines.walls import made_finer, soft_walls
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.intervals import Interval, Intervals
@@ -92,7 +91,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         extremes=recorder.seeker.extremes(),
         laps=laps,
         checks=_checks(prepared),
-        warnings=_warnings(prepared),
+        warnings=(),
         outcome=_outcome(prepared, complaint),
     )
 
@@ -154,15 +153,6 @@ def _checks(prepared: Prepared) -> Checks:
             recorder.largest_penetration, float(recorder.seeker.deepest.max(initial=0.0))
         ),
     )
-
-
-def _warnings(prepared: Prepared) -> tuple[str, ...]:
-    asked, finer = prepared.scene.accuracy.tolerance, prepared.tolerance
-    channels = prepared.rig.mechanism.channels
-    told = []
-    if asked is not None and finer < asked:
-        told.append(made_finer(asked, finer, channels))
-    return (*told, *soft_walls((walls.channel, walls.deepest) for walls in prepared.system.walls))
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

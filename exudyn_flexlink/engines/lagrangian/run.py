@@ -15,6 +15,7 @@ from time import perf_counter
 import numpy as np
 
 from exudyn_flexlink.engines.coasting import coasting, keeping
+from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
@@ -26,7 +27,6 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig, build_rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
-from exudyn_flexlink.engines.walls import resolving
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import RADAU
 from exudyn_flexlink.integrate.events import EVENT_TIME
