@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import ends_runs, patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -220,11 +220,11 @@ def write(result: Result, folder: Path, *, figures: bool) -> int:
     """
     from exudyn_flexlink.storage import save
 
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         save(result, folder)
-    if patient.pressed or not figures:
-        return INTERRUPTED if patient.pressed else DONE
+    if ctrl_c.pending or not figures:
+        return INTERRUPTED if ctrl_c.pending else DONE
 
     def draw() -> None:
         from exudyn_flexlink.plots import save_figures

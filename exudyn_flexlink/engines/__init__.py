@@ -8,7 +8,7 @@ from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
-from exudyn_flexlink.engines.interrupts import LateInterruptError, patience
+from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.engines.mending import guarded
 from exudyn_flexlink.engines.neighbours import Measured, measured_by, unmeasured
 from exudyn_flexlink.result import Result
@@ -52,10 +52,10 @@ def simulate(
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     run = import_module(ENGINES[engine]).run
     # Matrices are small: numpy's threads would wait for one another most of the time.
-    with patience() as patient, threadpool_limits(limits=1, user_api="blas"):
+    with deferrable_interrupts() as ctrl_c, threadpool_limits(limits=1, user_api="blas"):
         result, interrupted = guarded(run(scene, progress), lambda finer: run(finer, progress))
     result = unmeasured(result)
-    if (patient.pressed or interrupted) and result.outcome.completed:
+    if (ctrl_c.pending or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
     return measured(result, progress).result if measure and result.error else result
 
