@@ -11,23 +11,28 @@ it by what does not depend on such details: means, scatter, extremes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
 from exudyn_flexlink.observables import (
     SAME_STRIKE,
     ContactTotals,
     Deviation,
     LeverResponse,
     Strike,
-    between_samples,
+    common_points,
+    common_times,
     contact_totals,
+    farthest,
+    horizon,
     lever_response,
-    path,
+    parting_limit,
+    positions,
+    separation,
+    separations,
     sleeves_with_play,
     strikes,
     struck_bodies,
@@ -37,14 +42,10 @@ from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
 
-VISIBLE = 1e-3  # of the room that the watched point takes: runs that differ by more have parted
-
 _TOLD = {
     "tolerance": "tolerance {:.3g} m",
     "step": "step {:.3g} s",
     "elements": "beam of {:.0f} elements",
-    "relative_tolerance": "rtol {:.3g}",
-    "absolute_tolerance": "atol {:.3g}",
 }
 
 
@@ -112,24 +113,32 @@ class Statistics:
 class Comparison:
     """Two runs of one scene at common instants `time` (N,), up to the end of the shorter run.
 
-    `horizon` (s) is the instant from which on the watched point can't be compared pointwise, None
-    if it can throughout, or nobody looked; `limit` (m) is the parting that defines it, None if
-    nobody looked.
+    `point` is the watched one, S; `judged_by` are the points by which runs are judged, and
+    `distances` (N, points) m how far each is from itself in the other run.
+    `horizon` (s) is that from which on they can't be compared instant by instant, None if they can
+    throughout, or nobody looked; `limit` (m) is the parting that defines it and `apart` (m) how far
+    the two runs that tell it are apart at most, None if nobody looked.
     """
 
     point: str
+    judged_by: tuple[str, ...]
     time: FloatArray
+    distances: FloatArray
     first: Seen
     second: Seen
     horizon: float | None = None
     limit: float | None = None
+    apart: float | None = None
 
     @cached_property
     def deviation(self) -> Deviation:
-        """Distance of the watched points, and first minus second angle of the first lever."""
-        distance = np.linalg.norm(self.first.position - self.second.position, axis=1)
+        """Distance of the point that is farthest, and first minus second angle of a lever."""
         angles = next(iter(self.angle_differences.values()), np.zeros_like(self.time))
-        return Deviation(self.time, distance, angles)
+        return Deviation(self.time, self.distances.max(axis=1), angles)
+
+    def farthest(self, time: float) -> str:
+        """Name of the point that is farthest from itself in the other run at an instant (s)."""
+        return farthest(self.judged_by, self.distances[np.searchsorted(self.time, time)])
 
     @property
     def angle_differences(self) -> dict[str, FloatArray]:
@@ -239,60 +248,19 @@ def _compared(
     one, other = (
         _seen(name, result, time, contacts) for name, result in zip(names, runs, strict=True)
     )
-    point = watched_point(first.scene)
+    points = common_points(first, second)
+    found = Comparison(
+        watched_point(first.scene), points, time, separations(first, second, time, points),
+        one, other,
+    )  # fmt: skip
     if again is None:
-        return Comparison(point, time, one, other)
+        return found
     limit = parting_limit(second) if limit is None else limit
     parted = horizon(second, again, limit)
     if parted is None and not again.outcome.completed:
         parted = float(again.time[-1])
-    return Comparison(point, time, one, other, parted, limit)
-
-
-def horizon(first: Result, second: Result, limit: float) -> float | None:
-    """First common instant (s) at which the watched points differ by more than `limit` (m).
-
-    None if they never do. Of two runs of one engine at different settings it says how long the
-    motion is predictable: from it on, pointwise differences say nothing about an engine.
-    """
-    time = common_times(first, second)
-    parted = np.flatnonzero(~(separation(first, second, time) <= limit))
-    return float(time[parted[0]]) if len(parted) else None
-
-
-def separation(
-    first: Result, second: Result, time: FloatArray, point: str | None = None
-) -> FloatArray:
-    """Distance (N,) m of a point, or of the watched one, in two runs at instants (N,) s."""
-    point = point or watched_point(first.scene)
-    one, other = (_position(result, point, time) for result in (first, second))
-    return np.asarray(np.linalg.norm(one - other, axis=1))
-
-
-def parting_limit(result: Result) -> float:
-    """Difference (m) that counts as parted: a part of the room the watched point takes."""
-    position = path(result, watched_point(result.scene)).position
-    return VISIBLE * float(np.linalg.norm(np.ptp(position, axis=0)))
-
-
-def common_times(first: Result, second: Result) -> FloatArray:
-    """Even instants (N,) s that the first run's scene asks for, up to the end of the shorter run.
-
-    Where a run has no sample there, it is interpolated: see `between_samples`.
-    """
-    scene = first.scene
-    end = float(min(first.time[-1], second.time[-1]))
-    if end <= 0:
-        return np.zeros(1)
-    mechanism = build_mechanism(scene)
-    grid = sample_times(scene, mechanism, end_of_run(scene, mechanism))
-    kept = grid[grid < end * (1 - 1e-9)]
-    return np.append(kept, end)
-
-
-def _position(result: Result, point: str, time: FloatArray) -> FloatArray:
-    seen = path(result, point)
-    return between_samples(seen.time, seen.position, seen.velocity, time)
+    apart = float(separation(second, again, common_times(second, again)).max())
+    return replace(found, horizon=parted, limit=limit, apart=apart)
 
 
 def _check_one_scene(first: Result, second: Result) -> None:
@@ -313,7 +281,7 @@ def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) 
     return Seen(
         name=name,
         result=result,
-        position=_position(result, watched_point(scene), time),
+        position=positions(result, [watched_point(scene)], time)[:, 0],
         levers=levers,
         angles={body: lever.angle_at(time) for body, lever in levers.items()},
         strikes={contact: tuple(strikes(result, contact)) for contact in contacts},

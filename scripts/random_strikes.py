@@ -1,9 +1,9 @@
 """Random strikes through both engines: none may silently be off by more than the tolerance.
 
 Usage:
-    python scripts/random_strikes.py                      250 scenes, two at once, ten minutes or so
-    python scripts/random_strikes.py --count 20 --seed 7
-    python scripts/random_strikes.py --only 137           one of them, with its settings
+  .venv/bin/python scripts/random_strikes.py             250 scenes, two at once, ten minutes or so
+  .venv/bin/python scripts/random_strikes.py --count 20 --seed 7
+  .venv/bin/python scripts/random_strikes.py --only 137  one of them, with its settings
 
 The paper's mechanism without clearance, of 1 to 12 rods, strikes a lever at 2 to 60 rad/s, with
 contacts of 1e3 to 1e6 N/m that return anything from nothing to all. S and the lever's tip of each

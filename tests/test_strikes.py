@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from random_strikes import RIGHT, draw, judge
 
-from exudyn_flexlink.comparison import common_times, separation
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.guards import multiplying
+from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.integrate.clock import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import lever_response
+from exudyn_flexlink.observables import common_times, lever_response, separation
 from exudyn_flexlink.result import Result
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
@@ -123,7 +122,7 @@ def off_exact(result: Result) -> float:
     exact = slow(SLOW[0], "lagrangian", "accuracy.tolerance=1e-9")
     time = common_times(result, exact)
     points = ("link.end", "lever.end")
-    return max(float(separation(result, exact, time, point).max()) for point in points)
+    return max(float(separation(result, exact, time, [point]).max()) for point in points)
 
 
 def test_a_contact_that_begins_a_hair_early_does_not_end_at_once() -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
@@ -22,7 +23,6 @@ from exudyn_flexlink.cli.terminal import (
     Bar,
     Lines,
     complain,
-    drawn,
     names_in,
     progress_bar,
     tell,
@@ -61,7 +61,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
                 save_accuracy(found, recommendation(found), folder)
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
-                code = drawn(folder, lambda: _draw(found, folder))
+                code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
     except (SceneError, StorageError, ImpossibleLengthError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
@@ -83,7 +83,6 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
     methods: list[Method] = methods_of(
         scene,
         {engine: engines.formulations(scene, engine) for engine in ENGINES},
-        [engine for engine in ENGINES if not engines.takes_tolerance(scene, engine)],
     )
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:
@@ -160,10 +159,10 @@ class Watch:
             signal.raise_signal(signal.SIGINT)
 
 
-def _draw(found: Study, folder: Path) -> None:
+def _draw(found: Study, folder: Path, look: Look) -> None:
     from exudyn_flexlink.plots import work_precision
 
-    work_precision(found).savefig(folder / "accuracy.png", dpi=150)
+    look.save(work_precision, found, folder, "accuracy")
 
 
 def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) -> int:

@@ -26,6 +26,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
     wall_half_period,
 )
+from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -267,7 +268,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
     in_contact, fixed_step = estimated_steps(assembly, scene)
     mechanism = assembly.mechanism
-    rows = [["time", _time(scene, duration)]]
+    rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.contacts]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     if fixed_step is not None:
@@ -281,6 +282,11 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     if in_contact is not None and form != "minimal":
         rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
     return ["Run", *table(rows)]
+
+
+def _watched(scene: Scene) -> str:
+    shown, judges = watched_point(scene), judged_points(scene)
+    return f"{shown} is shown; errors are judged by {'it' if len(judges) == 1 else name_of(judges)}"
 
 
 _FORMULATIONS = {

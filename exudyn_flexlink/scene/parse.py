@@ -17,6 +17,7 @@ from exudyn_flexlink.scene.forces import Contact, Drive, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.names import Parts, find_mistakes
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import read_point_files
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
@@ -53,6 +54,7 @@ _SINGLE: dict[str, Any] = {
     "run": Run,
     "accuracy": Accuracy,
     "solver": Solver,
+    "outputs": Outputs,
 }
 SECTION_OF = {
     key: section for section, part in _SINGLE.items() for key in getattr(part, "model_fields", ())

@@ -16,6 +16,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.walls import (
+    BROKEN_WALL_ADVICE,
+    COARSE_WALL_ADVICE,
+    broken_wall,
+)
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
@@ -23,7 +28,6 @@ from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
 from exudyn_flexlink.engines.exudyn.redundant.landing import first_root, land
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, COARSE_WALL_ADVICE, broken_wall
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
