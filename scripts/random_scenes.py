@@ -59,7 +59,7 @@ WARNED, SILENT = "disagrees and warns", "DISAGREES SILENTLY"
 class Verdict:
     """What became of a scene.
 
-    `ratio` is the deviation of S over the tolerance, to the horizon; `tip` that of the lever's tip,
+    `ratio` is the deviation of named points over the tolerance, to the horizon; `tip` that of the lever's tip,
     to the end.
     """
 
