@@ -59,8 +59,8 @@ WARNED, SILENT = "disagrees and warns", "DISAGREES SILENTLY"
 class Verdict:
     """What became of a scene.
 
-    `ratio` is the deviation of named points over the tolerance, to the horizon; `tip` that of the lever's tip,
-    to the end.
+    `ratio` is the deviation of named points over the tolerance, to the horizon; `tip` that of the
+    lever's tip, to the end.
     """
 
     kind: str
