@@ -217,6 +217,12 @@ class Result:
     outcome: Outcome
     error: MeasuredError | None = None
 
+    @property
+    def intervals(self) -> dict[str, Intervals]:
+        """Every contact, by the names of the scene's contacts and then of its sleeves."""
+        found = {name: contact.touches for name, contact in self.contacts.items()}
+        return found | {name: sleeve.touches for name, sleeve in self.sleeves.items()}
+
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """What the scene's contacts and laps tell, in order of time."""

@@ -1,13 +1,11 @@
 """Penalty contact against the impulsive impact of the paper, both in the Lagrangian.
 
 Usage:
-    python scripts/impact_models.py stiffness [--out docs]   penalty to impulse as it stiffens
-    python scripts/impact_models.py rods [--out docs]        the strike over the number of rods
+  .venv/bin/python scripts/impact_models.py stiffness [--out docs]  penalty to impulse, stiffer
+  .venv/bin/python scripts/impact_models.py rods [--out docs]       over the number of rods
 
-The first prints and draws how far the lever's answer to the first strike is from that of the
-impulse as the contact's stiffness k grows (its transition speed falls as 1/sqrt(k)), with its sign.
-A contact lasts as long as 1/sqrt(k), so that a difference should fall as k^-1/2 in the end: a power
-is fitted to the stiffest contacts whose differences have one sign, if there are enough.
+The first prints and draws how the lever's answer to the first strike tends to that of the impulse
+as the contact's stiffness k grows (its transition speed falls as 1/sqrt(k)).
 The second prints and draws the answer for 2 to 40 rods under both models. Takes minutes.
 """
 
@@ -21,8 +19,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table
 
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
@@ -33,8 +29,14 @@ MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 STIFFNESS, SPEED = 2e4, 5e-3
 FACTORS = (1, 4, 16, 64, 256, 1024)
 RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
-ENOUGH = 4  # stiffnesses, one after the other, whose differences have one sign: fewer fit no power
 SOON = 2e-4  # s after the first touch: the first impact is over, the link has hardly moved
+COLUMNS = (
+    "lever, least angle",
+    "greatest",
+    "rate after 0.2 ms",
+    "impulse",
+    "energy lost",
+)
 COLOURS = {"penalty": "#0072B2", "impulse": "#D55E00"}
 
 
@@ -78,55 +80,34 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
 
 
 def stiffness(out: Path) -> None:
-    """Print and draw how penalty tends to impulse; state the power of k."""
+    """Print and draw how penalty tends to impulse."""
     rods = 5
     with ProcessPoolExecutor(2) as pool:
         target = pool.submit(answer, rods, "impulse")
         runs = [pool.submit(answer, rods, "penalty", factor) for factor in FACTORS]
         limit, found = target.result(), [run.result() for run in runs]
-    table = _table(f"penalty to impulse, n = {rods}, beam", "k N/m")
-    for factor, one in [*zip(FACTORS, found, strict=True), (np.inf, limit)]:
-        table.add_row(f"{STIFFNESS * factor:.3g}", *_cells(one))
-    Console().print(table)
+    rows = [
+        [f"{STIFFNESS * factor:.3g} N/m", *_cells(one)]
+        for factor, one in zip(FACTORS, found, strict=True)
+    ]
+    rows.append(["impulse", *_cells(limit)])
+    tell(f"Stiffness of the contact, n = {rods}, `beam`", ["k"], rows)
     k = STIFFNESS * np.array(FACTORS)
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
-    named = (
-        ("least", "least angle (rad)", "#0072B2"),
-        ("rate", "rate after 0.2 ms (rad/s)", "#D55E00"),
-    )
-    for name, label, colour in named:
+    named = {"least": ("least angle (rad)", "#0072B2"), "rate": ("rate (rad/s)", "#D55E00")}
+    for name, (label, colour) in named.items():
         off = np.array([getattr(one, name) - getattr(limit, name) for one in found])
-        told, line = power_of(k, off)
-        print(
-            f"lever's {label}: penalty less impulse {', '.join(f'{x:+.2g}' for x in off)}; {told}"
-        )
-        axes.loglog(k, abs(off), "-", color=colour, linewidth=0.6, alpha=0.5)
-        axes.loglog(k[off > 0], off[off > 0], "o", color=colour, label=f"lever's {label}, above")
-        axes.loglog(k[off < 0], -off[off < 0], "o", color=colour, markerfacecolor="white",
-                    label=f"lever's {label}, below")  # fmt: skip
-        if line is not None:
-            axes.loglog(*line, "--", color=colour, label=told)
+        axes.loglog(k, abs(off), "-", color=colour, linewidth=0.8, alpha=0.5)
+        # Differences change their sign on the way, so that no power of k describes them.
+        for word, own, face in (("above", off > 0, colour), ("below", off < 0, "white")):
+            axes.loglog(k[own], abs(off[own]), "o", color=colour, markerfacecolor=face,
+                        label=f"lever's {label}, {word} the impulse's")  # fmt: skip
     axes.set(xlabel="contact stiffness k (N/m)", ylabel="|penalty - impulse|")
     axes.set_title(f"Penalty contact tends to the impulse (n = {rods}, beam, Lagrangian)")
     axes.grid(alpha=0.3)
     axes.legend()
     figure.savefig(out / "penalty_to_impulse.png", dpi=150)
-
-
-def power_of(k: np.ndarray, off: np.ndarray) -> tuple[str, tuple[np.ndarray, np.ndarray] | None]:
-    """Say with which power of k (N/m) differences fall, and return the line that was fitted.
-
-    None where the stiffest ones of one sign are too few: across a change of sign there is no power.
-    """
-    changes = np.flatnonzero(np.sign(off[1:]) != np.sign(off[:-1]))
-    first = int(changes[-1]) + 1 if len(changes) else 0
-    count = len(off) - first
-    if count < ENOUGH:
-        return f"no power: the sign changes up to {k[first]:.2g} N/m, {count} points are left", None
-    power, height = np.polyfit(np.log(k[first:]), np.log(abs(off[first:])), 1)
-    told = f"falls as k^{power:.2f} from {k[first]:.2g} N/m on ({count} points)"
-    return told, (k[first:], np.exp(height) * k[first:] ** power)
 
 
 def rods(out: Path) -> None:
@@ -137,10 +118,8 @@ def rods(out: Path) -> None:
         for key, run in runs.items():
             found[key] = run.result()
             print(f"n = {key[0]}, {key[1]}: {found[key].seconds:.0f} s", file=sys.stderr)
-    table = _table("the first strike over the number of rods, beam", "n", "impact")
-    for (n, impact), one in found.items():
-        table.add_row(str(n), impact, *_cells(one))
-    Console().print(table)
+    rows = [[str(n), impact, *_cells(one)] for (n, impact), one in found.items()]
+    tell("Number of rods, `beam`", ["n", "impact"], rows)
     figure = Figure(figsize=(8, 7), layout="constrained")
     top, bottom = figure.subplots(2, sharex=True)
     for impact, colour in COLOURS.items():
@@ -157,14 +136,18 @@ def rods(out: Path) -> None:
     figure.savefig(out / "rods_and_strike.png", dpi=150)
 
 
-def _table(title: str, *first: str) -> Table:
-    columns = ("lever least rad", "greatest rad", "rate at 0.2 ms rad/s", "impulse N s", "lost J")
-    return Table(*first, *columns, title=title)
+def tell(title: str, first: list[str], rows: list[list[str]]) -> None:
+    """Print a table under its title."""
+    columns = [*first, *COLUMNS]
+    print(f"**{title}**\n")
+    for row in (columns, ["---"] * len(columns), *rows):
+        print(f"| {' | '.join(row)} |")
+    print()
 
 
 def _cells(one: Answer) -> list[str]:
-    angles = [f"{one.least:+.5f}", f"{one.greatest:+.5f}", f"{one.rate:+.3f}"]
-    return [*angles, f"{one.impulse:.4e}", f"{one.lost:.3e}"]
+    angles = [f"{one.least:+.5f} rad", f"{one.greatest:+.5f} rad", f"{one.rate:+.2f} rad/s"]
+    return [*angles, f"{1e3 * one.impulse:.3f} mN s", f"{1e3 * one.lost:.3f} mJ"]
 
 
 def main() -> None:

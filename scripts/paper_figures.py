@@ -1,7 +1,7 @@
 """Draw the paper's Fig. 3, 4 and 5 again: (a) without and (b) with clearance, side by side.
 
-  python scripts/paper_figures.py
-  python scripts/paper_figures.py --out docs --engine exudyn --tolerance 1e-6 --turns 2
+  .venv/bin/python scripts/paper_figures.py
+  .venv/bin/python scripts/paper_figures.py --out docs --engine exudyn --tolerance 1e-6 --turns 2
 
 Writes paper_fig3.png (coordinates of S), paper_fig4.png (the "divergence" in both readings of the
 paper: the struck lever's response, and how far runs part that start 1e-6 rad apart, or lap pairs

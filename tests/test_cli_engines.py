@@ -37,7 +37,7 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
     monkeypatch.chdir(tmp_path)
 
     def put(fake: Fake) -> None:
-        def simulate(scene: Scene, engine: str, progress: object, *, measure: bool) -> Result:
+        def simulate(scene: Scene, engine: str, progress: object, **_: object) -> Result:
             return fake(scene, engine, progress)
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
@@ -62,22 +62,18 @@ def test_the_engine_asked_for_is_used(run_of: Callable[[Fake], None]) -> None:
     assert seen == ["exudyn", "lagrangian"]
 
 
-def test_rtol_and_atol_are_settings(run_of: Callable[[Fake], None], capsys: Capture) -> None:
+def test_an_integrator_is_for_the_lagrangian(
+    run_of: Callable[[Fake], None], capsys: Capture
+) -> None:
     seen: list[tuple[str, Scene]] = []
     run_of(engines(seen=seen))
     quiet = ["--no-plots", "--quiet", "--out", "here"]
-    short = ["--rtol", "1e-7", "--set", "run.turns=2", "--atol", "1e-8"]
-    assert main(["simulate", NO_CLEARANCE, "--engine", "lagrangian", *short, *quiet]) == 0
-    (_, scene), *_ = seen
-    assert scene.accuracy.relative_tolerance == 1e-7
-    assert scene.accuracy.absolute_tolerance == 1e-8
-    assert scene.run.turns == 2
-    whole = "accuracy={tolerance: 1e-6, relative_tolerance: 1e-7}"
-    for option, value in (("--rtol", "1e-7"), ("--set", whole)):
-        assert main(["simulate", NO_CLEARANCE, option, value]) == 2
-        assert "are for '--engine lagrangian'" in capsys.readouterr().err
-    assert main(["simulate", NO_CLEARANCE, "--engine", "lagrangian", "--rtol", "-1"]) == 2
-    assert "--set accuracy.relative_tolerance=-1: " in capsys.readouterr().err
+    asked = ["--set", "solver.integrator=dop853"]
+    assert main(["simulate", NO_CLEARANCE, "--engine", "lagrangian", *asked, *quiet]) == 0
+    assert seen[0][1].solver.integrator == "dop853"
+    for setting in (asked[1], "solver={integrator: dop853}"):
+        assert main(["simulate", NO_CLEARANCE, "--set", setting]) == 2
+        assert "is for '--engine lagrangian'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["simulate", "compare"])
@@ -119,7 +115,7 @@ def engines(
             poses[..., 0] += off
         elif again:
             poses[made.time >= horizon, :, 0] += 0.01
-        settings = {"relative_tolerance": 1e-10, "absolute_tolerance": 1e-12}
+        settings = {"tolerance": 1e-7}
         return replace(made, engine=engine, poses=poses, settings=settings)
 
     return fake
@@ -142,9 +138,7 @@ def test_compare_runs_both_and_writes_what_it_found(
         assert (folder / name).is_file()
         assert str(Path(name)) in shown.out
     assert sorted(engine for engine, _ in seen) == ["exudyn", "lagrangian", "lagrangian"]
-    loose = seen[-1][1].accuracy
-    assert loose.relative_tolerance == pytest.approx(1e-9)
-    assert loose.absolute_tolerance == pytest.approx(1e-11)
+    assert seen[-1][1].accuracy.tolerance == pytest.approx(1e-6)
 
 
 def test_compare_ends_with_1_beyond_its_tolerance(
@@ -312,7 +306,7 @@ def refuse_to_run(scene: Scene, engine: str = "exudyn", progress: object = None)
     [
         (["--without", "friction"], "nothing to compare: both scenes would be the same"),
         (["--engine", "lagrangian"], "'--engine' belongs to '--without'; else both engines run"),
-        (["--without", "clearance", "--rtol", "1e-9"], "are for '--engine lagrangian'"),
+        (["--without", "clearance", "--set", "solver.integrator=dop853"], "is for '--engine"),
         (["--without", "clearance", "--set", "run.turns=no"], "expected a number, got 'no'"),
     ],
 )

@@ -12,7 +12,7 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 from results import block
 
-from exudyn_flexlink.compare import compare, compare_variants
+from exudyn_flexlink.comparison import compare, compare_variants
 from exudyn_flexlink.observables import (
     between_samples,
     common_times,
@@ -347,7 +347,7 @@ def test_an_inflexion_is_no_jump():
 @pytest.fixture(scope="module")
 def both(rigid):
     other = later(shifted(rigid, (1e-6, 0, 1e-5), after=0.1), 1e-6)
-    other = replace(other, settings={"relative_tolerance": 1e-10, "absolute_tolerance": 1e-12})
+    other = replace(other, settings={"tolerance": 1e-7})
     loose = shifted(other, (1e-3, 0, 0), after=1.5)
     return compare(rigid, other, loose)
 
@@ -380,7 +380,7 @@ def test_a_comparisons_folder_is_replaced_by_another(both, tmp_path):
 def test_text_names_runs_settings_and_cost(both):
     said = comparison_text(both)
     assert said.startswith("Comparison of exudyn and lagrangian: Extensible flexible link")
-    assert "rtol 1e-10, atol 1e-12, penalty impacts" in said
+    assert "tolerance 1e-07 m, penalty impacts" in said
     assert "1.50 s" in said
     assert f"up to the horizon, {both.horizon:.5f} s" in said
 
@@ -399,8 +399,8 @@ def test_figure(both):
         figure = comparison(both)
     said = "\n".join(text.get_text() for text in texts(figure))
     assert "hinges 'paper', n = 10" in said
-    assert "lagrangian: rtol 1e-10, atol 1e-12" in said
-    assert {"horizon", "strike"} <= {text.get_text() for text in texts(figure)}
+    assert "lagrangian: tolerance 1e-07 m" in said
+    assert {"beyond the horizon", "strike"} <= {text.get_text() for text in texts(figure)}
     for engine, colour in ENGINE_COLOURS.items():
         lines = [line for axes in figure.axes for line in axes.lines if line.get_label() == engine]
         assert len(lines) == 3

@@ -11,7 +11,7 @@ import pytest
 from random_strikes import RIGHT, draw, judge
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.guards import multiplying
+from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.integrate.clock import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import common_times, lever_response, separation

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isnan
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
+
+from exudyn_flexlink.integrate.problem import NoConvergenceError
 
 EVENT_TIME = 1e-13  # s: to which events are located, where the clock tells that apart
 LOOKS = 8  # at event functions within a step in which they may fall
@@ -39,8 +42,20 @@ class Event:
 
 
 def zero(value: Function, begin: float, end: float) -> float:
-    """Instant (s) of the zero of a value that changes its sign between two instants."""
-    return float(brentq(value, begin, end, xtol=EVENT_TIME, rtol=1e-15))
+    """Instant (s) of the zero of a value that changes its sign between two instants.
+
+    Raises:
+        NoConvergenceError: the value is no number in between.
+
+    """
+
+    def number(t: float) -> float:
+        found = value(t)
+        if isnan(found):
+            raise NoConvergenceError("the state is no number any more: the tolerance is too loose")
+        return found
+
+    return float(brentq(number, begin, end, xtol=EVENT_TIME, rtol=1e-15))
 
 
 def fall(value: Function, begin: float, end: float) -> float:

@@ -26,7 +26,7 @@ Dense = Callable[[float], FloatArray]
 # Of one step, per metre that the run may be off: over the paper's two turns, and through strikes,
 # what is left of 1e-3 to 1e-8 m is a tenth or less.
 RELATIVE, ABSOLUTE = 1e-3, 1e-5
-LEAST = 3e-14  # relative: to which the steps of doubles can be told
+LEAST = 3e-14  # of each: what is less is rounding
 
 
 class FirstOrderProblem(Protocol):
@@ -58,7 +58,7 @@ class ExplicitStepper:
     def __init__(self, problem: FirstOrderProblem, tolerance: float) -> None:
         self.problem = problem
         self.relative = max(LEAST, RELATIVE * tolerance)
-        self.absolute = ABSOLUTE * tolerance
+        self.absolute = max(LEAST, ABSOLUTE * tolerance)
         self.time = 0.0
         self.steps, self.smallest, self.largest = 0, inf, 0.0
         self._solver: Any = None
@@ -73,6 +73,10 @@ class ExplicitStepper:
 
     def forget(self) -> None:
         """Go on from the present state, where a force leaps."""
+        self._solver = None
+
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed."""
         self._solver = None
 
     def advance(self, stop: float) -> Event | None:

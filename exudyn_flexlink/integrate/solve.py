@@ -16,12 +16,11 @@ MOST_AT_ONCE = 200  # events at one instant before the loop gives up
 
 
 class Stepper(Protocol):
-    """Makes steps, and counts them; `time` (s) is where it is."""
+    """Makes steps, and counts them."""
 
-    time: float
-    steps: int
-    smallest: float  # s
-    largest: float  # s
+    @property
+    def time(self) -> float:
+        """Where it is, s."""
 
     @property
     def iterations(self) -> int:

@@ -12,16 +12,17 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from exudyn_flexlink.accuracy import Errors, Method, Point, Source, Study
 from exudyn_flexlink.observables import name_of
-from exudyn_flexlink.plots.frame import (
+from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
+from exudyn_flexlink.plots.panels import legend_outside
+from exudyn_flexlink.plots.style import (
     BLACK,
     ENGINE_COLOURS,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
-    framed_figure,
-    legend_outside,
-    links_of,
+    SCREEN,
+    Style,
     styled,
 )
 
@@ -34,13 +35,14 @@ FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are label
 
 
 @styled
-def work_precision(study: Study) -> Figure:
+def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     """Largest error of the points that are judged over processor time, log-log.
 
     Points below the floor, to which the two references agree, are hollow: nothing independent tells
     them. Lines across mark the target and the errors that no setting removes.
     """
-    figure = framed_figure(study.scene.title, _subject(study), [], _caption(study), 4.0)
+    words = Words(study.scene.title, _subject(study), [], _caption(study))
+    figure = framed_figure(words, 4.0, style)
     axes = figure.subplots()
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -83,11 +85,13 @@ def _draw(axes: Axes, study: Study) -> None:
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
     for source in study.sources:
         _level(axes, source)
-    axes.axhline(study.target, color=BLACK, linewidth=0.8, label=f"target {study.target:.2g} m")
+    label = f"target asked for, {study.target:.2g} m"
+    axes.axhline(study.target, color=BLACK, linewidth=0.8, linestyle=(0, (1, 2)), label=label)
     low, high = axes.get_ylim()
     if study.floor > 0:
         low = min(low, study.floor / 3)
-        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label="below the floor")
+        told = "below the floor: the\nreferences differ by as much"
+        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=told)
     if study.own is not None:
         place = (study.own.processor, _drawn(study.own.errors, study.floor))
         axes.plot(*place, "o", color=ORANGE, markersize=11, markerfacecolor="none",

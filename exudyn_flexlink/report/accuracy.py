@@ -210,7 +210,7 @@ def _how(study: Study) -> list[str]:
 
 def _settings(scene: Scene, method: Method, value: float) -> str:
     """Return the options that turn the model's accuracy and solver into a method's at a value."""
-    chosen = [f"--set accuracy.{key}={_short(x)}" for key, x in method.accuracy(value).items()]
+    chosen = [f"--set accuracy.{method.knob}={_short(value)}"]
     solver = method.at(scene, value).solver
     if solver.elements != scene.solver.elements:  # a key to be left out: the whole section is said
         keys = ", ".join(f"{key}: {x}" for key, x in solver.model_dump(exclude_unset=True).items())

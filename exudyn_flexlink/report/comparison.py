@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 
-from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, name_of, relative_energy_residual
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.text import number, table

@@ -43,14 +43,14 @@ from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
+    SECTION_OF,
     CheckedDocument,
     apply_settings,
     check_document,
     parse_scene,
 )
 from exudyn_flexlink.scene.run import (
-    ABSOLUTE_TOLERANCES,
-    RELATIVE_TOLERANCES,
+    FEWEST_STEPS_PER_CONTACT,
     Accuracy,
     Initial,
     Run,
@@ -59,10 +59,10 @@ from exudyn_flexlink.scene.run import (
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
-    "ABSOLUTE_TOLERANCES",
     "EXCLUSIVE_KEYS",
+    "FEWEST_STEPS_PER_CONTACT",
     "GROUND",
-    "RELATIVE_TOLERANCES",
+    "SECTION_OF",
     "Accuracy",
     "Body",
     "CheckedDocument",

@@ -56,10 +56,10 @@ _SINGLE: dict[str, Any] = {
     "solver": Solver,
     "outputs": Outputs,
 }
-_SECTION_OF = {
+SECTION_OF = {
     key: section for section, part in _SINGLE.items() for key in getattr(part, "model_fields", ())
 }
-"""The section to which each key of the unnamed sections belongs."""
+"""The section to which each key of accuracy, initial, run and solver belongs."""
 
 
 def apply_settings(document: Document, settings: Iterable[str]) -> Document:
@@ -169,7 +169,7 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
     try:
         return _adapter(str(path[0])).validate_python(data)
     except ValidationError as error:
-        mistakes += mistakes_of(error, annotation, data, path, _SECTION_OF)
+        mistakes += mistakes_of(error, annotation, data, path, SECTION_OF)
         return None
 
 

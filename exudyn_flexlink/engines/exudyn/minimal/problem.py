@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.coasting import SWING
+from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
@@ -27,7 +28,6 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
-from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, Press, State

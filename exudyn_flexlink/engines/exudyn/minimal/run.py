@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.coasting import SWING, coasting
+from exudyn_flexlink.engines.diagnostics.contacts import shortened
+from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, report
 from exudyn_flexlink.engines.exudyn.minimal.problem import IN_CONTACT, MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.redundant.pace import shortened
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -23,9 +24,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
     turns_missing,
 )
-from exudyn_flexlink.engines.exudyn.sleeves import wall_penetrations
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
@@ -114,7 +113,7 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     found = report(run)
     mechanism = run.model.assembly.mechanism
     outcome = _outcome(run, *complaint)
-    told = [*_shortened(run), *_on_dead_centres(run), *_of_walls(run)]
+    told = [*_shortened(run), *_on_dead_centres(run)]
     return result_of(run.scene, mechanism, found, told, outcome)
 
 
@@ -126,16 +125,6 @@ def _shortened(run: MinimalRun) -> list[str]:
         return []
     found = [halves[k] for k in touched if IN_CONTACT * halves[k] < given]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
-
-
-def _of_walls(run: MinimalRun) -> list[str]:
-    """Say where a tolerance is no small part of a clearance, and where walls give way."""
-    mechanism = run.model.assembly.mechanism
-    channels, asked = mechanism.channels, run.scene.accuracy.tolerance
-    finer = run.stepper.control.tolerance
-    told = [made_finer(asked, finer, channels)] if asked is not None and finer < asked else []
-    depths = wall_penetrations(channels, run.recorder.seeker, len(mechanism.contacts))
-    return [*told, *soft_walls(zip(channels, depths, strict=True))]
 
 
 def _on_dead_centres(run: MinimalRun) -> list[str]:

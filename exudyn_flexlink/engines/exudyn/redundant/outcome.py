@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.exudyn.intervals import Written
-from exudyn_flexlink.engines.exudyn.redundant.pace import ENOUGH_STEPS, few_steps, shortened
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -18,11 +18,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
     turns_missing,
 )
-from exudyn_flexlink.engines.exudyn.sleeves import (
-    sleeve_histories,
-    wall_penetrations,
-)
-from exudyn_flexlink.engines.walls import made_finer, soft_walls
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -42,7 +38,7 @@ FloatArray = NDArray[np.float64]
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
     """Put the Result together; its timings are still to come."""
     report = _report(prepared, iterations)
-    warnings = _warnings(prepared, report)
+    warnings = _warnings(prepared)
     mechanism = prepared.assembly.mechanism
     return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
 
@@ -167,26 +163,15 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
     )
 
 
-def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
-    """Say what makes the numbers doubtful."""
-    warnings, checks = [], report.checks
-    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
-        warnings.append(few_steps(checks.steps_per_contact))
+def _warnings(prepared: Prepared) -> list[str]:
+    """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
+    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
     shorter = [pace for pace in prepared.paces if given is not None and pace.step < given]
-    if touched and given is not None and shorter:
-        shortest = min(shorter, key=lambda pace: pace.step)
-        warnings.append(shortened(given, shortest.half_period, shortest.step))
-    channels = prepared.assembly.mechanism.channels
-    asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
-    if asked is not None and finer is not None and finer < asked:
-        warnings.append(made_finer(asked, finer, channels))
-    first = len(prepared.assembly.mechanism.contacts)
-    depths = wall_penetrations(channels, prepared.recorder.seeker, first)
-    walls = zip(channels, depths, strict=True)
-    warnings += soft_walls(walls)
-    return tuple(warnings)
+    if given is None or not (touched and shorter):
+        return []
+    shortest = min(shorter, key=lambda pace: pace.step)
+    return [shortened(given, shortest.half_period, shortest.step)]
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

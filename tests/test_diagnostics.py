@@ -1,4 +1,4 @@
-"""What a run's own numbers say against it: made again where that helps, told, or refused."""
+"""What a run's own numbers say against it: told, or refused; made again where one asks for it."""
 
 from dataclasses import replace
 
@@ -7,8 +7,12 @@ import pytest
 import results
 from hard.catalogue import MODELS
 
-from exudyn_flexlink.engines import LateInterruptError, mending, simulate
-from exudyn_flexlink.engines.guards import doubts, limits, refusal
+from exudyn_flexlink.engines import LateInterruptError, simulate
+from exudyn_flexlink.engines.diagnostics import diagnosed
+from exudyn_flexlink.engines.diagnostics.consistency import doubts, refusal
+from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
+from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
+from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import (
@@ -17,6 +21,7 @@ from exudyn_flexlink.result import (
     Outcome,
     Result,
 )
+from exudyn_flexlink.scene import Scene
 
 STRIKE = MODELS / "strike_stiffness.yaml"
 
@@ -35,46 +40,75 @@ def off_by(run: Result, share: float, from_sample: int = 50) -> Result:
     return replace(run, energy=energy, checks=replace(run.checks, energy_residual=missing))
 
 
-def test_a_good_run_is_left_alone(run: Result) -> None:
-    def never(scene):
-        raise AssertionError("made again")
+def never(scene: Scene) -> Result:
+    raise AssertionError("made again")
 
-    kept, interrupted = mending.guarded(run, never)
+
+def test_a_good_run_is_left_alone(run: Result) -> None:
+    kept, interrupted = retried(run, never, 2)
     assert (kept.warnings, kept.outcome, interrupted) == (run.warnings, run.outcome, False)
 
 
-def test_a_run_that_misses_energy_is_made_again_with_a_tenth_and_says_so(run: Result) -> None:
+def test_a_run_that_misses_energy_says_so_and_is_not_made_again_unasked(run: Result) -> None:
+    kept, _ = retried(off_by(run, 0.05), never, 0)
+    (told,) = diagnosed(kept).warnings
+    assert told.startswith("the energy balance misses")
+    assert told.endswith("tighten the tolerance and compare")
+
+
+@pytest.mark.parametrize(
+    ("settings", "keys", "told"),
+    [
+        (
+            {"tolerance": 1e-4, "steps_per_contact": 60},
+            (pytest.approx(1e-5), None, 190),
+            ("at a tolerance of 0.0001 m the energy", "made again at 1e-05 m"),
+        ),
+        (
+            {"step": 1e-4},
+            (None, pytest.approx(1e-4 * 0.1**0.5), 60),
+            ("at a step of 0.0001 s the energy", "made again at 3.16e-05 s"),
+        ),
+    ],
+)
+def test_a_run_is_made_again_more_accurately_and_says_so(
+    run: Result, settings: dict[str, float], keys: tuple[object, ...], told: tuple[str, str]
+) -> None:
     asked = []
 
-    def again(scene):
-        asked.append((scene.accuracy.tolerance, scene.solver.steps_per_contact))
-        return replace(run, settings={**run.settings, "tolerance": scene.accuracy.tolerance})
+    def again(scene: Scene) -> Result:
+        accuracy, per_contact = scene.accuracy, scene.solver.steps_per_contact
+        asked.append((accuracy.tolerance, accuracy.step, per_contact))
+        used = {key: getattr(accuracy, key, None) or per_contact for key in settings}
+        return replace(run, settings=used)
 
-    kept, _ = mending.guarded(off_by(run, 0.05), again)
-    assert asked == [(pytest.approx(1e-5), 190)]
+    key = next(iter(settings))
+    given = run.scene.changed(accuracy={key: settings[key]})
+    kept, _ = retried(replace(off_by(run, 0.05), scene=given, settings=settings), again, 2)
+    assert asked == [keys]
     assert kept.outcome.completed
-    (told,) = kept.warnings
-    assert told.startswith("at a tolerance of 0.0001 m the energy balance misses")
-    assert told.endswith("made again at 1e-05 m")
+    assert kept.scene is given
+    (said,) = kept.warnings
+    assert said.startswith(told[0])
+    assert said.endswith(told[1])
     assert kept.timings["solve"] == 2 * run.timings["solve"]  # what both took
 
 
-def test_what_can_not_be_mended_is_told_and_no_more_than_two_runs_are_made(run: Result) -> None:
+def test_what_more_accurate_runs_do_not_mend_is_told(run: Result) -> None:
     count = []
 
-    def again(scene):
+    def again(scene: Scene) -> Result:
         count.append(scene)
         return off_by(run, 0.05)
 
-    kept, _ = mending.guarded(off_by(run, 0.05), again)
+    kept, _ = retried(off_by(run, 0.05), again, 2)
     assert len(count) == 2
     assert kept.outcome.completed
-    assert "tighten the tolerance and compare" in kept.warnings[-1]
+    assert "tighten the tolerance and compare" in diagnosed(kept).warnings[-1]
 
 
 def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run: Result) -> None:
-    wrong = off_by(run, 3.0, from_sample=70)
-    kept, _ = mending.guarded(wrong, lambda scene: wrong)
+    kept = diagnosed(off_by(run, 3.0, from_sample=70))
     assert not kept.outcome.completed
     assert kept.outcome.time == run.time[70]
     assert "energy balance misses" in kept.outcome.reason
@@ -82,17 +116,10 @@ def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run: Resul
     assert len(kept.time) == len(run.time)  # what was computed is kept
 
 
-def test_a_step_of_the_users_own_is_not_made_again(run: Result) -> None:
+def test_a_step_of_the_users_own_is_to_be_shortened(run: Result) -> None:
     own = {"integrator": "any", "step": 1e-4}
-    kept, _ = mending.guarded(replace(off_by(run, 0.05), settings=own), lambda scene: 1 / 0)
-    assert "shorten the step and compare" in kept.warnings[-1]
-
-
-def test_a_long_run_is_not_made_again_but_told(run: Result) -> None:
-    wrong = off_by(run, 0.05)
-    long = replace(wrong, checks=replace(wrong.checks, steps=60_000))
-    kept, _ = mending.guarded(long, lambda scene: 1 / 0)
-    assert "tighten the tolerance and compare" in kept.warnings[-1]
+    wrong = replace(off_by(run, 0.05), settings=own)
+    assert "shorten the step and compare" in diagnosed(wrong).warnings[-1]
 
 
 def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch) -> None:
@@ -101,16 +128,19 @@ def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch)
     runs = iter([off_by(whole, 0.05), replace(whole, outcome=Outcome(False, 0.1, INTERRUPTED))])
     monkeypatch.setattr("exudyn_flexlink.engines.exudyn.run", lambda *_: next(runs))
     with pytest.raises(LateInterruptError) as caught:
-        simulate(scene)
+        simulate(scene, retries=1)
     kept = caught.value.result
     assert kept.outcome.completed
     assert any("energy balance misses" in text for text in kept.warnings)
 
 
-def test_a_coarse_lagrangian_is_mended_for_good() -> None:
+def test_a_coarse_lagrangian_tells_and_is_mended_where_that_is_asked_for() -> None:
     pytest.importorskip("numba")
     scene = load_scene(MODELS / "undamped.yaml", ["accuracy.tolerance=1e-2"])
-    result = simulate(scene, "lagrangian")
+    told = simulate(scene, "lagrangian")
+    assert doubts(told)
+    assert set(doubts(told)) <= set(told.warnings)
+    result = simulate(scene, "lagrangian", retries=2)
     assert result.scene is scene
     assert float(result.settings["tolerance"]) < 1e-2
     assert any("made again" in text for text in result.warnings)
@@ -132,7 +162,7 @@ def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most
 def test_a_strike_deeper_than_its_overlap_is_told_with_both(run: Result) -> None:
     length = 0.03
     thin = Interval(0.3, 0.31, length - 1e-4, length - 5e-5, penetration=1e-4)
-    (told,) = limits(results.touched(run, thin))
+    (told,) = thin_overlaps(results.touched(run, thin))
     assert "is 0.0001 m deep" in told
     assert "1 of the 0.0001 m by which the point overlaps the face" in told
 
@@ -155,8 +185,8 @@ def test_nothing_is_refused_where_little_energy_moves(run: Result) -> None:
 
 def test_steps_that_newton_hardly_solves_are_told(run: Result) -> None:
     hard = replace(run.checks, steps=100, newton_iterations=1250)
-    assert not [text for text in limits(run) if "Newton" in text]
-    (told,) = (text for text in limits(replace(run, checks=hard)) if "Newton" in text)
+    assert not list(many_iterations(run))
+    (told,) = many_iterations(replace(run, checks=hard))
     assert "12 iterations a step" in told
 
 
@@ -180,10 +210,10 @@ def test_a_link_that_swings_free_of_its_walls_is_told() -> None:
         simulate(load_scene(MODELS / "../clearance.yaml", [*settings, f"run.turns={turns}"]))
         for turns in (0.4, 1)
     )
-    assert short.error is None
-    (told,) = (text for text in whole.warnings if "swung free" in text)
-    assert "may be off by more than" in told
-    assert "a link that swung free of the walls of 'sleeve' while its guide turned by" in told
+    assert short.error.exceeds_from is None
+    assert not short.warnings
+    (told,) = (text for text in whole.warnings if "may be off by more than" in text)
+    assert told.endswith("errors multiply (play in 'sleeve')")
 
 
 def test_steps_too_few_for_a_strike_at_this_tolerance_are_told() -> None:
@@ -209,6 +239,6 @@ def test_an_interrupted_crawl_names_the_contact(run: Result) -> None:
         contacts={"strike": replace(run.contacts["strike"], force=force)},
         checks=replace(run.checks, smallest_step=7e-12),
     )
-    (told,) = (text for text in limits(crawling) if "steps as short as" in text)
+    (told,) = tiny_steps(crawling)
     assert told.startswith("contact 'strike' acted as the run was ended")
     assert "transition_speed" in told

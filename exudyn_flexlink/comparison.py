@@ -46,8 +46,6 @@ _TOLD = {
     "tolerance": "tolerance {:.3g} m",
     "step": "step {:.3g} s",
     "elements": "beam of {:.0f} elements",
-    "relative_tolerance": "rtol {:.3g}",
-    "absolute_tolerance": "atol {:.3g}",
 }
 
 
