@@ -34,7 +34,7 @@ from exudyn_flexlink.observables import (
     lever_response,
     path,
 )
-from exudyn_flexlink.plots.frame import BLACK, BLUE, GREEN, GREY, ORANGE, RED
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
