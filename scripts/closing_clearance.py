@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.observables import between_samples, path
-from exudyn_flexlink.plots.frame import BLUE, GREEN, RED
+from exudyn_flexlink.plots.style import BLUE, GREEN, RED
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]

@@ -95,9 +95,14 @@ def stiffness(out: Path) -> None:
     k = STIFFNESS * np.array(FACTORS)
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
-    for name, label in (("least", "least angle (rad)"), ("rate", "rate after 0.2 ms (rad/s)")):
-        off = np.array([abs(getattr(one, name) - getattr(limit, name)) for one in found])
-        axes.loglog(k, off, "o-", label=f"lever's {label}")
+    named = {"least": ("least angle (rad)", "#0072B2"), "rate": ("rate (rad/s)", "#D55E00")}
+    for name, (label, colour) in named.items():
+        off = np.array([getattr(one, name) - getattr(limit, name) for one in found])
+        axes.loglog(k, abs(off), "-", color=colour, linewidth=0.8, alpha=0.5)
+        # Differences change their sign on the way, so that no power of k describes them.
+        for word, own, face in (("above", off > 0, colour), ("below", off < 0, "white")):
+            axes.loglog(k[own], abs(off[own]), "o", color=colour, markerfacecolor=face,
+                        label=f"lever's {label}, {word} the impulse's")  # fmt: skip
     axes.set(xlabel="contact stiffness k (N/m)", ylabel="|penalty - impulse|")
     axes.set_title(f"Penalty contact tends to the impulse (n = {rods}, beam, Lagrangian)")
     axes.grid(alpha=0.3)
