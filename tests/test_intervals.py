@@ -12,8 +12,8 @@ from exudyn_flexlink.observables import strikes
 
 MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
 ENGINES = [
-    ("exudyn", ["accuracy.formulation=minimal"]),
-    ("exudyn", ["accuracy.formulation=redundant"]),
+    ("exudyn", ["solver.formulation=minimal"]),
+    ("exudyn", ["solver.formulation=redundant"]),
     ("lagrangian", []),
 ]
 

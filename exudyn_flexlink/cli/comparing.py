@@ -217,19 +217,19 @@ class Runs:
 
 def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, which Ctrl-C does not hinder, then figures; returns the code, see `drawn`."""
-    from exudyn_flexlink.engines.interrupts import patience
+    from exudyn_flexlink.engines.interrupts import deferrable_interrupts
     from exudyn_flexlink.storage import save_comparison
 
     compared = found.comparison
     both = (compared.first, compared.second)
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         for result, place in places:
             write(result, place, figures=False)
         save_comparison(compared, folder, options.tolerance, whole=found.whole)
-    if patient.pressed or not found.whole or options.no_plots:
-        return INTERRUPTED if patient.pressed else DONE
+    if ctrl_c.pending or not found.whole or options.no_plots:
+        return INTERRUPTED if ctrl_c.pending else DONE
     return drawn(folder, lambda: _draw(compared, folder, places))
 
 

@@ -223,14 +223,14 @@ def write(result: Result, folder: Path, *, figures: bool) -> int:
         StorageError: the folder can't be written.
 
     """
-    from exudyn_flexlink.engines.interrupts import patience
+    from exudyn_flexlink.engines.interrupts import deferrable_interrupts
     from exudyn_flexlink.storage import save
 
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         save(result, folder)
-    if patient.pressed or not figures:
-        return INTERRUPTED if patient.pressed else DONE
+    if ctrl_c.pending or not figures:
+        return INTERRUPTED if ctrl_c.pending else DONE
 
     def draw() -> None:
         from exudyn_flexlink.plots import save_figures

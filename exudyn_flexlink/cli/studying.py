@@ -42,7 +42,7 @@ SAFETY = 2.0
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     from exudyn_flexlink.accuracy import NothingRunError, judge
-    from exudyn_flexlink.engines.interrupts import patience
+    from exudyn_flexlink.engines.interrupts import deferrable_interrupts
     from exudyn_flexlink.loading import ImpossibleLengthError, require_length
     from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
@@ -55,11 +55,11 @@ def accuracy_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written(force=options.force) as folder:
             runs = _runs(scene, options)
-            with patience() as patient:
-                patient.hold()
+            with deferrable_interrupts() as ctrl_c:
+                ctrl_c.defer()
                 found = judge(runs)
                 save_accuracy(found, recommendation(found), folder)
-            code = INTERRUPTED if patient.pressed else DONE
+            code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
                 code = drawn(folder, lambda: _draw(found, folder))
     except (SceneError, StorageError, ImpossibleLengthError) as error:

@@ -78,7 +78,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["step"] = accuracy.step
     if (tolerance := prepared.loop.chooser.tolerance) is not None:
         settings["tolerance"] = tolerance
-    contact_step = min((pace.step for pace in prepared.paces), default=inf)
+    contact_step = min((own.step for own in prepared.resolutions), default=inf)
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
@@ -135,7 +135,7 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
     given = prepared.scene.accuracy.step or inf
     per_contact = min(
-        (pace.half_period / min(pace.step, given) for pace in prepared.paces), default=inf
+        (own.half_period / min(own.step, given) for own in prepared.resolutions), default=inf
     )
     return Checks(
         energy_residual=recorder.energy_residual,
@@ -154,10 +154,10 @@ def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
+    shorter = [own for own in prepared.resolutions if isfinite(own.step)]
     if given is None or not (touched and shorter):
         return []
-    shortest = min(shorter, key=lambda pace: pace.step)
+    shortest = min(shorter, key=lambda own: own.step)
     return [shortened(given, shortest.half_period, shortest.step)]
 
 

@@ -15,8 +15,12 @@ from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
+from exudyn_flexlink.engines.exudyn.redundant.contact_steps import (
+    Resolution,
+    resolution_of,
+    steps_of,
+)
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.pace import Pace, pace_of, steps_of
 from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import (
@@ -53,7 +57,7 @@ class Prepared:
     slots: list[SlotItems]
     recorder: Recorder
     loop: Loop
-    paces: list[Pace]  # of contacts and channels
+    resolutions: list[Resolution]  # of contacts and channels
 
 
 def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
@@ -84,8 +88,11 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
-    paces = [*(contact.pace for contact in contacts), *(channel.pace for channel in channels)]
-    return Prepared(scene, assembly, system, slots, recorder, loop, paces)
+    resolutions = [
+        *(contact.resolution for contact in contacts),
+        *(channel.resolution for channel in channels),
+    ]
+    return Prepared(scene, assembly, system, slots, recorder, loop, resolutions)
 
 
 def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
@@ -103,13 +110,13 @@ def _contact_items(
     for i, contact in enumerate(assembly.mechanism.contacts):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         half = system.coordinates.half_period(contact)
-        pace = pace_of(half, steps_of(contact.law, steps), given)
-        contacts.append(ContactItem(system, contact, i, pace, log))
+        resolution = resolution_of(half, steps_of(contact.law, steps), given)
+        contacts.append(ContactItem(system, contact, i, resolution, log))
     channels: list[ChannelItems] = []
     first = len(contacts)
     for channel in assembly.mechanism.channels:
-        pace = pace_of(wall_half_period(assembly, channel), WALL_SHARE * steps, given)
-        channels.append(ChannelItems(system, channel, first, pace, log))
+        resolution = resolution_of(wall_half_period(assembly, channel), WALL_SHARE * steps, given)
+        channels.append(ChannelItems(system, channel, first, resolution, log))
         first += len(channels[-1].contacts)
     return contacts, channels
 
