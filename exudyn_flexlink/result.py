@@ -156,16 +156,18 @@ class Checks:
 
 @dataclass(frozen=True)
 class MeasuredError:
-    """How far a run's `points`, S and tips that are struck, are off, as a neighbouring run tells.
+    """How far a run's `points` are off, as a neighbouring run tells.
 
-    `largest` (m) is the largest error of any; `limit` (m) is what they may be off: the scene's
-    tolerance, or without one a thousandth of the room that S takes. `exceeds_from` (s) is the
-    instant from which on an error is larger, None if none ever is; `stopped` (s) is the end of a
-    neighbour that did not come to the run's end, None if it did. `neighbour` holds its settings.
+    `largest` (m) is the largest error of any, that of the point `worst`; `limit` (m) is what they
+    may be off: the scene's tolerance, or without one a thousandth of the room that they take.
+    `exceeds_from` (s) is the instant from which on an error is larger, None if none ever is;
+    `stopped` (s) is the end of a neighbour that did not come to the run's end, None if it did.
+    `neighbour` holds its settings.
     `missing` says why nothing was measured; it is empty where something was.
     """
 
     points: tuple[str, ...] = ()
+    worst: str = ""
     limit: float = inf
     largest: float = inf
     exceeds_from: float | None = None
@@ -214,6 +216,12 @@ class Result:
     warnings: tuple[str, ...]
     outcome: Outcome
     error: MeasuredError | None = None
+
+    @property
+    def intervals(self) -> dict[str, Intervals]:
+        """Every contact, by the names of the scene's contacts and then of its sleeves."""
+        found = {name: contact.touches for name, contact in self.contacts.items()}
+        return found | {name: sleeve.touches for name, sleeve in self.sleeves.items()}
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

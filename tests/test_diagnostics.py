@@ -224,7 +224,7 @@ def test_steps_too_few_for_a_strike_at_this_tolerance_are_told() -> None:
         for n in (60, 120)
     )
     (told,) = few.warnings
-    assert "lever.end may be off by more than 1e-05 m" in told
+    assert "points may be off by more than 1e-05 m, lever.end in the end by" in told
     assert told.endswith("(60 steps for a strike)")
     assert enough.warnings == ()
 

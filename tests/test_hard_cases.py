@@ -11,7 +11,7 @@ from hard.symmetry import mirrored, scaled
 from hard.truths import Hammer
 from results import rigid_link, touched
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.consistency import doubts
 from exudyn_flexlink.intervals import Interval

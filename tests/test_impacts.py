@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import strikes
 from exudyn_flexlink.plots import lever as lever_figure

@@ -12,6 +12,7 @@ from exudyn_flexlink.observables import (
     crank_angle,
     crank_joint,
     joint_angle,
+    judged_points,
     laps,
     lever_response,
     path,
@@ -97,6 +98,21 @@ def test_watched_point_strikes(rigid):
 def test_watched_point_without_contact():
     assert watched_point(results.pendulum().scene) == "rod.end"
     assert watched_point(results.slider().scene) == "block.nose"
+    pendulum = load_scene(results.MODEL.parent / "textbook" / "double_pendulum.yaml")
+    assert watched_point(pendulum) == "lower.b"  # the free end, not the elbow
+    on_its_pivot = {"bodies": {"upper": pendulum.bodies["upper"]}}
+    on_its_pivot["joints"] = {"pivot": pendulum.joints["pivot"]}
+    initial = type(pendulum.initial)()
+    alone = pendulum.changed(**on_its_pivot, initial=initial)
+    assert watched_point(alone) == "upper.b"  # not the first named one, which never moves
+
+
+def test_a_point_that_the_scene_names_is_watched_and_judges_alone():
+    scene = load_scene(results.MODEL, ["outputs.watch=guide.end"])
+    assert watched_point(scene) == "guide.end"
+    assert judged_points(scene) == ("guide.end",)
+    every = judged_points(load_scene(results.MODEL))
+    assert {"guide.start", "link.start", "link.end", "lever.end", "lever.centre"} < set(every)
 
 
 def test_path_of_a_straight_link_is_the_closed_form(rigid):

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from exudyn_flexlink.cli.ctrl_c import patience
 from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain
 
 
@@ -33,17 +34,16 @@ class Place:
             StorageError: the target can't be written; see `staged_folder`.
 
         """
-        from exudyn_flexlink.engines.interrupts import deferrable_interrupts
         from exudyn_flexlink.storage import KeptBesideError, staged_folder
 
-        with deferrable_interrupts() as ctrl_c:
+        with patience() as patient:
             try:
                 with staged_folder(self.target, force=force) as folder:
                     yield folder
-                    ctrl_c.defer()
+                    patient.hold()
             except KeptBesideError as error:
                 self.target, self._why = error.folder, str(error)
-        self._pressed = ctrl_c.pending
+        self._pressed = patient.pressed
 
 
 def place_of(options: argparse.Namespace, suffix: str = "") -> Place:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import FaceContact, Mechanism, approach
 from exudyn_flexlink.observables import Watched

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite, pi, sqrt
+from math import inf, isfinite, pi, sqrt
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.laws import Impulse
@@ -22,11 +22,12 @@ from exudyn_flexlink.mechanism import (
     contact_step,
     end_of_run,
     formulation,
+    paces,
     pairs,
     turn_goal,
     wall_half_period,
 )
-from exudyn_flexlink.mechanism.tree import NotMinimalError, tree_layout
+from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -268,7 +269,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
     in_contact, fixed_step = estimated_steps(assembly, scene)
     mechanism = assembly.mechanism
-    rows = [["time", _time(scene, duration)]]
+    rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.contacts]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     if fixed_step is not None:
@@ -277,13 +278,16 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    form = formulation(scene, mechanism)
+    form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
-    if form == "minimal":
-        rows += [["", f"refused: {why}"] for why in _not_minimal(mechanism)]
     if in_contact is not None and form != "minimal":
-        rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
+        rows.append(["", _steps_in_contact(scene, assembly)])
     return ["Run", *table(rows)]
+
+
+def _watched(scene: Scene) -> str:
+    shown, judges = watched_point(scene), judged_points(scene)
+    return f"{shown} is shown; errors are judged by {'it' if len(judges) == 1 else name_of(judges)}"
 
 
 _FORMULATIONS = {
@@ -293,22 +297,11 @@ _FORMULATIONS = {
 }
 
 
-def _not_minimal(mechanism: Mechanism) -> list[str]:
-    """Say why a mechanism has no minimal coordinates, which a scene may ask for all the same."""
-    try:
-        tree_layout(mechanism)
-    except NotMinimalError as error:
-        return [str(error)]
-    return []
-
-
-def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:
-    asked = scene.solver.steps_per_contact
-    if fixed_step is None:
-        return f"at most {number(in_contact)} s in contact ({asked} steps per contact)"
-    resolved = asked * in_contact / fixed_step
-    enough = "" if resolved >= asked else f"; {asked} take {number(in_contact)} s"
-    return f"{number(resolved)} steps per contact{enough}"
+def _steps_in_contact(scene: Scene, assembly: Assembly) -> str:
+    given, found = scene.accuracy.step, paces(scene, assembly)
+    longest = min(*(pace.step for pace in found), given or inf)
+    fewest = min(pace.steps(given) for pace in found)
+    return f"at most {number(longest)} s in contact: {number(fewest)} steps per contact, or more"
 
 
 def _time(scene: Scene, duration: float | None) -> str:

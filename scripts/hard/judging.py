@@ -10,7 +10,7 @@ from tempfile import gettempdir
 
 import numpy as np
 
-from exudyn_flexlink.compare import Comparison, compare
+from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import path, watched_point

@@ -9,7 +9,6 @@ import numpy as np
 from exudyn_flexlink.result import Outcome, Result
 
 ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance: errors of steps are smaller
-LOCAL_ENERGY = 1e-6  # likewise under local tolerances, which are orders of magnitude tighter
 GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: rounding gains far less
 OPEN = 1e-8  # m or rad, residual of a joint: every solver closes joints to 1e-10 or better
 GROSS = 0.1  # of all energy that moves: a run that misses more is no motion of the mechanism
@@ -44,14 +43,12 @@ def kinetic(result: Result) -> float:
 
 
 def _remedy(result: Result) -> str:
-    if "relative_tolerance" in result.settings:
-        return "tighten 'relative_tolerance'"
     return "shorten the step" if "step" in result.settings else "tighten the tolerance"
 
 
 def _energy(result: Result) -> Iterator[str]:
     missing, largest = result.checks.energy_residual, kinetic(result)
-    if missing > (LOCAL_ENERGY if "relative_tolerance" in result.settings else ENERGY) * largest:
+    if missing > ENERGY * largest:
         yield (
             f"the energy balance misses {missing:.3g} J, {missing / largest:.2g} of the largest "
             f"kinetic energy: {_remedy(result)} and compare"

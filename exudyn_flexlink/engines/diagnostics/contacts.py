@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from exudyn_flexlink.mechanism import build_mechanism, face_length
 from exudyn_flexlink.result import Result
 
-FEWEST_STEPS = 5  # in half a period of a contact: with fewer no restitution is right
-ENOUGH_STEPS = 30  # likewise: the restitution is right to 1 %
+ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 1 %
 THIN = 0.25  # of the overlap of point and face: a deeper strike depends on how soft the face is
 
 
@@ -17,16 +16,11 @@ def struck(result: Result) -> bool:
     return any(len(contact.touches) for contact in result.contacts.values())
 
 
-def too_long(given: float, half_period: float) -> bool:
-    """Tell whether a given step (s) is too long for a contact of half a period (s)."""
-    return half_period < FEWEST_STEPS * given
-
-
 def shortened(given: float, half_period: float, step: float) -> str:
-    """Warn that contacts were resolved by steps (s) shorter than the given one."""
+    """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
     return (
-        f"steps of {given:.3g} s would leave {half_period / given:.2g} for a contact, where an "
-        f"impact takes {FEWEST_STEPS} at least: in contact they were {step:.3g} s"
+        f"steps of {given:.3g} s would leave {half_period / given:.2g} for a contact: in contact "
+        f"they were {step:.3g} s"
     )
 
 
@@ -37,7 +31,7 @@ def few_steps(result: Result) -> Iterator[str]:
     if steps < ENOUGH_STEPS * (1 - 1e-9) and (touched or struck(result)):
         yield (
             f"{steps:.3g} steps per contact: below {ENOUGH_STEPS} the restitution is off by more "
-            "than 1 %; take smaller steps, or give a tolerance instead of a step"
+            "than 1 %; raise 'solver.steps_per_contact'"
         )
 
 

@@ -15,12 +15,7 @@ from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import least_tolerance
 from exudyn_flexlink.result import INTERRUPTED, NOT_MEASURED, MeasuredError, Result
-from exudyn_flexlink.scene import (
-    ABSOLUTE_TOLERANCES,
-    FEWEST_STEPS_PER_CONTACT,
-    RELATIVE_TOLERANCES,
-    Scene,
-)
+from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Scene
 from exudyn_flexlink.sensitivity import measured_error
 
 # Errors of the neighbour's steps over those of the run's: a third more steps by a method of order
@@ -71,24 +66,23 @@ def neighbouring(result: Result) -> float:
     """Return the errors that a step of the neighbour may make, over those of the run's steps."""
     settings = result.settings
     finer = SECOND_ORDER if {"steps_per_contact", "step"} & set(settings) else HIGH_ORDER
-    limits = _limits(result.scene)
-    asked = [key for key in ("tolerance", "relative_tolerance") if key in settings]
-    at_best = any(finer * float(settings[key]) < limits[key][0] * (1 - 1e-9) for key in asked)
+    least = least_tolerance(assemble_scene(result.scene))
+    asked = float(settings.get("tolerance", inf))
+    at_best = finer * asked < least * (1 - 1e-9)
     return LOOSER if at_best else finer
 
 
 def retuned(scene: Scene, result: Result, factor: float) -> Scene:
     """Return the scene with steps that make errors `factor` times those of a run.
 
-    Steps that are given, and those of a contact, are of a method of order 2, or better. Tolerances
-    stay within what a scene may ask for.
+    Steps that are given, and those of a contact, are of a method of order 2, or better. A
+    tolerance stays within what a scene may ask for.
     """
     settings = result.settings
-    other: dict[str, float] = {
-        key: min(most, max(least, factor * float(settings[key])))
-        for key, (least, most) in _limits(scene).items()
-        if key in settings
-    }
+    other: dict[str, float] = {}
+    if "tolerance" in settings:
+        least = least_tolerance(assemble_scene(scene))
+        other["tolerance"] = max(least, factor * float(settings["tolerance"]))
     if "step" in settings:
         other["step"] = sqrt(factor) * float(settings["step"])
     given = scene.accuracy.model_dump(exclude_none=True)
@@ -98,15 +92,6 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
     per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
     steps = {"steps_per_contact": max(FEWEST_STEPS_PER_CONTACT, per_contact)}
     return scene.changed(accuracy=accuracy, solver=scene.solver.model_copy(update=steps))
-
-
-def _limits(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Least and largest tolerances that a scene may ask for."""
-    return {
-        "tolerance": (least_tolerance(assemble_scene(scene)), inf),
-        "relative_tolerance": RELATIVE_TOLERANCES,
-        "absolute_tolerance": ABSOLUTE_TOLERANCES,
-    }
 
 
 def _with(result: Result, error: MeasuredError) -> Result:
@@ -125,16 +110,16 @@ def _why(result: Result) -> str:
 
 def _told(error: MeasuredError) -> Iterator[str]:
     if error.missing:
-        yield f"how far S and levers are off was not measured: {error.missing}"
+        yield f"how far points are off was not measured: {error.missing}"
         return
     if error.exceeds_from is not None:
         yield (
-            f"from t = {error.exceeds_from:.4g} s on {' and '.join(error.points)} may be off by "
-            f"more than {error.limit:.3g} m, in the end by {error.largest:.2g} m, as a "
+            f"from t = {error.exceeds_from:.4g} s on points may be off by more than "
+            f"{error.limit:.3g} m, {error.worst} in the end by {error.largest:.2g} m, as a "
             "neighbouring run shows"
         )
     if error.stopped is not None:
         yield (
-            "how far S and levers are off was measured up to "
+            "how far points are off was measured up to "
             f"t = {error.stopped:.4g} s only, where the neighbouring run stopped"
         )

@@ -11,7 +11,7 @@ from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 
 TIGHTER = 0.1  # errors of the steps of a run that is made again, over those before
-_UNITS = {"tolerance": " m", "step": " s", "relative_tolerance": ""}
+_UNITS = {"tolerance": "m", "step": "s"}
 
 
 def retried(result: Result, solve: Callable[[Scene], Result], retries: int) -> tuple[Result, bool]:
@@ -41,5 +41,5 @@ def _told(result: Result, told: list[str]) -> Result:
 def _made_again(before: Result, after: Result, wrong: str) -> str:
     key, unit = next((key, unit) for key, unit in _UNITS.items() if key in before.settings)
     first, then = (float(result.settings[key]) for result in (before, after))
-    name, what = key.replace("_", " "), wrong.split(": ", maxsplit=1)[0]
-    return f"at a {name} of {first:.3g}{unit} {what}; made again at {then:.3g}{unit}"
+    what = wrong.split(": ", maxsplit=1)[0]
+    return f"at a {key} of {first:.3g} {unit} {what}; made again at {then:.3g} {unit}"

@@ -62,7 +62,6 @@ class System:
         self.stop_reason = ""
         self.stop_advice = ""
         self.reached = False
-        self.interrupted = False
         mechanism, state = rig.mechanism, rig.assembly.state
         self.track = Track(mechanism.slots[0].curve, float(state.places[0]), rig.layout.guide.at)
         self.contacts = [Contact(face, self.events) for face in mechanism.contacts]
@@ -104,16 +103,12 @@ class System:
 
     @property
     def over(self) -> bool:
-        """Whether the run ends: the track, the turns to make, or the user's patience."""
-        return bool(self.stop_reason) or self.reached or self.interrupted
+        """Whether the run ends: by the track, or the turns to make."""
+        return bool(self.stop_reason) or self.reached
 
     def stop(self, reason: str, advice: str) -> None:
         """End the run after the step that is under way, for a reason."""
         self.stop_reason, self.stop_advice = reason, advice
-
-    def interrupt(self) -> None:
-        """End the run after the step that is under way."""
-        self.interrupted = True
 
     # --- equations ----------------------------------------------------------------------------
 

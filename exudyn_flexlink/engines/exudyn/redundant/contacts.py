@@ -11,13 +11,12 @@ from math import inf, tanh
 
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.faces import Geometry, Touch
-from exudyn_flexlink.engines.exudyn.redundant.contact_steps import Resolution
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact
+from exudyn_flexlink.mechanism import FaceContact, Pace
 
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
@@ -36,15 +35,15 @@ class ContactItem:
         system: System,
         contact: FaceContact,
         index: int,
-        resolution: Resolution,
+        pace: Pace,
         log: ContactLog,
     ) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self.index = index
         self.law = contact.law
         self.walled = contact.walled
-        self.resolution, self.contact_step = resolution, resolution.step
-        self._shortest = SHORTEST * resolution.step
+        self.pace, self.contact_step = pace, pace.step
+        self._shortest = SHORTEST * pace.step
         self.geometry = Geometry(contact)
         self.items = PressingItems(system, contact, self.geometry)
         self.log = log
@@ -150,8 +149,6 @@ class ContactItem:
 
     def _toward_release(self, touch: Touch, step: float) -> float:
         """End a step where the point leaves the face: a step across it changes the energy."""
-        if self.contact_step == inf:  # steps are those that the scene gives
-            return step
         until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
         return end_on(step, max(until, self._shortest))
 

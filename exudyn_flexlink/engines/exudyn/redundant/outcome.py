@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.exudyn.redundant.sleeves import sleeve_histories, written
+from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
     turns_missing,
 )
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -54,7 +55,7 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         joint_forces=_joint_forces(prepared, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
-        sleeves=sleeve_histories(prepared, kept["forces"]),
+        sleeves=sleeve_histories(prepared.assembly.mechanism, _written(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.recorder.seeker.extremes(),
         # A lap that begins as the run ends is none.
@@ -78,10 +79,24 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["step"] = accuracy.step
     if (tolerance := prepared.loop.chooser.tolerance) is not None:
         settings["tolerance"] = tolerance
-    contact_step = min((own.step for own in prepared.resolutions), default=inf)
+    contact_step = min((pace.step for pace in prepared.paces), default=inf)
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
+
+
+def _written(prepared: Prepared) -> Written:
+    """Return what the run wrote down of its contacts and of its channels' pairs."""
+    recorder, loop = prepared.recorder, prepared.loop
+    channels = (contact for channel in loop.channels for contact in channel.contacts)
+    items = {contact.index: contact for contact in (*loop.contacts, *channels)}
+    return Written(
+        loop.log.entries,
+        recorder.totals,
+        recorder.totals_of,
+        lambda k: items[k].peak,
+        recorder.seeker,
+    )
 
 
 def _torques(
@@ -123,7 +138,7 @@ def _slot_forces(
 def _contacts(
     prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
 ) -> dict[str, ContactHistory]:
-    histories, told = {}, written(prepared)
+    histories, told = {}, _written(prepared)
     for k, contact in enumerate(prepared.assembly.mechanism.contacts):
         at = approach(contact, poses, rates)
         touches = told.intervals(k)
@@ -133,10 +148,8 @@ def _contacts(
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
-    given = prepared.scene.accuracy.step or inf
-    per_contact = min(
-        (own.half_period / min(own.step, given) for own in prepared.resolutions), default=inf
-    )
+    given = prepared.scene.accuracy.step
+    per_contact = min((pace.steps(given) for pace in prepared.paces), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -154,10 +167,10 @@ def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    shorter = [own for own in prepared.resolutions if isfinite(own.step)]
+    shorter = [pace for pace in prepared.paces if given is not None and pace.step < given]
     if given is None or not (touched and shorter):
         return []
-    shortest = min(shorter, key=lambda own: own.step)
+    shortest = min(shorter, key=lambda pace: pace.step)
     return [shortened(given, shortest.half_period, shortest.step)]
 
 

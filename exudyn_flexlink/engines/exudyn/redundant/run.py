@@ -15,11 +15,6 @@ from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
-from exudyn_flexlink.engines.exudyn.redundant.contact_steps import (
-    Resolution,
-    resolution_of,
-    steps_of,
-)
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
@@ -33,11 +28,13 @@ from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
-    WALL_SHARE,
     Assembly,
     FaceContact,
     Mechanism,
+    Pace,
     end_of_run,
+    pace_of_strike,
+    pace_of_wall,
     pairs,
     sample_times,
     turn_goal,
@@ -57,7 +54,7 @@ class Prepared:
     slots: list[SlotItems]
     recorder: Recorder
     loop: Loop
-    resolutions: list[Resolution]  # of contacts and channels
+    paces: list[Pace]  # of contacts and channels
 
 
 def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
@@ -88,11 +85,8 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
-    resolutions = [
-        *(contact.resolution for contact in contacts),
-        *(channel.resolution for channel in channels),
-    ]
-    return Prepared(scene, assembly, system, slots, recorder, loop, resolutions)
+    paces = [*(contact.pace for contact in contacts), *(channel.pace for channel in channels)]
+    return Prepared(scene, assembly, system, slots, recorder, loop, paces)
 
 
 def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
@@ -105,18 +99,18 @@ def _contact_items(
     scene: Scene, system: System, log: ContactLog
 ) -> tuple[list[ContactItem], list[ChannelItems]]:
     assembly = system.assembly
-    steps, given = scene.solver.steps_per_contact, scene.accuracy.step
+    asked = scene.solver.steps_per_contact
     contacts = []
     for i, contact in enumerate(assembly.mechanism.contacts):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         half = system.coordinates.half_period(contact)
-        resolution = resolution_of(half, steps_of(contact.law, steps), given)
-        contacts.append(ContactItem(system, contact, i, resolution, log))
+        pace = pace_of_strike(half, contact.law, asked)
+        contacts.append(ContactItem(system, contact, i, pace, log))
     channels: list[ChannelItems] = []
     first = len(contacts)
     for channel in assembly.mechanism.channels:
-        resolution = resolution_of(wall_half_period(assembly, channel), WALL_SHARE * steps, given)
-        channels.append(ChannelItems(system, channel, first, resolution, log))
+        pace = pace_of_wall(wall_half_period(assembly, channel), asked)
+        channels.append(ChannelItems(system, channel, first, pace, log))
         first += len(channels[-1].contacts)
     return contacts, channels
 

@@ -163,7 +163,7 @@ class Loop:
     stop_reason: str = ""
     stop_advice: str = ""
     interrupted: bool = False
-    error: Exception | None = None
+    error: BaseException | None = None
     _first: float = 0.0
     _told: float = 0.0
     _goal_rate: float = 0.0
@@ -188,11 +188,12 @@ class Loop:
     def after_step(self, mbs: Any, time: float) -> bool:
         """Called by the solver after each step; False ends the run.
 
-        Nothing may be raised through the solver: it is kept in `error` for the caller.
+        Nothing may be raised through the solver, Ctrl-C included: it is kept in `error` for the
+        caller.
         """
         try:
             return self._after_step(mbs, time) and not self.interrupted
-        except Exception as error:
+        except BaseException as error:
             self.error = error
             return False
 
