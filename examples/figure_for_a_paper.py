@@ -18,3 +18,6 @@ axes.set_xlim(1e3 * strike.begin - 5, 1e3 * lever.time[-1])
 axes.set_xlabel("time (ms)")
 axes.set_ylabel("lever (deg)")
 figure.savefig("lever.pdf")
+
+# The program's own figures have a style for print, too: one column wide, without titles.
+result.plot.coordinates(style="print").savefig("coordinates.pdf")

@@ -61,8 +61,8 @@ CLEAR = "clearance.yaml"
 class Verdict:
     """What became of a scene.
 
-    `ratio` is the deviation of S over the tolerance, to the horizon; `tip` that of the lever's tip,
-    to the end.
+    `ratio` is the deviation of named points over the tolerance, to the horizon; `tip` that of the
+    lever's tip, to the end.
     """
 
     kind: str

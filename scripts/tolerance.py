@@ -7,10 +7,10 @@ Usage:
   .venv/bin/python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
 
 `spline_N` is `spline_track` with a cam through N points, rounded to microns as in a file; on
-`coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of S and of the
-lever's tip, m, over the run, against the Lagrangian with a tolerance of 1e-11 m. Scenes with
-clearance go on for less than half a turn. Flagged are errors
-above the tolerance, and where both are more than a hundred times below it. Seconds are of processor
+`coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of all named
+points, and of the lever's tip by its angle, m, over the run, against the Lagrangian with a tolerance
+of 1e-11 m. Scenes with clearance go on for less than half a turn. Flagged are errors above the
+tolerance, and where both are more than a hundred times below it. Seconds are of processor
 time, the least of some solves. At the end the larger of both errors is printed as a table.
 """
 
@@ -139,7 +139,7 @@ def main() -> None:
     parser.add_argument("--turns", type=float, default=2.0)
     parser.add_argument("--repeat", type=int, default=2, help="runs, of which the fastest counts")
     options = parser.parse_args()
-    head = ("scene", "tolerance", "S, m", "tip, m", "of it", "steps", "s", "")
+    head = ("scene", "tolerance", "points, m", "tip, m", "of it", "steps", "s", "")
     print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
     rows = []
     for name, engine in product(options.models, options.engine):

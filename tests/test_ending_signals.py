@@ -15,7 +15,7 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.ctrl_c import interrupts, patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, interrupts
 from exudyn_flexlink.cli.ending import ended_by_signals
 from exudyn_flexlink.storage import StorageError, load, staged_files, staged_folder
 from exudyn_flexlink.storage.leftovers import Owned, remove_leftovers
@@ -106,7 +106,7 @@ def test_asked_to_end_before_anything_is_computed(monkeypatch, capsys):
     """Also where Ctrl-C is ignored, as in the background jobs of a shell."""
 
     def prepare(*_, **__):
-        with patience():
+        with deferrable_interrupts():
             ask()
 
     monkeypatch.setattr(engines, "simulate", prepare)

@@ -18,7 +18,7 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.ctrl_c import ends_runs, interrupts, patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs, interrupts
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import save_figures
@@ -131,16 +131,16 @@ def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
 
 
 def test_ctrl_c_is_as_ever_before_the_solve_and_after():
-    with pytest.raises(KeyboardInterrupt), patience():
+    with pytest.raises(KeyboardInterrupt), deferrable_interrupts():
         press()
     ended = []
-    with patience() as patient:
+    with deferrable_interrupts() as ctrl_c:
         with interrupts(lambda: ended.append(True)):
             press()
         assert ended
-        assert not patient.pressed
+        assert not ctrl_c.pending
         press()
-    assert patient.pressed
+    assert ctrl_c.pending
     with pytest.raises(KeyboardInterrupt):
         press()
 

@@ -181,11 +181,13 @@ def test_a_curvature_jump_costs_no_order() -> None:
     assert found[0] / found[1] == pytest.approx(4, rel=0.25)
 
 
-def test_a_foil_lies_on_its_wall_between_bounces() -> None:
-    """6.07 % of the time, by the Lagrangian: steps too short lost both the energy and the wall."""
-    result = simulate(load_scene(MODELS / "foil.yaml"), measure=False)
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_foil_lies_on_its_wall_between_bounces(engine: str) -> None:
+    """6.08 % of the time, and small bounces end below 1e-8 m: at 1e-6 m it is 6.1 to 6.2 %."""
+    tight = ["accuracy.tolerance=1e-8"]
+    result = simulate(load_scene(MODELS / "foil.yaml", tight), engine, measure=False)
     free = contact_totals(result, "sleeve").fractions[State.FREE]
-    assert 1 - free == pytest.approx(0.0607, rel=1e-2)
+    assert 1 - free == pytest.approx(0.0608, rel=2e-3)
     assert result.checks.energy_residual < 1e-6 * result.checks.largest_kinetic_energy
 
 

@@ -280,6 +280,16 @@ def test_walls_are_for_the_implicit_method(model: str) -> None:
     assert isinstance(prepare(load_scene(MODELS / model)).stepper, CompiledStepper)
 
 
+def test_to_compile_is_a_phase_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solver time of the first run is that of the second."""
+    scene = load_scene(MODELS / "rigid.yaml", ["run.turns=0.01"])
+    assert "compile" not in simulate(scene, "lagrangian").timings
+    module = sys.modules["exudyn_flexlink.engines.lagrangian.run"]
+    monkeypatch.setattr(module, "compilation", lambda _: "once")
+    timings = simulate(scene, "lagrangian").timings
+    assert list(timings) == ["prepare", "compile", "solve", "process"]
+
+
 def test_a_dead_centre_ends_the_run_and_says_so() -> None:
     """A circle that does not go round C: the guide's axis comes to touch it."""
     scene = load_scene(

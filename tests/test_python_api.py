@@ -251,6 +251,10 @@ def test_figures_by_name(run, tilting):
     figure.savefig("s.pdf")
     assert Path("s.pdf").read_bytes().startswith(b"%PDF")
     assert tilting.plot.guide_contact() is not None
+    narrow = run.plot.coordinates(style="print").get_figwidth()
+    assert narrow < 0.5 * figure.get_figwidth()
+    with pytest.raises(ValueError, match="no style 'prnt'; there are: screen, print"):
+        run.plot.coordinates(style="prnt")
     with pytest.raises(ValueError, match="nothing to show in the figure 'guide_contact'"):
         run.plot.guide_contact()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
@@ -20,16 +21,16 @@ if TYPE_CHECKING:
 class Comparison(PlainComparison):
     """Two runs at common instants: how far the watched point is apart, strikes in pairs."""
 
-    def plot(self) -> Figure:
+    def plot(self, style: str = "screen") -> Figure:
         """Draw both runs over each other, and their difference.
 
         Raises:
-            ValueError: the runs have no more than one instant in common.
+            ValueError: the runs have no more than one instant in common; there is no such style.
 
         """
         from exudyn_flexlink import plots
 
-        figure = plots.comparison(self)
+        figure = plots.comparison(self, style=style_of(style))
         if figure is None:
             raise ValueError("the runs have no more than one instant in common")
         return figure

@@ -142,19 +142,22 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     *,
     measure: bool = True,
+    retries: int = 0,
 ) -> Result:
     """Simulate a scene with ``"exudyn"`` or ``"lagrangian"``; a run that fails is a Result, too.
 
     Its `outcome` says whether it ran to its end. `progress` is called with the part that is done, 0
     to 1. Where contacts multiply errors a second run tells how large they are, unless `measure` is
-    False. Ctrl-C raises KeyboardInterrupt: signals are left alone.
+    False. A run whose own numbers are doubtful warns, and is made again up to `retries` times, each
+    time ten times as accurate. Ctrl-C raises KeyboardInterrupt: signals are left alone.
 
     Raises:
         NotRepresentableError: the engine can't represent a part of the scene.
         ValueError: there is no such engine.
 
     """
-    return own_result(engines.simulate(scene, engine, progress, measure=measure))
+    made = engines.simulate(scene, engine, progress, measure=measure, retries=retries)
+    return own_result(made)
 
 
 def load(folder: str | PathLike[str]) -> Result:

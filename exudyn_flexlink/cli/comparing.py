@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import (
@@ -223,13 +223,13 @@ def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
     compared = found.comparison
     both = (compared.first, compared.second)
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         for result, place in places:
             write(result, place, None)
         save_comparison(compared, folder, options.tolerance, whole=found.whole)
-    if patient.pressed or not found.whole or options.no_plots:
-        return INTERRUPTED if patient.pressed else DONE
+    if ctrl_c.pending or not found.whole or options.no_plots:
+        return INTERRUPTED if ctrl_c.pending else DONE
     return drawn(folder, lambda: _draw(compared, folder, places, look_of(options)))
 
 

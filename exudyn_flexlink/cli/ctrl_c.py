@@ -12,41 +12,41 @@ from types import FrameType
 from typing import Any
 
 
-class Patience:
-    """A handler of Ctrl-C that hands it on to the one `before`, until it has to hold it back."""
+class DeferrableInterrupt:
+    """A handler of Ctrl-C that hands it on to the one `before`, until it is told to defer it."""
 
     def __init__(self, before: Any) -> None:
         self._before = before
-        self._holds = False
-        self.pressed = False
-        """Whether Ctrl-C was held back."""
+        self._defers = False
+        self.pending = False
+        """Whether a Ctrl-C was deferred."""
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Take a Ctrl-C."""
-        if self._holds:
-            self.pressed = True
+        if self._defers:
+            self.pending = True
         elif callable(self._before):
             self._before(number, frame)
         elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
             raise KeyboardInterrupt
 
-    def hold(self) -> None:
-        """From now on, only take note."""
-        self._holds = True
+    def defer(self) -> None:
+        """From now on, only take note of Ctrl-C."""
+        self._defers = True
 
 
 @contextmanager
-def patience() -> Iterator[Patience]:
-    """Let Ctrl-C do what it did before until `hold` is called; then it is only taken note of."""
+def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
+    """Let Ctrl-C do what it did before, until `defer` is called on the handler."""
     before = getsignal(SIGINT)
-    patient = Patience(before)
+    handler = DeferrableInterrupt(before)
     try:
-        signal(SIGINT, patient)
+        signal(SIGINT, handler)
     except ValueError:  # not the main thread: Ctrl-C is not ours
-        yield patient
+        yield handler
         return
     try:
-        yield patient
+        yield handler
     finally:
         signal(SIGINT, SIG_DFL if before is None else before)
 
@@ -55,7 +55,7 @@ def patience() -> Iterator[Patience]:
 def interrupts(end: Callable[[], None]) -> Iterator[None]:
     """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
 
-    What follows in `simulate` puts the result together: there Ctrl-C is held back.
+    What follows in `simulate` puts the result together: there Ctrl-C is deferred.
     """
     try:
         before = signal(SIGINT, lambda *_: end())
@@ -65,15 +65,15 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        if isinstance(before, Patience):
-            before.hold()
+        if isinstance(before, DeferrableInterrupt):
+            before.defer()
         signal(SIGINT, before)
 
 
 @contextmanager
 def ends_runs() -> Iterator[None]:
-    """Let Ctrl-C end the runs that are made inside, as `interrupts` and `patience` say."""
+    """Let Ctrl-C end the runs that are made inside, as the two above say."""
     from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 
-    with stopped_by(Stopping(interrupts, patience)):
+    with stopped_by(Stopping(interrupts, deferrable_interrupts)):
         yield

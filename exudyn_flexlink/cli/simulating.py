@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import ends_runs, patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
@@ -224,11 +224,11 @@ def write(result: Result, folder: Path, look: Look | None) -> int:
     """
     from exudyn_flexlink.storage import save
 
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         save(result, folder)
-    if patient.pressed or look is None:
-        return INTERRUPTED if patient.pressed else DONE
+    if ctrl_c.pending or look is None:
+        return INTERRUPTED if ctrl_c.pending else DONE
     return drawn(folder, lambda: look.save_run(result, folder))
 
 

@@ -11,7 +11,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import ends_runs, patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import read_scene
@@ -55,11 +55,11 @@ def accuracy_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written(force=options.force) as folder:
             runs = _runs(scene, options)
-            with patience() as patient:
-                patient.hold()
+            with deferrable_interrupts() as ctrl_c:
+                ctrl_c.defer()
                 found = judge(runs)
                 save_accuracy(found, recommendation(found), folder)
-            code = INTERRUPTED if patient.pressed else DONE
+            code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
                 code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
     except (SceneError, StorageError, ImpossibleLengthError) as error:

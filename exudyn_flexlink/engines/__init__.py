@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.diagnostics.neighbour import Measured, measured_by, unmeasured
 from exudyn_flexlink.engines.diagnostics.retries import retried
-from exudyn_flexlink.engines.interrupts import LateInterruptError, patience
+from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -60,10 +60,10 @@ def simulate(
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     run = import_module(ENGINES[engine]).run
     # Matrices are small: numpy's threads would wait for one another most of the time.
-    with patience() as patient, threadpool_limits(limits=1, user_api="blas"):
+    with deferrable_interrupts() as ctrl_c, threadpool_limits(limits=1, user_api="blas"):
         result, interrupted = retried(run(scene, progress), lambda x: run(x, progress), retries)
     result = unmeasured(diagnosed(result))
-    if (patient.pressed or interrupted) and result.outcome.completed:
+    if (ctrl_c.pending or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
     return measured(result, progress).result if measure and result.error else result
 

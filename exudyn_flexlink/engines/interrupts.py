@@ -23,15 +23,15 @@ class LateInterruptError(KeyboardInterrupt):
         self.result = result
 
 
-class Patient(Protocol):
+class Deferred(Protocol):
     """Tells whether the user asked for the end while the result was put together."""
 
-    pressed: bool
+    pending: bool
 
 
 @dataclass
-class _Deaf:
-    pressed: bool = False
+class _NeverAsked:
+    pending: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Stopping:
     """Means to end a run: both are entered by the run itself.
 
     Inside `interrupts` the request calls a function, which ends the solve after the step under way;
-    inside `patience` and after that it is only taken note of.
+    inside `deferrable_interrupts` and after that it is only taken note of.
     """
 
     interrupts: Callable[[Callable[[], None]], AbstractContextManager[None]]
-    patience: Callable[[], AbstractContextManager[Patient]]
+    deferrable_interrupts: Callable[[], AbstractContextManager[Deferred]]
 
 
 _given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
@@ -65,7 +65,7 @@ def interrupts(end: Callable[[], None]) -> AbstractContextManager[None]:
     return nullcontext() if means is None else means.interrupts(end)
 
 
-def patience() -> AbstractContextManager[Patient]:
+def deferrable_interrupts() -> AbstractContextManager[Deferred]:
     """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
     means = _given.get()
-    return nullcontext(_Deaf()) if means is None else means.patience()
+    return nullcontext(_NeverAsked()) if means is None else means.deferrable_interrupts()

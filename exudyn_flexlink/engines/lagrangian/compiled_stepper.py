@@ -26,7 +26,7 @@ from exudyn_flexlink.engines.lagrangian.advance import (
 from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.course import Course
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.sampling import Block
+from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
@@ -63,15 +63,29 @@ class CompiledStepper:
     def begin(self) -> None:
         """Take up the state at time 0."""
         self.problem.begin()
-        size = len(self.problem.state)
-        self._buffer = Buffer(
-            np.zeros(self.room + 1),
-            np.zeros((self.room + 1, size)),
-            np.zeros((self.room, len(self.method.nodes), size)),
-            np.zeros(self.room + 1),
+        self._buffer = self._room_for(self.room)
+        self._buffer.memory[STEP] = self.first_step
+
+    def _room_for(self, steps: int) -> Buffer:
+        size = len(self.problem.system.start)
+        return Buffer(
+            np.zeros(steps + 1),
+            np.zeros((steps + 1, size)),
+            np.zeros((steps, len(self.method.nodes), size)),
+            np.zeros(steps + 1),
             np.zeros(10),
         )
-        self._buffer.memory[STEP] = self.first_step
+
+    def compile(self) -> None:
+        """Have everything compiled that steps and samples are made by: of no step, and none."""
+        system, buffer = self.problem.system, self._room_for(1)
+        course, none = system.course(), np.zeros(0)
+        advance(0.0, course, (self.method, self.control), system.watched(), buffer)
+        states = states_within(
+            none, buffer.times, buffer.states, buffer.changes, self.method.powers
+        )
+        motions_at(none, states, none, course, False)
+        system.motion(0.0, system.start)
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""

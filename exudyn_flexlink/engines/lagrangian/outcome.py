@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite
 from platform import python_version
 from threading import Event as Asked
-from time import perf_counter
 
 import numpy as np
 import scipy
@@ -61,8 +60,8 @@ class Prepared:
     tolerance: float  # m: error in positions that the run may make
 
 
-def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]) -> Result:
-    """Put the Result together; `clock` holds when the run began, was ready and was solved, s."""
+def finish(prepared: Prepared, complaint: str) -> Result:
+    """Put the Result together; its timings are still to come."""
     recorder, rig = prepared.recorder, prepared.rig
     kept = recorder.samples
     time = np.array(kept.time)
@@ -73,7 +72,7 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
     forces = Forces(rig, motions, poses, rates)
     events, end = prepared.system.events, prepared.solution.end
     laps = tuple(event for event in events if event.kind == "lap" and event.time < end)
-    result = Result(
+    return Result(
         scene=prepared.scene,
         engine="lagrangian",
         settings=_settings(prepared),
@@ -95,13 +94,6 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         warnings=(),
         outcome=_outcome(prepared, complaint),
     )
-    began, ready, solved = clock
-    timings = {
-        "prepare": ready - began,
-        "solve": solved - ready,
-        "process": perf_counter() - solved,
-    }
-    return replace(result, timings=timings)
 
 
 def _versions() -> dict[str, str]:

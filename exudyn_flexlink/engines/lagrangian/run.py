@@ -8,6 +8,7 @@ asks; where speeds jump, the explicit one.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from threading import Event as Asked
 from time import perf_counter
 
@@ -58,9 +59,17 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     """
     began = perf_counter()
     prepared = prepare(scene, progress)
-    ready = perf_counter()
+    timings = {"prepare": perf_counter() - began}
+    if isinstance(prepared.stepper, CompiledStepper) and compilation(advance) != "none":
+        began = perf_counter()
+        prepared.stepper.compile()
+        timings["compile"] = perf_counter() - began
+    began = perf_counter()
     complaint = solve(prepared)
-    return finish(prepared, complaint, (began, ready, perf_counter()))
+    timings["solve"] = perf_counter() - began
+    began = perf_counter()
+    result = finish(prepared, complaint)
+    return replace(result, timings={**timings, "process": perf_counter() - began})
 
 
 def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Prepared:
