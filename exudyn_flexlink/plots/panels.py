@@ -114,7 +114,8 @@ def along(result: Result) -> tuple[FloatArray, str]:
 
 def limits(axes: Axes, x: FloatArray) -> None:
     """Let the x-axis show a whole run, from left to right, also where `x` falls."""
-    axes.set_xlim(float(np.min(x)), float(np.max(x)))
+    if np.ptp(x) > 0:
+        axes.set_xlim(float(np.min(x)), float(np.max(x)))
     if x[-1] < x[0]:
         axes.invert_xaxis()  # a crank that turns clockwise
 
