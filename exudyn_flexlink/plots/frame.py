@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
 from exudyn_flexlink.plots.saving import MISSING
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, FAILED, GREY, SCREEN, Style
@@ -108,7 +108,7 @@ def _points(line: str, font: FontProperties) -> float:
     """Width of a line in points; a dollar sign is a letter, and begins no formula."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", MISSING)
-        return float(TextPath((0, 0), line.replace("$", "S"), prop=font).get_extents().width)
+        return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])
 
 
 def caption_of(result: Result) -> str:
