@@ -266,7 +266,7 @@ def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:
     drives = set(scene.drives) & set(assembly.surplus)
     if not (assembly.surplus and moves) or drives:
         return False
-    if formulation(scene, assembly.mechanism) != "minimal":
+    if formulation(scene) != "minimal":
         return False
     return always_redundant(assembly)
 

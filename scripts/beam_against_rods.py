@@ -1,7 +1,7 @@
 """The link as a beam against the link as rods: how far S is off, and what that costs.
 
 Usage:
-    python scripts/beam_against_rods.py [--out docs]
+  .venv/bin/python scripts/beam_against_rods.py [--out docs]
 
 Two scenes: models/smooth.yaml (one turn) and models/no_clearance.yaml (three quarters of a turn,
 with the strike, hinges as a beam's). The link is a beam of 1 to 16 elements, or 5 to 80 rods, of
@@ -22,8 +22,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
 from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.engines import simulate
@@ -71,11 +69,6 @@ class Answer:
     tip: float
     steps: int
     seconds: float
-
-    @property
-    def per_step(self) -> float:
-        """Process time of a step, us."""
-        return 1e6 * self.seconds / self.steps
 
 
 def settings_of(kind: str, count: int) -> list[str]:
@@ -160,13 +153,14 @@ def rods_that_equal(rods: list[Answer], beam: Answer, what: str) -> str:
 
 def tell(name: str, found: dict[str, list[Answer]]) -> None:
     """Print the table of a scene, and how many rods equal a few elements."""
-    columns = ("link", "n", "S off by m", "lever's tip m", "steps", "time s", "us/step")
-    table = Table(*columns, title=f"{name}: against a beam of {FINEST} elements")
+    print(f"**`{SCENES[name][0]}.yaml`, against a beam of {FINEST} elements**\n")
+    print("| link | number | S off by | lever's tip off by | steps | processor time |")
+    print("|---|---|---|---|---|---|")
     for kind, answers in found.items():
         for one in answers:
-            cost = (f"{one.steps}", f"{one.seconds:.2f}", f"{one.per_step:.0f}")
-            table.add_row(LABELS[kind], str(one.count), f"{one.s:.1e}", f"{one.tip:.1e}", *cost)
-    Console(width=100).print(table)
+            off = f"{1e3 * one.s:.2g} mm | {1e3 * one.tip:.2g} mm"
+            print(f"| {LABELS[kind]} | {one.count} | {off} | {one.steps} | {one.seconds:.2f} s |")
+    print()
     for beam in found["beam"][:4]:
         for what, words in (("s", "S"), ("tip", "the lever's tip")):
             if getattr(beam, what) == 0:

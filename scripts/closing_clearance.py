@@ -1,7 +1,7 @@
 """Let the clearance close: the link tends to the supported one, until the walls take over.
 
-  python scripts/closing_clearance.py
-  python scripts/closing_clearance.py --out docs --rods 4
+  .venv/bin/python scripts/closing_clearance.py
+  .venv/bin/python scripts/closing_clearance.py --out docs --rods 4
 
 Draws how far S is from that of rods held on the guide's axis (the same hinges, before the strike)
 over the clearance, for three stiffnesses of the walls, and how deep the walls give way. Writes

@@ -1,11 +1,11 @@
 """Penalty contact against the impulsive impact of the paper, both in the Lagrangian.
 
 Usage:
-    python scripts/impact_models.py stiffness [--out docs]   penalty to impulse as it stiffens
-    python scripts/impact_models.py rods [--out docs]        the strike over the number of rods
+  .venv/bin/python scripts/impact_models.py stiffness [--out docs]  penalty to impulse, stiffer
+  .venv/bin/python scripts/impact_models.py rods [--out docs]       over the number of rods
 
-The first prints how the lever's answer to the first strike tends to that of the impulse as the
-contact's stiffness k grows (its transition speed falls as 1/sqrt(k)), and with which power of k.
+The first prints and draws how the lever's answer to the first strike tends to that of the impulse
+as the contact's stiffness k grows (its transition speed falls as 1/sqrt(k)).
 The second prints and draws the answer for 2 to 40 rods under both models. Takes minutes.
 """
 
@@ -20,8 +20,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
 from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.effects import with_impact
@@ -38,8 +36,14 @@ STIFFNESS, SPEED = 2e4, 5e-3
 FACTORS = (1, 4, 16, 64, 256, 1024)
 RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
 WATCHED = {"least": "least angle (rad)", "rate": "rate after 0.2 ms (rad/s)"}  # of the lever
-LAST = 3  # stiffnesses from which the power is read
 SOON = 2e-4  # s after the first touch: the first impact is over, the link has hardly moved
+COLUMNS = (
+    "lever, least angle",
+    "greatest",
+    "rate after 0.2 ms",
+    "impulse",
+    "energy lost",
+)
 COLOURS = {"penalty": GREEN, "impulse": PURPLE}  # none of an engine
 
 
@@ -83,24 +87,23 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
 
 
 def stiffness(out: Path, look: Look) -> None:
-    """Print and draw how penalty tends to impulse; state the power of k."""
+    """Print and draw how penalty tends to impulse."""
     rods = 5
     with ProcessPoolExecutor(2) as pool:
         target = pool.submit(answer, rods, "impulse")
         runs = [pool.submit(answer, rods, "penalty", factor) for factor in FACTORS]
         limit, found = target.result(), [run.result() for run in runs]
-    table = _table(f"penalty to impulse, n = {rods}, beam", "k N/m")
-    for factor, one in [*zip(FACTORS, found, strict=True), (np.inf, limit)]:
-        table.add_row(f"{STIFFNESS * factor:.3g}", *_cells(one))
-    Console().print(table)
+    rows = [
+        [f"{STIFFNESS * factor:.3g} N/m", *_cells(one)]
+        for factor, one in zip(FACTORS, found, strict=True)
+    ]
+    rows.append(["impulse", *_cells(limit)])
+    tell(f"Stiffness of the contact, n = {rods}, `beam`", ["k"], rows)
     k = STIFFNESS * np.array(FACTORS)
     off = {
         name: np.array([getattr(one, name) - getattr(limit, name) for one in found])
         for name in WATCHED
     }
-    for name, label in WATCHED.items():
-        power = np.polyfit(np.log(k[-LAST:]), np.log(np.abs(off[name][-LAST:])), 1)[0]
-        print(f"lever's {label}: difference from the impulse falls as k^{power:.2f}")
     look.save(draw_stiffness, (k, off), out, "penalty_to_impulse")
 
 
@@ -133,10 +136,8 @@ def rods(out: Path, look: Look) -> None:
         for key, run in runs.items():
             found[key] = run.result()
             print(f"n = {key[0]}, {key[1]}: {found[key].seconds:.0f} s", file=sys.stderr)
-    table = _table("the first strike over the number of rods, beam", "n", "impact")
-    for (n, impact), one in found.items():
-        table.add_row(str(n), impact, *_cells(one))
-    Console().print(table)
+    rows = [[str(n), impact, *_cells(one)] for (n, impact), one in found.items()]
+    tell("Number of rods, `beam`", ["n", "impact"], rows)
     look.save(draw_rods, found, out, "rods_and_strike")
 
 
@@ -161,14 +162,18 @@ def draw_rods(found: dict[tuple[int, str], Answer], *, style: Style = SCREEN) ->
     return figure
 
 
-def _table(title: str, *first: str) -> Table:
-    columns = ("lever least rad", "greatest rad", "rate at 0.2 ms rad/s", "impulse N s", "lost J")
-    return Table(*first, *columns, title=title)
+def tell(title: str, first: list[str], rows: list[list[str]]) -> None:
+    """Print a table under its title."""
+    columns = [*first, *COLUMNS]
+    print(f"**{title}**\n")
+    for row in (columns, ["---"] * len(columns), *rows):
+        print(f"| {' | '.join(row)} |")
+    print()
 
 
 def _cells(one: Answer) -> list[str]:
-    angles = [f"{one.least:+.5f}", f"{one.greatest:+.5f}", f"{one.rate:+.3f}"]
-    return [*angles, f"{one.impulse:.4e}", f"{one.lost:.3e}"]
+    angles = [f"{one.least:+.5f} rad", f"{one.greatest:+.5f} rad", f"{one.rate:+.2f} rad/s"]
+    return [*angles, f"{1e3 * one.impulse:.3f} mN s", f"{1e3 * one.lost:.3f} mJ"]
 
 
 def main() -> None:

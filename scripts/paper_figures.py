@@ -1,8 +1,8 @@
 """Draw the paper's Fig. 3, 4 and 5 again: (a) without and (b) with clearance, side by side.
 
-  python scripts/paper_figures.py
-  python scripts/paper_figures.py --out docs --engine lagrangian --turns 4
-  python scripts/paper_figures.py --out paper --format pdf --style print
+  .venv/bin/python scripts/paper_figures.py
+  .venv/bin/python scripts/paper_figures.py --out docs --engine lagrangian --turns 4
+  .venv/bin/python scripts/paper_figures.py --out paper --format pdf --style print
 
 Writes paper_fig3 (coordinates of S), paper_fig4 (the "divergence" in both readings of the paper:
 the struck lever's response, and how far runs part that start 1e-6 rad apart, or lap pairs that

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from results import scene_from
 
-from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines import formulations, simulate
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.mechanism import formulation, is_minimal
+from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.result import Result
@@ -46,34 +46,26 @@ def common(one: Result, other: Result) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("model", "expected"),
+    "model",
     [
-        ("no_clearance.yaml", "minimal"),
-        ("smooth.yaml", "minimal"),
-        ("rigid.yaml", "minimal"),
-        ("spline_track.yaml", "minimal"),
-        ("clearance.yaml", "redundant"),
-        ("supported.yaml", "redundant"),
+        "no_clearance.yaml",
+        "smooth.yaml",
+        "rigid.yaml",
+        "spline_track.yaml",
+        "clearance.yaml",
+        "clearance_friction.yaml",
+        "supported.yaml",
     ],
 )
-def test_auto_takes_the_tree_where_there_is_one(model: str, expected: str) -> None:
+def test_auto_takes_minimal_coordinates_for_every_mechanism(model: str) -> None:
     scene = load_scene(MODELS / model)
-    mechanism = assemble_scene(scene).mechanism
-    assert formulation(scene, mechanism) == expected
-    assert is_minimal(mechanism) == (expected == "minimal")
+    assert formulation(scene) == "minimal"
+    assert formulations(scene, "exudyn")[:2] == ("minimal", "redundant")
 
 
 def test_a_fixed_step_is_for_joints_unless_the_tree_is_asked_for() -> None:
     scene = load_scene(MODELS / "smooth.yaml", ["accuracy={step: 1e-3}"])
-    mechanism = assemble_scene(scene).mechanism
-    assert formulation(scene, mechanism) == "redundant"
-
-
-def test_walls_are_refused_where_they_stand() -> None:
-    scene = load_scene(MODELS / "clearance.yaml", ["solver.formulation=minimal"])
-    with pytest.raises(NotRepresentableError, match="no walls") as caught:
-        simulate(scene)
-    assert caught.value.path == ("joints", "sleeve")
+    assert formulation(scene) == "redundant"
 
 
 def test_motors_and_slots_fix_coordinates() -> None:

@@ -93,28 +93,6 @@ def test_between_samples_of_one_instant_values_are_finite():
     assert found[1] == pytest.approx(0.5)
 
 
-def told(kind):
-    return lambda summary: summary.update(
-        events=[event for event in summary["events"] if event["kind"] == kind]
-    )
-
-
-EVENTS = {
-    "backwards": lambda summary: summary.update(events=summary["events"][::-1]),
-    "only ends": told("contact ends"),
-    "only begins": told("contact begins"),
-    "of an unknown kind": lambda summary: [e.update(kind="dance") for e in summary["events"]],
-    "all at once": lambda summary: [e.update(time=0) for e in summary["events"]],
-    "without details": lambda summary: [e.update(details={}) for e in summary["events"]],
-}
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("which", EVENTS)
-def test_odd_events_are_drawn(which, rigid, capsys):
-    plotted(rigid, capsys, EVENTS[which])
-
-
 @pytest.mark.filterwarnings("error")
 def test_what_does_not_move_is_drawn(rigid, capsys):
     plotted(replace(rigid, poses=0 * rigid.poses, rates=0 * rigid.rates), capsys)

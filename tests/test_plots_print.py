@@ -48,7 +48,7 @@ def tilting():
 @pytest.fixture(scope="module")
 def parting(rigid):
     """A run whose errors outgrow the tolerance in its third lap."""
-    error = MeasuredError(("link.end",), 1e-6, 2e-3, 1.5, None, {"tolerance": 1e-7})
+    error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, exceeds_from=1.5)
     return replace(rigid, error=error)
 
 
@@ -320,13 +320,15 @@ def test_only_what_lies_beyond_is_shaded(parting):
 
 
 def test_a_run_within_its_tolerance_has_no_shade(rigid):
-    within = replace(rigid, error=MeasuredError(("link.end",), 1e-6, 2e-7))
+    within = replace(rigid, error=MeasuredError(("link.end",), limit=1e-6, largest=2e-7))
     for run in (rigid, within):
         assert not any("horizon" in words(figure) for figure in figures(run).values())
 
 
 def test_a_neighbour_that_stopped_leaves_the_rest_unknown(rigid):
-    stopped = replace(rigid, error=MeasuredError(("link.end",), 1e-6, 2e-7, stopped=0.7))
+    stopped = replace(
+        rigid, error=MeasuredError(("link.end",), limit=1e-6, largest=2e-7, stopped=0.7)
+    )
     assert "error not known" in words(energy(stopped))
 
 

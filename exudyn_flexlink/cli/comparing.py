@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import patience
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import (
@@ -30,7 +31,7 @@ from exudyn_flexlink.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.compare import Comparison
+    from exudyn_flexlink.comparison import Comparison
     from exudyn_flexlink.result import Result
     from exudyn_flexlink.scene import Scene
 
@@ -87,8 +88,8 @@ def _both_engines(options: argparse.Namespace) -> Found:
         NothingToCompareError: interrupted before there was anything of both.
 
     """
-    from exudyn_flexlink.compare import compare
-    from exudyn_flexlink.engines.neighbours import retuned
+    from exudyn_flexlink.comparison import compare
+    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import require_length
 
     scene = read_scene(options, options.impact)
@@ -125,8 +126,8 @@ def _without_effects(options: argparse.Namespace) -> Found:
         NothingToCompareError: interrupted before there was anything of both.
 
     """
-    from exudyn_flexlink.compare import compare_variants
-    from exudyn_flexlink.engines.neighbours import retuned
+    from exudyn_flexlink.comparison import compare_variants
+    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import load_scene, require_length
 
     engine = options.engine or "exudyn"
@@ -217,7 +218,6 @@ class Runs:
 
 def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, which Ctrl-C does not hinder, then figures; returns the code, see `drawn`."""
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save_comparison
 
     compared = found.comparison

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from exudyn_flexlink.cli.ctrl_c import patience
 from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain
 
 
@@ -33,7 +34,6 @@ class Place:
             StorageError: the target can't be written; see `staged_folder`.
 
         """
-        from exudyn_flexlink.engines.interrupts import patience
         from exudyn_flexlink.storage import KeptBesideError, staged_folder
 
         with patience() as patient:

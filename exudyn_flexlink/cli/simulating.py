@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import ends_runs, patience
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.scene import Scene
 
 LAGRANGIAN_ALONE = (
-    "relative and absolute tolerance are for '--engine lagrangian'; "
-    "for Exudyn set accuracy.tolerance"
+    "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its formulation's"
 )
 
 
@@ -65,7 +65,7 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
     from exudyn_flexlink.engines.interrupts import LateInterruptError
 
     try:
-        return run(scene, options.engine, options), False
+        return run(scene, options.engine, options, retries=options.retries), False
     except LateInterruptError as error:
         return error.result, True
 
@@ -112,7 +112,7 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
     from exudyn_flexlink.sensitivity import sensitivity
 
     try:
-        with progress_bar(options.quiet, "again, to measure errors") as progress:
+        with progress_bar(options.quiet, "again, to measure errors") as progress, ends_runs():
             found = engines.measured(result, progress)
     except LateInterruptError as error:
         return error.result, "", True
@@ -123,11 +123,9 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
 
 def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     """Tell whether a setting of the command line means nothing to Exudyn."""
-    keys = ("accuracy.relative_tolerance", "accuracy.absolute_tolerance")
-    whole = "relative_tolerance:", "absolute_tolerance:"
     return any(
-        setting.startswith(keys)
-        or (setting.startswith("accuracy=") and any(key in setting for key in whole))
+        setting.startswith("solver.integrator")
+        or (setting.startswith("solver=") and "integrator:" in setting)
         for setting in options.settings
     )
 
@@ -183,8 +181,14 @@ COMPILING = {
 }
 
 
-def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
-    """Run an engine, and show its progress: `what` is going on.
+def run(
+    scene: Scene,
+    engine: str,
+    options: argparse.Namespace,
+    what: str = "simulating",
+    retries: int = 0,
+) -> Result:
+    """Run an engine, and show its progress: `what` is going on; for `retries` see `simulate`.
 
     Raises:
         SceneError: the engine can't represent what the scene asks for; shown where it stands.
@@ -200,8 +204,8 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         if compiles != "none":
             complain(f"hint: {COMPILING[compiles]}")
         before = "" if compiles == "none" else "compiling"
-        with progress_bar(options.quiet, what, before) as progress:
-            return engines.simulate(scene, engine, progress, measure=False)
+        with progress_bar(options.quiet, what, before) as progress, ends_runs():
+            return engines.simulate(scene, engine, progress, measure=False, retries=retries)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
         why = f"; '--impact {options.impact}' asks for it" if asked else ""
@@ -218,7 +222,6 @@ def write(result: Result, folder: Path, look: Look | None) -> int:
         StorageError: the folder can't be written.
 
     """
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save
 
     with patience() as patient:

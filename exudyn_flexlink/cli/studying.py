@@ -11,6 +11,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import ends_runs, patience
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import read_scene
@@ -42,7 +43,6 @@ SAFETY = 2.0
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     from exudyn_flexlink.accuracy import NothingRunError, judge
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.loading import ImpossibleLengthError, require_length
     from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
@@ -83,7 +83,6 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
     methods: list[Method] = methods_of(
         scene,
         {engine: engines.formulations(scene, engine) for engine in ENGINES},
-        [engine for engine in ENGINES if not engines.takes_tolerance(scene, engine)],
     )
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:
@@ -109,7 +108,8 @@ class Solver:
         watch = Watch(allowed, self._show)
         began = time.process_time()
         try:
-            result = engines.simulate(scene, engine, watch, measure=False)
+            with ends_runs():
+                result = engines.simulate(scene, engine, watch, measure=False)
         except LateInterruptError as error:
             if not watch.given_up:
                 raise

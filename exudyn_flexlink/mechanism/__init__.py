@@ -63,7 +63,6 @@ from exudyn_flexlink.mechanism.schedule import (
     wall_half_period,
 )
 from exudyn_flexlink.mechanism.tracks import build_curves
-from exudyn_flexlink.mechanism.tree import is_minimal
 
 __all__ = [
     "GROUND",
@@ -111,7 +110,6 @@ __all__ = [
     "face_length",
     "formulation",
     "half_period",
-    "is_minimal",
     "joint_residuals",
     "kept_interval",
     "least_tolerance",

@@ -10,7 +10,6 @@ from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
 from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import GROUND, Channel, FaceContact, Mechanism
-from exudyn_flexlink.mechanism.tree import is_minimal
 from exudyn_flexlink.scene import Scene
 
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
@@ -78,8 +77,8 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     return TurnGoal(first, second, start, 2 * pi * run.turns)
 
 
-def formulation(scene: Scene, mechanism: Mechanism) -> str:
-    """How Exudyn represents the scene: what it asks for, or the fastest that can.
+def formulation(scene: Scene) -> str:
+    """How Exudyn represents the scene: what it asks for, or the fastest.
 
     Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
     for redundant ones.
@@ -87,7 +86,7 @@ def formulation(scene: Scene, mechanism: Mechanism) -> str:
     asked = scene.solver.formulation
     if asked != "auto":
         return asked
-    return "minimal" if scene.accuracy.step is None and is_minimal(mechanism) else "redundant"
+    return "minimal" if scene.accuracy.step is None else "redundant"
 
 
 def half_period(assembly: Assembly, contact: FaceContact) -> float:

@@ -29,15 +29,6 @@ HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 ROOT = -1
 
 
-class NotMinimalError(ValueError):
-    """A mechanism is no tree; `path` names the part of the scene at fault."""
-
-    def __init__(self, path: tuple[str, ...], message: str) -> None:
-        super().__init__(f"{'.'.join(path)}: {message}")
-        self.path = path
-        self.message = message
-
-
 @dataclass(frozen=True)
 class Frame:
     """Axes at a place (m) of a link's axes, turned by `angle` (rad); link ROOT is the ground."""
@@ -156,16 +147,7 @@ class TreeLayout:
 
 
 def tree_layout(mechanism: Mechanism) -> TreeLayout:
-    """Find the spanning tree of a mechanism.
-
-    Raises:
-        NotMinimalError: there is something that a tree can't have.
-
-    """
-    for channel in mechanism.channels:
-        raise NotMinimalError(
-            ("joints", channel.name), "minimal coordinates have no walls; 'redundant' has"
-        )
+    """Find the spanning tree of a mechanism."""
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
         found = hinge_between(layout, motor.first, motor.second)
@@ -175,15 +157,6 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
             layout.motors[found[0]] = (motor, found[1])
     _place_slots(layout, mechanism)
     return layout
-
-
-def is_minimal(mechanism: Mechanism) -> bool:
-    """Tell whether `tree_layout` can represent a mechanism."""
-    try:
-        tree_layout(mechanism)
-    except NotMinimalError:
-        return False
-    return True
 
 
 def hinge_between(layout: TreeLayout, first: int, second: int) -> tuple[int, float] | None:

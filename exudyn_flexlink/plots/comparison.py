@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import Comparison
+from exudyn_flexlink.comparison import Comparison
+from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.plots.frame import Words, framed_figure, links_of, stopped
 from exudyn_flexlink.plots.panels import (
     BEYOND,
@@ -124,7 +125,7 @@ def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> Non
     """Draw the distance of the points and, below, the differences of the angles."""
     factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
     _logarithmic(rows[0], x, [factor * compared.deviation.distance])
-    rows[0].set_ylabel(f"difference of\n{compared.point} ({unit})")
+    rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)} ({unit})")
     if compared.levers:
         angles = compared.angle_differences
         _logarithmic(rows[1], x, list(angles.values()), list(angles) if len(angles) > 1 else ())

@@ -6,6 +6,7 @@ import textwrap
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -20,6 +21,15 @@ LINE = 0.022  # inches, of a line of text for each point of its font
 LETTERS = 145  # that fit into an inch of a line, over the points of their font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out
 EDGE = 0.1  # inches, left and right of text
+
+
+class ShownFigure(Figure):
+    """A figure that a notebook shows as the value of a cell, with its inline backend or without."""
+
+    def _repr_png_(self) -> bytes:
+        written = BytesIO()
+        self.savefig(written, format="png", dpi=100)
+        return written.getvalue()
 
 
 def new_figure(result: Result, subject: str, height: float, style: Style = SCREEN) -> Figure:
@@ -70,7 +80,7 @@ def framed_figure(words: Words, height: float, style: Style = SCREEN) -> Figure:
     top = line_height * len(above) + 0.12 * bool(above)
     bottom = line_height * len(below) + 0.08 * bool(below)
     whole = style.scale * height + top + bottom
-    figure = Figure(
+    figure = ShownFigure(
         figsize=(style.width, whole), dpi=style.dpi, layout="constrained", facecolor="white"
     )
     engine = figure.get_layout_engine()

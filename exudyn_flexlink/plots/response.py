@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
-    IMPACT,
     LeverResponse,
     Strike,
     crank_angle,
@@ -103,7 +102,9 @@ def _whole_run(
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     """Tick every impact at the lower edge: impulses have no duration that a span could show."""
     own = [n for n, c in result.scene.contacts.items() if split_point(c.line[0])[0] == body]
-    hits = [event.time for event in result.events if event.kind == IMPACT and event.name in own]
+    hits = [
+        interval.begin for n in own for interval in result.contacts[n].touches if interval.impact
+    ]
     if hits:
         ground = axes.get_xaxis_transform()
         style: dict[str, Any] = {

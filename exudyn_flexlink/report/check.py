@@ -26,7 +26,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
     wall_half_period,
 )
-from exudyn_flexlink.mechanism.tree import NotMinimalError, tree_layout
+from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -268,7 +268,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
     in_contact, fixed_step = estimated_steps(assembly, scene)
     mechanism = assembly.mechanism
-    rows = [["time", _time(scene, duration)]]
+    rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.contacts]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     if fixed_step is not None:
@@ -277,13 +277,16 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     else:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
-    form = formulation(scene, mechanism)
+    form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
-    if form == "minimal":
-        rows += [["", f"refused: {why}"] for why in _not_minimal(mechanism)]
     if in_contact is not None and form != "minimal":
         rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
     return ["Run", *table(rows)]
+
+
+def _watched(scene: Scene) -> str:
+    shown, judges = watched_point(scene), judged_points(scene)
+    return f"{shown} is shown; errors are judged by {'it' if len(judges) == 1 else name_of(judges)}"
 
 
 _FORMULATIONS = {
@@ -291,15 +294,6 @@ _FORMULATIONS = {
     "redundant": "redundant: rigid bodies held by joints, steps of order 2",
     "beam": "beam: rigid bodies held by joints and the link as a beam, steps of order 2",
 }
-
-
-def _not_minimal(mechanism: Mechanism) -> list[str]:
-    """Say why a mechanism has no minimal coordinates, which a scene may ask for all the same."""
-    try:
-        tree_layout(mechanism)
-    except NotMinimalError as error:
-        return [str(error)]
-    return []
 
 
 def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:

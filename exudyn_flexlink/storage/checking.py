@@ -35,7 +35,7 @@ def check_result(result: Result) -> None:
     """
     _check_kinds(result)
     _check_names(result)
-    _check_events(result)
+    _check_laps(result)
 
 
 def _check_kinds(result: Result) -> None:
@@ -83,13 +83,12 @@ def _extremes_of(scene: Scene) -> tuple[str, ...]:
     return (*watched.names, *own)
 
 
-def _check_events(result: Result) -> None:
-    places = (*result.scene.contacts, *result.scene.joints)
+def _check_laps(result: Result) -> None:
     end = max(float(result.time[-1]), result.outcome.time)
-    for event in result.events:
-        _require("events", _texts((event.kind, event.name)) and _numbers(event.details))
-        _require("events", event.name.startswith(places) and _instant(event.time))
-        _require("events", event.time <= end * (1 + ROUNDING))
+    for lap in result.laps:
+        _require("laps", lap.kind == "lap" and lap.name in result.scene.joints)
+        _require("laps", _instant(lap.time) and _numbers(lap.details))
+        _require("laps", lap.time <= end * (1 + ROUNDING))
 
 
 def _require(entry: str, holds: bool) -> None:

@@ -12,7 +12,7 @@ from exudyn_flexlink.engines.exudyn.redundant import run as redundant
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.outcome import finish
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, formulation, is_minimal
+from exudyn_flexlink.mechanism import Mechanism, formulation
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import ImpulseLaw, Scene
 
@@ -29,7 +29,7 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     began = perf_counter()
     _refuse_impulses(scene)
     assembly = assemble_scene(scene)
-    if formulation(scene, assembly.mechanism) == "minimal":
+    if formulation(scene) == "minimal":
         prepared = minimal.prepare(scene, assembly, progress)
         ready = perf_counter()
         complaint = minimal.solve(prepared)
@@ -57,10 +57,8 @@ def formulations(scene: Scene) -> tuple[str, ...]:
 
     """
     mechanism = assemble_scene(scene).mechanism
-    found = ["redundant"]
-    if is_minimal(mechanism):
-        found.insert(0 if scene.accuracy.step is None else 1, "minimal")
-    return (*found, "beam") if _has_beams(scene, mechanism) else tuple(found)
+    found = ("minimal", "redundant") if scene.accuracy.step is None else ("redundant", "minimal")
+    return (*found, "beam") if _has_beams(scene, mechanism) else found
 
 
 def _has_beams(scene: Scene, mechanism: Mechanism) -> bool:

@@ -66,7 +66,7 @@ class LinkKinematics:
         self._offset = np.array([complex(*link.offset) for link in links])
         across = np.array([link.kind == ALONG_Y for link in links], dtype=bool)
         self._along = np.where(self.hinge, 0.0, np.where(across, 1j, 1.0))
-        self._moved_by = np.vstack([above, np.zeros(count)]).astype(bool)  # the ground by none
+        self.moved_by = np.vstack([above, np.zeros(count)]).astype(bool)  # the ground by none
 
     def places(self, x: FloatArray) -> Places:
         """Return angles, axes and origins at coordinates (..., links)."""
@@ -94,10 +94,12 @@ class LinkKinematics:
 
     def moves(self, at: Places, links: NDArray[np.intp], points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
-        origin = at.origin[..., None, :-1]
-        by_hinge = 1j * (points[..., None] - origin)
-        moved = np.where(self.hinge, by_hinge, at.slide[..., None, :])
-        return np.asarray(np.where(self._moved_by[links], moved, 0.0))
+        return np.asarray(np.where(self.moved_by[links], self.carries(at, points), 0.0))
+
+    def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
+        """Derivatives (..., points, links) of points as if every link carried them."""
+        by_hinge = 1j * (points[..., None] - at.origin[..., None, :-1])
+        return np.asarray(np.where(self.hinge, by_hinge, at.slide[..., None, :]))
 
 
 Array = TypeVar("Array", FloatArray, ComplexArray)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import Press
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, press_by
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
@@ -25,8 +24,10 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Reaches,
     start_coordinates,
 )
-from exudyn_flexlink.engines.exudyn.minimal.radau import NOT_TOUCHING, Evaluation
+from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
+from exudyn_flexlink.integrate.problem import NO_CONTACT, Evaluation, Press
 from exudyn_flexlink.mechanism import Assembly, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
@@ -53,6 +54,7 @@ class Whole(NamedTuple):
     mass: FloatArray
     force: FloatArray
     pushes: list[tuple[float, float]]  # of contacts: pressing force, N, and the power it takes, W
+    wall: WallPush | None  # what pairs of link and guide do that press
 
 
 NO_PUSHES: list[tuple[float, float]] = []
@@ -70,7 +72,7 @@ class MinimalModel:
         self._reaches = Reaches(layout, self.kinematics, [part.reach for part in mechanism.parts])
         self.coordinates = self._coordinates(events)
         self.stiffness, self.damping, self._rest = np.zeros((3, count))
-        self._across = _Across(count)
+        self._across = SpringsAcross(count)
         for spring in mechanism.springs:
             self._add_spring(spring)
         self.torques = [
@@ -79,6 +81,7 @@ class MinimalModel:
         ]
         self._springy: tuple[FloatArray, FloatArray] | None = None
         self.contacts = [MinimalContact(layout, contact) for contact in mechanism.contacts]
+        self.walls = Walls(layout, self.kinematics, mechanism.channels)
         self._build(count)
 
     # --- building -----------------------------------------------------------------------------
@@ -175,9 +178,13 @@ class MinimalModel:
     def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
         held = self.coordinates.hold(t, q, v)
-        return [self._evaluate(at, one) for at, one in zip(t.tolist(), held, strict=True)]
+        walls: Sequence[WallPush | None] = [None] * len(held)
+        if len(self.walls.which):
+            x, speeds = (np.array([at[i] for at in held]) for i in (0, 1))
+            walls = self.walls.push(x, speeds)
+        return [self._evaluate(*at) for at in zip(t.tolist(), held, walls, strict=True)]
 
-    def _evaluate(self, t: float, held: Held) -> Evaluation:
+    def _evaluate(self, t: float, held: Held, wall: WallPush | None) -> Evaluation:
         x, speed, b, places, reach, place_rates = held
         data, solver, mbs = self._data, self._solver, self._mbs
         data.SetODE2Coordinates(x)
@@ -188,10 +195,12 @@ class MinimalModel:
         self._across.pull(x, speed, force)
         for motor, row in self.torques:
             force += motor.ramp.at(t) * row
-        pushes, touching = NO_PUSHES, NOT_TOUCHING
+        pushes, touching = NO_PUSHES, NO_CONTACT
         if self.contacts:
             pushes, touching = self._push(x, speed, force)
-        kept = Whole(t, x, speed, b, places, reach, place_rates, mass, force, pushes)
+        if wall is not None:
+            force += wall.force
+        kept = Whole(t, x, speed, b, places, reach, place_rates, mass, force, pushes, wall)
         left = force - mass @ b
         if reach is not None:
             return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, touching)
@@ -221,10 +230,20 @@ class MinimalModel:
             push, touch = contact.push(x, v, onto)
             pushes.append(push)
             touching.append(touch)
-        return pushes, np.array(touching) if touching else NOT_TOUCHING
+        return pushes, np.array(touching) if touching else NO_CONTACT
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs and dampers; what turns with the mechanism is left to the iteration."""
+        """Springs, dampers and walls; what turns with the mechanism is left to the iteration."""
+        stiffness, damping = self.springs(at)
+        whole: Whole = at.kept
+        if whole.wall is None:
+            return stiffness, damping
+        reach = np.eye(len(whole.x))[:, self._picked] if whole.reach is None else whole.reach
+        of_walls = self.walls.slopes(whole.wall, reach)
+        return stiffness + of_walls[0], damping + of_walls[1]
+
+    def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix of springs and dampers alone."""
         reach = at.kept.reach
         if reach is None and self._springy is not None:
             return self._springy
@@ -296,28 +315,6 @@ class MinimalModel:
         force = np.array([instant.force for instant in instants])
         whole = self.whole_accelerations(instants, free)
         return np.asarray((mass @ whole[:, :, None])[:, :, 0] - force)
-
-
-class _Across:
-    """Springs and dampers that act across several hinges of the tree, or none."""
-
-    def __init__(self, count: int) -> None:
-        self.stiffness, self.damping = np.zeros((2, count, count))
-        self._pull = np.zeros(count)
-        self._any = False
-
-    def add(self, row: FloatArray, stiffness: float, damping: float, rest: float) -> None:
-        """Add a spring whose angle is ``row @ x``, at rest where that is `rest` (rad)."""
-        square = np.outer(row, row)
-        self.stiffness += stiffness * square
-        self.damping += damping * square
-        self._pull += stiffness * rest * row
-        self._any = True
-
-    def pull(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> None:
-        """Add the generalised forces (links,)."""
-        if self._any:
-            onto += self._pull - self.stiffness @ x - self.damping @ v
 
 
 class _Body(NamedTuple):

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite
+from threading import Event as Asked
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
-from exudyn_flexlink.engines.exudyn.minimal.loop import MinimalLoop
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.reporting import Report, contact_events
-from exudyn_flexlink.mechanism import approach
+from exudyn_flexlink.engines.exudyn.reporting import Report
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
+from exudyn_flexlink.integrate.solve import Solution
+from exudyn_flexlink.integrate.stepper import ImplicitStepper
+from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.mechanism import FaceContact, anchor_position, approach, face_length
 from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import Scene
 
@@ -27,7 +33,10 @@ class MinimalRun:
 
     scene: Scene
     model: MinimalModel
-    loop: MinimalLoop
+    problem: MinimalProblem
+    stepper: ImplicitStepper
+    solution: Solution
+    asked: Asked  # whether the user asked to stop
     recorder: Recorder
     events: list[Event]
 
@@ -48,10 +57,7 @@ class _Reading:
         )
         self.slots = {slot.name for slot in self.mechanism.slots}
         self.places = np.array([s.places for s in samples]).reshape(len(samples), -1)
-        contacts = len(self.mechanism.contacts)
-        self.pressed = np.array(
-            [s.pressed or (False,) * contacts for s in samples], dtype=bool
-        ).reshape(len(samples), -1)
+        self.pressed = np.array([s.pressed for s in samples])
         self.a, self.left, self.totals = (
             np.concatenate(rows)
             for rows in (recorder.accelerations, recorder.left, recorder.totals)
@@ -63,18 +69,37 @@ class _Reading:
             for contact in self.mechanism.contacts
         ]
         self.pressing = np.zeros(self.pressed.shape)
-        for k, at in enumerate(self.approaches):
-            law = self.model.contacts[k].law
-            self.pressing[:, k] = self.pressed[:, k] * law.force(-at.gap, -at.gap_rate)
+        self.on_points = self._pressing()
         self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
+
+    def _pressing(self) -> list[tuple[FaceContact, FloatArray]]:
+        """Fill in the forces of contacts; return those (samples, 2) on the points that press, N."""
+        found = []
+        for k in np.flatnonzero(self.pressed.any(axis=0)).tolist():
+            contact, rows = self.run.recorder.contacts[k], self.pressed[:, k]
+            at = approach(contact, self.moved.poses[rows], self.moved.rates[rows])
+            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+            press = contact.law.force(-at.gap, -at.gap_rate)
+            self.pressing[rows, k] = press
+            push = np.zeros((len(rows), 2))
+            push[rows] = press[:, None] * at.normal
+            if contact.friction is not None:
+                rub = contact.friction.force(press, at.place_rate)
+                face = [anchor_position(end, self.moved.poses[rows])
+                        for end in (contact.start, contact.end)]  # fmt: skip
+                along = (face[1] - face[0]) / face_length(contact)
+                push[rows] += rub[:, None] * along
+            found.append((contact, push))
+        return found
 
     def report(self) -> Report:
         poses, rates = self.moved.poses, self.moved.rates
         energies = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
-        contacts = {}
+        contacts, written = {}, self._written()
         for k, contact in enumerate(self.mechanism.contacts):
-            at = self.approaches[k]
-            contacts[contact.name] = ContactHistory(at.gap, at.place, self.pressing[:, k])
+            at, force = self.approaches[k], self.pressing[:, k]
+            touches = written.intervals(k)
+            contacts[contact.name] = ContactHistory(at.gap, at.place, force, touches)
         return Report(
             settings=self._settings(),
             time=self.time,
@@ -84,11 +109,23 @@ class _Reading:
             joint_forces=self._joint_forces(),
             slot_forces={s.name: self.reactions.forces[s.name] for s in self.mechanism.slots},
             contacts=contacts,
-            sleeves={},
+            sleeves=sleeve_histories(self.mechanism, written, self.pressing),
             energy=EnergyHistory(*energies.T),
             extremes=self.run.recorder.seeker.extremes(),
-            events=self._events(),
+            laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
             checks=self._checks(),
+        )
+
+    def _written(self) -> Written:
+        entries, recorder = self.run.problem.entries, self.run.recorder
+        noted = zip(entries, recorder.at_notes, strict=True)
+        peaks = [contact.peak for contact in self.model.contacts]
+        return Written(
+            entries,
+            [recorder.totals_of(entry.index, at) for entry, at in noted],
+            recorder.totals_of,
+            lambda k: peaks[k] if k < len(peaks) else 0.0,  # of walls the seeker knows it
+            recorder.seeker,
         )
 
     def _settings(self) -> dict[str, float | str]:
@@ -100,33 +137,22 @@ class _Reading:
         if accuracy.step is not None:
             settings["step"] = accuracy.step
         if accuracy.tolerance is not None:
-            settings["tolerance"] = accuracy.tolerance
+            settings["tolerance"] = self.run.stepper.control.tolerance
         return settings
 
     def _checks(self) -> Checks:
-        loop, recorder = self.run.loop, self.run.recorder
+        stepper, recorder = self.run.stepper, self.run.recorder
         return Checks(
             energy_residual=recorder.energy_residual,
             largest_kinetic_energy=recorder.largest_kinetic_energy,
             constraint_error=recorder.constraint_error,
-            steps=loop.steps,
-            newton_iterations=loop.iterations,
-            smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
-            largest_step=loop.largest_step,
+            steps=stepper.steps,
+            newton_iterations=stepper.iterations,
+            smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
+            largest_step=stepper.largest,
             steps_per_contact=inf,  # the error is controlled there as everywhere
             largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
         )
-
-    def _events(self) -> tuple[Event, ...]:
-        names = [contact.name for contact in self.mechanism.contacts]
-        events = [event for event in self.run.events if event.time < self.run.loop.end]
-        # As it begins and ends a contact stores nothing: what it stored as the point slid off is
-        # lost.
-        entries, count = self.run.loop.entries, len(names)
-        noted = zip(entries, self.run.recorder.at_notes, strict=True)
-        totals = [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
-        events += contact_events(entries, totals, names)
-        return self.run.recorder.seeker.with_peaks(events)
 
     # --- reactions ----------------------------------------------------------------------------
 
@@ -174,13 +200,7 @@ class _Reading:
         for part, force in self.reactions.on_parts:
             if part >= 0:
                 given[part] += force
-        for k, contact in enumerate(self.mechanism.contacts):
-            at = self.approaches[k]
-            push = self.pressing[:, k, None] * at.normal
-            if contact.friction is not None:
-                rub = contact.friction.force(self.pressing[:, k], at.place_rate)
-                along = contact.side * np.stack([at.normal[:, 1], -at.normal[:, 0]], axis=-1)
-                push = push + rub[:, None] * along
+        for contact, push in self.on_points:
             if contact.point.part >= 0:
                 given[contact.point.part] += push
             if contact.start.part >= 0:

@@ -15,27 +15,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.collocation import NODES, STAGES, WEIGHTS, C
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
-from exudyn_flexlink.engines.exudyn.minimal.radau import Evaluation, Step
+from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS, C
+from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 BLOCK = 512  # steps that are worked off together
 
 
 class Sample(NamedTuple):
-    """One kept instant: coordinates, places on the slots' curves, which contacts press."""
+    """One kept instant: coordinates, places on the slots' curves, which contacts press.
+
+    Contacts are here and below those of the scene, then the pairs of its sleeves.
+    """
 
     time: float
     x: FloatArray
     v: FloatArray
     places: tuple[float, ...]
-    pressed: tuple[bool, ...]
+    pressed: BoolArray
 
 
 class Recorder:
@@ -53,6 +58,7 @@ class Recorder:
         self.grid = grid
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
+        self.contacts = [*self.mechanism.contacts, *model.walls.contacts]
         self.samples: list[Sample] = []
         self.accelerations: list[FloatArray] = []  # (samples, links) of each block
         self.left: list[FloatArray] = []
@@ -64,12 +70,12 @@ class Recorder:
         self._next = 1
         self._steps: list[Step] = []
         self._ends: list[Held] = []
-        self._pressed: list[tuple[bool, ...]] = []
+        self._pressed: list[BoolArray] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
         self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
         self._kept: list[Held] = []
         self._notes: list[int] = []  # steps of the block made before each note
-        self._reached = np.zeros(2 + 2 * len(model.contacts))  # totals at the end of the last step
+        self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
         self._begun: Evaluation | None = None
 
@@ -78,7 +84,7 @@ class Recorder:
         whole: Whole = at.kept
         self._on_curves = [self._places(whole.places)]
         held = Held(*whole[1:7])
-        self._check([held], self._reached[None, :], [self._acting()])
+        self._check([held], self._reached[None, :], self._acting()[None])
         self._on_curves = []
         self._begun = at
         self._keep(whole.t, held, 0, 0.0)
@@ -108,8 +114,19 @@ class Recorder:
         """Keep the totals at the end of the last step."""
         self._notes.append(len(self._steps))
 
-    def _acting(self) -> tuple[bool, ...]:
-        return tuple(contact.acts for contact in self.model.contacts)
+    def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
+        """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.
+
+        What a contact stores counts as lost: as it begins and ends it stores nothing, and what it
+        stored as its point slid off the face is lost.
+        """
+        totals = self._reached if at is None else at
+        count = len(self.contacts)
+        return float(totals[2 + contact]), float(totals[2 + count + contact])
+
+    def _acting(self) -> BoolArray:
+        of_scene = np.array([contact.acts for contact in self.model.contacts], dtype=bool)
+        return np.concatenate([of_scene, self.model.walls.touching])
 
     def _keep(self, t: float, at: Held, step: int, part: float) -> None:
         self.samples.append(Sample(t, at.x, at.v, self._places(at.places), self._acting()))
@@ -148,20 +165,20 @@ class Recorder:
         gained = np.einsum("si,sij->sj", _shares(parts), rates[rows, 1:])
         self.totals.append(reached[rows] + lengths[rows, None] * gained)
         self.at_notes += [reached[row] for row in self._notes]
-        self._check(self._ends, reached[1:], self._pressed)
-        self._seek([node.kept for node in nodes], lengths)
+        pressed = np.array(self._pressed)
+        self._check(self._ends, reached[1:], pressed)
+        self._seek([node.kept for node in nodes], lengths, pressed)
         self._reached = reached[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
         self._between, self._kept, self._notes = [], [], []
 
-    def _seek(self, kept: Sequence[Whole], lengths: FloatArray) -> None:
+    def _seek(self, kept: Sequence[Whole], lengths: FloatArray, pressed: BoolArray) -> None:
         """Look for extremes within the block's steps, whose nodes are `kept`."""
         x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         shape = (len(lengths), STAGES + 1, *found.poses.shape[1:])
         begins = np.array([step.t for step in self._steps])
         motion = found.poses.reshape(shape), found.rates.reshape(shape)
-        pressed = np.array(self._pressed, dtype=bool).reshape(len(lengths), -1)
         self.seeker.take(begins, lengths, motion, pressed)
 
     def _without_steps(self) -> None:
@@ -173,31 +190,31 @@ class Recorder:
         self.accelerations.append(self.model.whole_accelerations(at, free))
         self.left.append(self.model.left_over(at, free))
         self.totals.append(self._reached[None, :])
+        self.at_notes += [self._reached for _ in self._notes]
         self._between, self._kept = [], []
 
     def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
         """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""
-        count = len(self.model.contacts)
+        count, first = len(self.contacts), len(self.model.contacts)
         v = np.array([whole.v for whole in kept])
         rates = np.zeros((len(kept), 2 + 2 * count))
         rates[:, 0] = self.model.damped(v)
         rates[:, 1] = np.sum(left * v, axis=1)
         for motor, row in self.model.torques:
             rates[:, 1] += [motor.ramp.at(whole.t) for whole in kept] * (v @ row)
-        pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), count, 2)
-        rates[:, 2 : 2 + count], rates[:, 2 + count :] = pushes[..., 0], pushes[..., 1]
+        forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
+        pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), first, 2)
+        forces[:, :first], powers[:, :first] = pushes[..., 0], pushes[..., 1]
+        for i, whole in enumerate(kept):
+            if whole.wall is not None:
+                forces[i, first + whole.wall.which] = whole.wall.press
+                powers[i, first + whole.wall.which] = whole.wall.power
         return rates
 
-    def _check(
-        self,
-        kept: list[Held],
-        totals: FloatArray,
-        pressed: list[tuple[bool, ...]],
-    ) -> None:
+    def _check(self, kept: list[Held], totals: FloatArray, pressed: BoolArray) -> None:
         x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
-        acted = np.array(pressed, dtype=bool).reshape(len(kept), -1)
-        energies = self.energies(found.poses, found.rates, totals, acted)
+        energies = self.energies(found.poses, found.rates, totals, pressed)
         total = energies[:, 0] + energies[:, 1] + energies[:, 2] - energies[:, 3]
         if self._start_energy is None:
             self._start_energy = float(total[0])
@@ -209,17 +226,17 @@ class Recorder:
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
 
     def energies(
-        self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: NDArray[np.bool_]
+        self, poses: FloatArray, rates: FloatArray, totals: FloatArray, pressed: BoolArray
     ) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
-        count = len(self.model.contacts)
-        lost = totals[:, 0] + totals[:, 2 + count :].sum(axis=1)
-        for k, contact in enumerate(self.mechanism.contacts):
+        lost = totals[:, 0] + totals[:, 2 + len(self.contacts) :].sum(axis=1)
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact, rows = self.contacts[k], pressed[:, k]
             assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-            gap = approach(contact, poses, rates).gap
-            elastic = np.where(pressed[:, k], contact.law.stored_energy(-gap), 0.0)
-            stored, lost = stored + elastic, lost - elastic
+            elastic = contact.law.stored_energy(-approach(contact, poses[rows], rates[rows]).gap)
+            stored[rows] += elastic
+            lost[rows] -= elastic
         return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1)
 
 

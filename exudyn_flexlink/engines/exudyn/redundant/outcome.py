@@ -8,25 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.redundant.pace import ENOUGH_STEPS, few_steps, shortened
-from exudyn_flexlink.engines.exudyn.redundant.sleeves import sleeve_histories, wall_penetrations
+from exudyn_flexlink.engines.diagnostics.contacts import shortened
+from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     Report,
-    contact_events,
     no_solution_advice,
     result_of,
     turns_missing,
 )
-from exudyn_flexlink.engines.walls import made_finer, soft_walls
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
     ContactHistory,
     EnergyHistory,
-    Event,
     Outcome,
     Result,
 )
@@ -40,7 +38,7 @@ FloatArray = NDArray[np.float64]
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
     """Put the Result together; its timings are still to come."""
     report = _report(prepared, iterations)
-    warnings = _warnings(prepared, report)
+    warnings = _warnings(prepared)
     mechanism = prepared.assembly.mechanism
     return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
 
@@ -57,10 +55,11 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         joint_forces=_joint_forces(prepared, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
-        sleeves=sleeve_histories(prepared, kept["forces"]),
+        sleeves=sleeve_histories(prepared.assembly.mechanism, _written(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.recorder.seeker.extremes(),
-        events=_events(prepared),
+        # A lap that begins as the run ends is none.
+        laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
         checks=_checks(prepared, iterations),
     )
 
@@ -84,6 +83,20 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
+
+
+def _written(prepared: Prepared) -> Written:
+    """Return what the run wrote down of its contacts and of its channels' pairs."""
+    recorder, loop = prepared.recorder, prepared.loop
+    channels = (contact for channel in loop.channels for contact in channel.contacts)
+    items = {contact.index: contact for contact in (*loop.contacts, *channels)}
+    return Written(
+        loop.log.entries,
+        recorder.totals,
+        recorder.totals_of,
+        lambda k: items[k].peak,
+        recorder.seeker,
+    )
 
 
 def _torques(
@@ -125,21 +138,12 @@ def _slot_forces(
 def _contacts(
     prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
 ) -> dict[str, ContactHistory]:
-    histories = {}
+    histories, told = {}, _written(prepared)
     for k, contact in enumerate(prepared.assembly.mechanism.contacts):
         at = approach(contact, poses, rates)
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k])
+        touches = told.intervals(k)
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k], touches)
     return histories
-
-
-def _events(prepared: Prepared) -> tuple[Event, ...]:
-    """Events, with the impulse (N s) and the energy lost (J) of every contact that ended."""
-    loop, contacts = prepared.loop, prepared.recorder.contacts
-    # A lap that begins as the run ends is none.
-    events = [event for event in loop.events if event.time < loop.end]
-    names = [contact.name for contact in contacts[: len(loop.contacts)]]
-    events += contact_events(loop.log.entries, prepared.recorder.totals, names)
-    return prepared.recorder.seeker.with_peaks(events)
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
@@ -161,24 +165,15 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
     )
 
 
-def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
-    """Say what makes the numbers doubtful."""
-    warnings, checks = [], report.checks
-    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
-        warnings.append(few_steps(checks.steps_per_contact))
+def _warnings(prepared: Prepared) -> list[str]:
+    """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
+    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
     shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
-    if touched and given is not None and shorter:
-        shortest = min(shorter, key=lambda pace: pace.step)
-        warnings.append(shortened(given, shortest.half_period, shortest.step))
-    channels = prepared.assembly.mechanism.channels
-    asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
-    if asked is not None and finer is not None and finer < asked:
-        warnings.append(made_finer(asked, finer, channels))
-    walls = zip(channels, wall_penetrations(prepared), strict=True)
-    warnings += soft_walls(walls)
-    return tuple(warnings)
+    if given is None or not (touched and shorter):
+        return []
+    shortest = min(shorter, key=lambda pace: pace.step)
+    return [shortened(given, shortest.half_period, shortest.step)]
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

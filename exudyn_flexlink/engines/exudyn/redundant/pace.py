@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
+from exudyn_flexlink.engines.diagnostics.contacts import too_long
 from exudyn_flexlink.laws import RestitutionPenalty
 
-FEWEST_STEPS = 5  # per contact: with fewer an impact is wrong, whatever the law says
 NEARLY_LOSSLESS, LOSSLESS_STEPS = 0.99, 2.0  # restitution, and times the steps
-ENOUGH_STEPS = 30  # per contact: restitution is then right to 1 %
 
 
 @dataclass(frozen=True)
@@ -40,24 +39,3 @@ def pace_of(half_period: float, steps: float, given: float | None) -> Pace:
     if given is not None and not too_long(given, half_period):
         return Pace(half_period, inf)
     return Pace(half_period, half_period / steps)
-
-
-def too_long(given: float, half_period: float) -> bool:
-    """Tell whether a given step (s) is too long for a contact of half a period (s)."""
-    return half_period < FEWEST_STEPS * given
-
-
-def shortened(given: float, half_period: float, step: float) -> str:
-    """Warn that contacts were resolved by steps (s) of their own."""
-    return (
-        f"steps of {given:.3g} s would leave {half_period / given:.2g} for a contact, where an "
-        f"impact takes {FEWEST_STEPS} at least: in contact they were {step:.3g} s"
-    )
-
-
-def few_steps(steps: float) -> str:
-    """Warn of few steps per contact."""
-    return (
-        f"{steps:.3g} steps per contact: below {ENOUGH_STEPS} the restitution is off by more than "
-        "1 %; take smaller steps, or give a tolerance instead of a step"
-    )

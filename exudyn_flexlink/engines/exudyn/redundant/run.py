@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
@@ -26,7 +27,6 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.walls import resolving
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     WALL_SHARE,

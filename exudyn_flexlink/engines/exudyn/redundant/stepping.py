@@ -16,6 +16,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.walls import (
+    BROKEN_WALL_ADVICE,
+    COARSE_WALL_ADVICE,
+    broken_wall,
+)
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
@@ -23,7 +28,6 @@ from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
 from exudyn_flexlink.engines.exudyn.redundant.landing import first_root, land
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, COARSE_WALL_ADVICE, broken_wall
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
@@ -161,7 +165,7 @@ class Loop:
     stop_reason: str = ""
     stop_advice: str = ""
     interrupted: bool = False
-    error: Exception | None = None
+    error: BaseException | None = None
     _first: float = 0.0
     _told: float = 0.0
     _goal_rate: float = 0.0
@@ -181,11 +185,12 @@ class Loop:
     def after_step(self, mbs: Any, time: float) -> bool:
         """Called by the solver after each step; False ends the run.
 
-        Nothing may be raised through the solver: it is kept in `error` for the caller.
+        Nothing may be raised through the solver, Ctrl-C included: it is kept in `error` for the
+        caller.
         """
         try:
             return self._after_step(mbs, time) and not self.interrupted
-        except Exception as error:
+        except BaseException as error:
             self.error = error
             return False
 

@@ -1,0 +1,56 @@
+"""The figures of a run as methods, by the names of `plots`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from exudyn_flexlink.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
+
+
+class Plots:
+    """Figures of one run: each a method that returns a matplotlib figure.
+
+    A notebook shows it once, as the value of its cell; `savefig` writes it.
+    """
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    def __dir__(self) -> list[str]:
+        return [*NAMES, "all"]
+
+    def __repr__(self) -> str:
+        return f"<Plots: {', '.join(dir(self))}>"
+
+    def __getattr__(self, name: str) -> Callable[..., Figure]:
+        if name not in NAMES:
+            raise AttributeError(f"no figure '{name}'; there are: {', '.join(NAMES)}")
+        return partial(_drawn, self._result, name)
+
+    def all(self) -> dict[str, Figure]:
+        """Draw every figure that makes sense for this run, by name."""
+        from exudyn_flexlink import plots
+
+        return plots.figures(self._result)
+
+
+def _drawn(result: Result, name: str, *arguments: Any, **options: Any) -> Figure:
+    """Draw one figure.
+
+    Raises:
+        ValueError: this run has nothing to show in it.
+
+    """
+    from exudyn_flexlink import plots
+
+    figure: Figure | None = getattr(plots, name)(result, *arguments, **options)
+    if figure is None:
+        raise ValueError(f"this run has nothing to show in the figure '{name}'")
+    return figure

@@ -1,0 +1,30 @@
+"""Springs and dampers of a tree that act across several of its hinges, or across none."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class SpringsAcross:
+    """Springs and dampers that act across several hinges of the tree, or none."""
+
+    def __init__(self, count: int) -> None:
+        self.stiffness, self.damping = np.zeros((2, count, count))
+        self._pull = np.zeros(count)
+        self._any = False
+
+    def add(self, row: FloatArray, stiffness: float, damping: float, rest: float) -> None:
+        """Add a spring whose angle is ``row @ x``, at rest where that is `rest` (rad)."""
+        square = np.outer(row, row)
+        self.stiffness += stiffness * square
+        self.damping += damping * square
+        self._pull += stiffness * rest * row
+        self._any = True
+
+    def pull(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> None:
+        """Add the generalised forces (links,)."""
+        if self._any:
+            onto += self._pull - self.stiffness @ x - self.damping @ v

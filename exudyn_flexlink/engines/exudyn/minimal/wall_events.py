@@ -1,0 +1,206 @@
+"""When a pair of link and guide begins or ceases to press, within a step.
+
+A pair presses where its event function is negative, the largest of its gap, of how far its point is
+from the face's start, backwards, and of how far beyond its end. Within a step gaps and places are
+the polynomials through their values and rates at the step's nodes. An event is located there, and
+the step made again to end at it; what is left of the event function then is below `EXACT`, and its
+rate tells on which side of the event the pair is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
+from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.turning import StepPolynomial, highest
+from exudyn_flexlink.mechanism import Channel
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+EXACT = 1e-11  # m: of an event function, what may be left of it at the event
+LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
+HALVINGS = 20  # of the time between two looks, to find a value that has risen from zero
+INSIDE = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
+NODES = np.array([0.0, *C])
+TINY = 1e-300
+PARTS = np.diff(NODES)[:, None]
+POLYNOMIAL = StepPolynomial(NODES)
+
+
+class WallWatch:
+    """Looks at steps; `seen` are all pairs at the end of the last one accepted."""
+
+    def __init__(self, model: MinimalModel, x: FloatArray, v: FloatArray) -> None:
+        self.model, self.walls = model, model.walls
+        self._lengths, self._held = self.walls.faces.length, self.walls.held
+        self._any_held = bool(self._held.any())
+        self.seen = self.walls.faces.look(x, v)
+        self._ahead: tuple[float, Seen] | None = None  # at the end of the last step looked at
+
+    def _open(self, seen: Seen) -> Seen:
+        """The same with what is held from both sides as if behind a face that never opens."""
+        if not self._any_held:
+            return seen
+        gap, rate = np.where(self._held, INSIDE, seen.gap), np.where(self._held, 0, seen.gap_rate)
+        return seen._replace(gap=gap, gap_rate=rate)
+
+    def accept(self, time: float, x: FloatArray, v: FloatArray) -> None:
+        """Take the coordinates (links,) and speeds at the end of a step, at `time` (s)."""
+        if self._ahead is not None and self._ahead[0] == time:
+            self.seen = self._ahead[1]
+        else:
+            self.seen = self.walls.faces.look(x, v)
+
+    def broken(self) -> Channel | None:
+        """Channel whose wall the link has broken through."""
+        return self.walls.broken(self.seen)
+
+    def touch(self, k: int) -> Touch:
+        """Where pair k is."""
+        return Touch(*(float(column[k]) for column in self.seen))
+
+    def changed(self) -> IntArray:
+        """Pairs that now begin or cease to press, or did so unseen."""
+        value, rate = self._events(self.seen)
+        way = np.where(self.walls.touching, -1.0, 1.0)
+        value, rate = way * value, way * rate
+        return np.flatnonzero((value < -EXACT) | ((value < 0) & (rate < 0)))
+
+    def _events(self, seen: Seen) -> tuple[FloatArray, FloatArray]:
+        """Event functions (pairs,), m, and their rates."""
+        seen = self._open(seen)
+        beyond = seen.place - self._lengths
+        after = beyond > -seen.place
+        value = np.where(after, beyond, -seen.place)
+        rate = np.where(after, seen.place_rate, -seen.place_rate)
+        of_gap = seen.gap > value
+        return np.where(of_gap, seen.gap, value), np.where(of_gap, seen.gap_rate, rate)
+
+    # --- within a step ------------------------------------------------------------------------
+
+    def first(self, step: Step) -> tuple[float, int] | None:
+        """Instant (s) and pair of the first event within a step; None if there is none."""
+        at_once = self.changed()
+        if len(at_once):
+            return step.t, int(at_once[0])
+        end = self.model.whole(step.end, step.finish.q, step.finish.v)
+        inner = [at.kept for at in step.stages[:-1]]
+        x, v = np.array([*(w.x for w in inner), end.x]), np.array([*(w.v for w in inner), end.v])
+        stages = self.walls.faces.look(x, v)
+        self._ahead = step.end, Seen(*(column[-1] for column in stages))
+        path = self._open(Seen(*(np.vstack(both) for both in zip(self.seen, stages, strict=True))))
+        restless = np.flatnonzero(~self._calm(path, step.h))
+        if not len(restless):
+            return None
+        found = self._first_of(restless, path, step.h)
+        return None if found is None else (step.t + found[0] * step.h, found[1])
+
+    def _calm(self, path: Seen, h: float) -> BoolArray:
+        """Tell of which pairs (pairs,) it is sure that nothing happened.
+
+        Between two nodes a cubic through values and rates strays from them by less than a sixth of
+        the way that the larger rate covers; the margin is sixfold.
+        """
+        inside = np.minimum(path.place, self._lengths - path.place)
+        gap_rate, slip = np.abs(path.gap_rate), np.abs(path.place_rate)
+        deep = h * PARTS * np.maximum(gap_rate[:-1], gap_rate[1:])
+        far = h * PARTS * np.maximum(slip[:-1], slip[1:])
+        before, after = path.gap[:-1], path.gap[1:]
+        low, high = np.minimum(inside[:-1], inside[1:]), np.maximum(inside[:-1], inside[1:])
+        apart = (np.minimum(before, after) > deep) | (high < -far)
+        pressed = (np.maximum(before, after) < -deep) & (low > far)
+        return np.asarray(np.where(self.walls.touching, pressed, apart).all(axis=0))
+
+    def _first_of(self, which: IntArray, path: Seen, h: float) -> tuple[float, int] | None:
+        gaps, places = (
+            POLYNOMIAL.coefficients(values[:, which].T, h * rates[:, which].T)
+            for values, rates in ((path.gap, path.gap_rate), (path.place, path.place_rate))
+        )
+        best: tuple[float, int] | None = None
+        way = np.where(self.walls.touching[which], -1.0, 1.0)[:, None]
+        parts = np.broadcast_to(LOOKS, (len(which), len(LOOKS)))
+        lengths = self._lengths[which, None]
+
+        def values(at: FloatArray) -> FloatArray:
+            gap, place = POLYNOMIAL.value(gaps, at), POLYNOMIAL.value(places, at)
+            return np.asarray(way * np.maximum(gap, np.maximum(-place, place - lengths)))
+
+        looks = values(parts)
+        looks[:, 0] = np.maximum(looks[:, 0], 0.0)  # nothing happens at the start
+        for row, k in enumerate(which.tolist()):
+            own = _Event(gaps[row], places[row], float(lengths[row, 0]), float(way[row, 0]))
+            part = own.first(looks[row])
+            if part is not None and (best is None or part < best[0]):
+                best = part, k
+        return best
+
+    # --- at its end ---------------------------------------------------------------------------
+
+    def missed(self, k: int, step: Step) -> float:
+        """How far (s) the end of a step is from the event of pair k; positive: the event is later.
+
+        0 where it is there.
+        """
+        end = self.model.whole(step.end, step.finish.q, step.finish.v)
+        value, rate = self._events(self.walls.faces.look(end.x, end.v))
+        if abs(value[k]) < EXACT or rate[k] == 0:
+            return 0.0
+        return float(-value[k] / rate[k])
+
+
+class _Event:
+    """Event function of one pair within a step, positive until something happens."""
+
+    def __init__(self, gap: FloatArray, place: FloatArray, length: float, way: float) -> None:
+        self._gap, self._place = gap.tolist(), place.tolist()
+        self._length, self._way = length, way
+
+    def __call__(self, part: float) -> float:
+        place = _value(self._place, part)
+        return self._way * max(_value(self._gap, part), -place, place - self._length)
+
+    def first(self, looks: FloatArray) -> float | None:
+        """Part of the step at which it falls below zero, of its values at `LOOKS`."""
+        below = np.flatnonzero(looks < 0)
+        last = int(below[0]) if len(below) else len(LOOKS)
+        dip = self._dip(looks[: last + 1])
+        if dip is not None:
+            return self._fall(*dip)
+        return None if last == len(LOOKS) else self._fall(LOOKS[last - 1], LOOKS[last])
+
+    def _dip(self, looks: FloatArray) -> tuple[float, float] | None:
+        """Where it is below zero between two looks at which it is not, with the look before."""
+        before, here, after = looks[:-2], looks[1:-1], looks[2:]
+        lowest = here - (after - before) ** 2 / np.maximum(8 * (before - 2 * here + after), TINY)
+        for i in np.flatnonzero((here < before) & (here <= after) & (lowest <= 0)).tolist():
+            ends = LOOKS[i : i + 1], LOOKS[i + 2 : i + 3]
+            at = float(highest(lambda at: -np.vectorize(self)(at), *ends)[0])
+            if self(at) < 0:
+                return float(LOOKS[i]), at
+        return None
+
+    def _fall(self, low: float, high: float) -> float:
+        """Part at which it falls below zero between two, where it is below zero at the latter."""
+        if self(low) <= 0:  # an event has just been there: it rises first
+            between = [low + (high - low) * 0.5**i for i in range(1, HALVINGS)]
+            low = max(between, key=self)
+            if self(low) <= 0:
+                return high
+        return float(brentq(self, low, high, xtol=1e-15, rtol=1e-14))
+
+
+def _value(coefficients: list[float], part: float) -> float:
+    """Sum of Chebyshev's polynomials at a part of the step (Clenshaw)."""
+    x = 4 * part - 2
+    one = two = 0.0
+    for c in reversed(coefficients[1:]):
+        one, two = c + x * one - two, one
+    return coefficients[0] + 0.5 * x * one - two

@@ -1,0 +1,98 @@
+"""Where points are against faces carried by links, for many instants and pairs at once.
+
+With C a point, O the origin of the link that carries a face, w its angular velocity, and e the
+face's direction (complex numbers, global axes), the point is in the face's axes at
+
+    z = e* (C - O) - z_0,      z' = e* (C' - O') - i w (z + z_0),
+
+along the face by Re z, to its left by Im z; z_0 is where the face starts. What moves the point
+against the face are the links that carry the one but not the other: each as if it carried the
+point, counted negative if it carries the face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
+from exudyn_flexlink.mechanism import FaceContact, face_length
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+class Seen(NamedTuple):
+    """Gaps and places (m) of pairs, their rates (m/s), and sides: (..., pairs) each."""
+
+    gap: FloatArray
+    place: FloatArray
+    gap_rate: FloatArray
+    place_rate: FloatArray
+    side: FloatArray
+
+
+class WallFaces:
+    """Pairs of a point and a face; both may be anywhere in the tree, or on the ground."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, contacts: Sequence[FaceContact]
+    ) -> None:
+        self._kinematics = kinematics
+        points = [layout.place(contact.point) for contact in contacts]
+        starts = [layout.place(contact.start) for contact in contacts]
+        self._links = np.array([link for link, _, _ in points], dtype=int)  # -1: the ground
+        self._bases = np.array([link for link, _, _ in starts], dtype=int)
+        self._own = np.array([complex(x, y) for _, x, y in points])
+        along = [_direction(layout, contact) for contact in contacts]
+        self._back = np.conj(np.array(along, dtype=complex))
+        self._start = self._back * np.array([complex(x, y) for _, x, y in starts])
+        self.length = np.array([face_length(contact) for contact in contacts])
+        self._side = np.array([contact.side for contact in contacts])
+        self._held = self._side == 0
+        carried = kinematics.moved_by
+        self._moved = carried[self._links].astype(float) - carried[self._bases]
+
+    def look(self, x: FloatArray, v: FloatArray) -> Seen:
+        """Look at all pairs at coordinates and speeds (..., links)."""
+        return self._look(self._kinematics.places(x), x, v)[0]
+
+    def look_and_rows(self, x: FloatArray, v: FloatArray) -> tuple[Seen, ComplexArray]:
+        """Look, with the derivatives of z by the coordinates (..., pairs, links)."""
+        at = self._kinematics.places(x)
+        seen, points, back = self._look(at, x, v)
+        rows = self._kinematics.carries(at, points)
+        return seen, (back[..., None] * self._moved) * rows
+
+    def _look(
+        self, at: Places, x: FloatArray, v: FloatArray
+    ) -> tuple[Seen, ComplexArray, ComplexArray]:
+        """Return where the points are, too, and the conjugate directions of the faces."""
+        rates = self._kinematics.rates(at, x, v)
+        links, bases = self._links, self._bases
+        arms = at.axis[..., links] * self._own
+        points = at.origin[..., links] + arms
+        back = at.axis[..., bases].conj() * self._back
+        moved = back * (points - at.origin[..., bases])
+        place = moved - self._start
+        moving = rates.origin[..., links] - rates.origin[..., bases]
+        moving += 1j * rates.angle[..., links] * arms
+        rate = back * moving - 1j * rates.angle[..., bases] * moved
+        side = self._side
+        if self._held.any():
+            held = np.where(place.imag > 0, -1.0, 1.0)
+            side = np.where(self._held, held, side)
+        else:
+            side = np.broadcast_to(side, place.shape)
+        return Seen(side * place.imag, place.real, side * rate.imag, rate.real, side), points, back
+
+
+def _direction(layout: TreeLayout, contact: FaceContact) -> complex:
+    """Direction of a face in the axes of the link that carries it."""
+    along = complex(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
+    turned = np.exp(1j * layout.frame(contact.start.part).angle)
+    return complex(along / abs(along) * turned)

@@ -1,0 +1,120 @@
+"""The forces of sleeves' walls on a tree's coordinates: all pairs of link and guide.
+
+A pair presses while its gap is negative and its point between the ends of its face. Which do is
+given, and changes by events only (see `wall_events`); until then their law is continued, so that a
+step sees smooth forces. Forces are worked out for the few pairs that press, at all stages of a step
+together; how they give way goes into the matrices of the iteration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
+from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen, WallFaces
+from exudyn_flexlink.mechanism import Channel, deepest_allowed, pairs
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+FloatArray = NDArray[np.float64]
+
+
+class WallPush(NamedTuple):
+    """Pairs that press at one instant (a,): numbers, forces (N), powers that they take (W).
+
+    `touch` (a, 3) are their gaps, the rates of those and slips; `normal` and `along` (a, links) are
+    the gradients of gaps and of places; `force` (links,) is that on the coordinates.
+    """
+
+    which: NDArray[np.intp]
+    force: FloatArray
+    press: FloatArray
+    power: FloatArray
+    touch: FloatArray
+    normal: FloatArray
+    along: FloatArray
+
+
+class Walls:
+    """All pairs of all channels, in the order of `mechanism.pairs`."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, channels: Sequence[Channel]
+    ) -> None:
+        both = [(channel, pair) for channel in channels for pair in pairs(channel)]
+        self._channels, self.contacts = [one for one, _ in both], [pair for _, pair in both]
+        self.faces = WallFaces(layout, kinematics, self.contacts)
+        self.held = np.array([pair.side == 0 for pair in self.contacts], dtype=bool)
+        self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
+        self._places = layout, kinematics
+        self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
+        self.touching = np.zeros(len(self.contacts), dtype=bool)
+        self._faces_of: dict[tuple[int, ...], WallFaces] = {}
+        self._choose()
+
+    def change(self, k: int) -> None:
+        """Pair k begins to press, or ceases to."""
+        self.touching = self.touching.copy()  # others keep what it was
+        self.touching[k] = not self.touching[k]
+        self._choose()
+
+    def _choose(self) -> None:
+        self.which = np.flatnonzero(self.touching)
+        key = tuple(self.which.tolist())
+        if key and key not in self._faces_of:
+            self._faces_of[key] = WallFaces(*self._places, [self.contacts[k] for k in key])
+        self._acting = self._faces_of.get(key)
+        self._of_acting = self._laws[:, self.which]
+
+    def broken(self, seen: Seen) -> Channel | None:
+        """Channel whose wall the link has broken through, of pairs (pairs,) seen now."""
+        through = np.flatnonzero(self.touching & (seen.gap < -self._deepest))
+        return self._channels[through[0]] if len(through) else None
+
+    def push(self, x: FloatArray, v: FloatArray) -> list[WallPush | None]:
+        """What those that press do at instants, of coordinates and speeds (n, links)."""
+        if self._acting is None:
+            return [None] * len(x)
+        seen, rows = self._acting.look_and_rows(x, v)
+        elastic, lossy, transition, coefficient, slip = self._of_acting
+        press = -seen.gap * (elastic + lossy * np.tanh(-seen.gap_rate / transition))
+        rub = -coefficient * press * np.tanh(seen.place_rate / slip)
+        normal, along = seen.side[..., None] * rows.imag, rows.real
+        force = (press[:, None, :] @ normal + rub[:, None, :] @ along)[:, 0]
+        power = -press * seen.gap_rate - rub * seen.place_rate
+        touch = np.stack([seen.gap, seen.gap_rate, seen.place_rate], axis=-1)
+        columns = zip(force, press, power, touch, normal, along, strict=True)
+        return [WallPush(self.which, *at) for at in columns]
+
+    def slopes(self, at: WallPush, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping (n, n) of pairs that press so; directions count as fixed.
+
+        `reach` (links, n) are the derivatives of the coordinates by the independent ones.
+        """
+        elastic, lossy, transition, coefficient, slip = self._of_acting
+        gap, rate, slide = at.touch.T
+        depth, rising = np.maximum(-gap, 0.0), np.tanh(-rate / transition)
+        rubbed = np.tanh(slide / slip)
+        spring = elastic + lossy * rising
+        damper = depth * lossy * (1 - rising * rising) / transition
+        drag = coefficient * depth * spring * (1 - rubbed * rubbed) / slip
+        normal, along = at.normal @ reach, at.along @ reach
+        pushed = (normal - (coefficient * rubbed)[:, None] * along).T
+        damping = (pushed * damper) @ normal + (along.T * drag) @ along
+        return (pushed * spring) @ normal, damping
+
+
+def _numbers(channel: Channel) -> tuple[float, float, float, float, float]:
+    """Law of a channel: both parts of its stiffness, transition speed, friction, slip speed."""
+    law, friction = channel.law, channel.friction
+    square = law.restitution**2
+    return (
+        law.stiffness * (1 + square) / 2,
+        law.stiffness * (1 - square) / 2,
+        law.transition_speed,
+        0.0 if friction is None else friction.coefficient,
+        1.0 if friction is None else friction.slip_speed,
+    )
