@@ -29,7 +29,7 @@ from exudyn_flexlink.quantities import UNITS, Dimension
 from exudyn_flexlink.scene import json_schema
 
 Schema = dict[str, Any]
-COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "schema")
+COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")
 UNIT = re.compile(r"(?:^|: )[a-z ]+; (?P<unit>[^;]+) or e\.g\. '[^']+'$")  # end of a description
 WIDTH = "100"  # columns of a help text
 

@@ -31,5 +31,6 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
             return fake(scene, engine, progress)
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
+        monkeypatch.setattr("exudyn_flexlink.engines.compiles", lambda *_: "none")
 
     return put

@@ -29,7 +29,7 @@ def test_check_imports_nothing_slow(model: str) -> None:
 
 def test_help_imports_not_even_numpy() -> None:
     code = (
-        "import sys, exudyn_flexlink.cli as cli; cli._parser().format_help();"
+        "import sys, exudyn_flexlink.cli as cli; cli.program_parser().format_help();"
         "print(*{'numpy', 'pydantic', 'yaml'} & set(sys.modules))"
     )
     assert python("-c", code).stdout.strip() == ""
@@ -109,7 +109,7 @@ def test_help_gives_examples_that_parse(command: str, capsys: Capture) -> None:
     assert 2 <= len(lines) <= 5
     for line in lines:
         assert line[:2] == ["exudyn-flexlink", command]
-        cli._parser().parse_args(line[1:])
+        cli.program_parser().parse_args(line[1:])
 
 
 def test_version(capsys: Capture) -> None:

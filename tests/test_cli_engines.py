@@ -279,7 +279,8 @@ def test_compare_a_scene_with_and_without_its_clearance(
     assert row(shown.out, "engine") == ["engine", *[engine or "exudyn"] * 2]
     assert "a run with clearance at other tolerances differs by 0 m at most" in shown.out
     assert "warning: without clearance: made up\nwarning: with clearance: made up\n" in shown.err
-    folder = Path("runs/clearance-compare")
+    other = "-lagrangian" if engine == "lagrangian" else ""
+    folder = Path(f"runs/clearance-compare{other}-without_clearance")
     for name in ("comparison.json", "comparison.csv", "comparison.png",
                  "without_clearance/summary.json", "with_clearance/coordinates.png"):  # fmt: skip
         assert (folder / name).is_file()

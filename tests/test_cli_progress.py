@@ -100,6 +100,22 @@ def test_a_long_piped_run_tells_its_progress_in_lines(tmp_path: Path) -> None:
     assert quiet.stderr == "warning: made up\n"
 
 
+def test_a_piped_run_says_that_it_compiles_until_it_runs(tmp_path: Path) -> None:
+    """What compiles calls nothing in the meantime."""
+    short = "cli.terminal.LONG, cli.terminal.BETWEEN_LINES = 0.1, 0.1\n"
+    compiles = "engines.compiles = lambda *_: 'once'\n"
+    arguments = ["0.5", NO_CLEARANCE, str(tmp_path / "out")]
+    hint, *lines, warning = python("-c", prepared(short + compiles), *arguments).stderr.splitlines()
+    assert hint.startswith("hint: compiles")
+    assert warning == "warning: made up"
+    kinds = [line.split(",")[0].split(":")[0] for line in lines]
+    assert kinds[0] == "compiling"
+    assert kinds == sorted(kinds)  # compiling, then simulating
+    assert {"compiling", "simulating"} == set(kinds)
+    quiet = python("-c", prepared(short + compiles), *arguments, "--quiet")
+    assert quiet.stderr == "warning: made up\n"
+
+
 def test_a_piped_run_shows_no_progress(tmp_path: Path) -> None:
     ran = python("-c", PROGRESS, "0.05", NO_CLEARANCE, str(tmp_path / "out"))
     assert ran.returncode == 0

@@ -12,7 +12,7 @@ import make_docs
 import pytest
 import reference
 
-from exudyn_flexlink.cli import _parser
+from exudyn_flexlink.cli import program_parser
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.scene import json_schema
@@ -88,7 +88,7 @@ def test_every_command_is_one_of_the_environment_that_the_readme_makes() -> None
 
 @pytest.mark.parametrize("arguments", of_program(), ids=" ".join)
 def test_the_program_knows_the_arguments_of_each_command(arguments: list[str]) -> None:
-    options = vars(_parser().parse_args(arguments))
+    options = vars(program_parser().parse_args(arguments))
     if "model" in options:
         path = ROOT / options["model"]
         load_scene(path if path.exists() else options["model"], options.get("settings", ()))
@@ -116,7 +116,7 @@ def test_the_commands_that_make_the_documentation_are_known(
 ) -> None:
     for command in (*item.commands, *([item.sample] if item.sample else [])):
         if command[0] == "-m":
-            assert (ROOT / _parser().parse_args(command[2:]).model).exists()
+            assert (ROOT / program_parser().parse_args(command[2:]).model).exists()
             continue
         told = help_of(ROOT / command[0], list(command[1:]), monkeypatch, capsys)
         assert all(word in told for word in command[1:] if word.startswith("--"))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
-from exudyn_flexlink.cli.placing import place_of
+from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import (
     LAGRANGIAN_ALONE,
     asks_for_lagrangian,
@@ -26,7 +26,6 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     complain,
-    names_in,
     tell,
 )
 
@@ -62,7 +61,7 @@ def compare_command(options: argparse.Namespace) -> int:
     except NothingToCompareError as error:
         return complain(str(error), INTERRUPTED)
     drew = place.code(drew) if found.whole else INTERRUPTED
-    return place.tell(_tell(found.comparison, place.target, options, drew))
+    return place.tell(_tell(found.comparison, place, options, drew))
 
 
 class NothingToCompareError(Exception):
@@ -241,13 +240,13 @@ def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]], lo
     look.save(comparison, found, folder, "comparison")
 
 
-def _tell(found: Comparison, target: Path, options: argparse.Namespace, drew: int) -> int:
+def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 
     if not options.quiet:
         tell(comparison_text(found))
-        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        tell(f"\n{place.told}")
     code = drew
     for seen in (found.first, found.second):
         for warning in seen.result.warnings:
@@ -257,6 +256,6 @@ def _tell(found: Comparison, target: Path, options: argparse.Namespace, drew: in
     if options.tolerance is not None and found.exceeds(options.tolerance):
         code = complain(excess_text(found, options.tolerance), FAILED)
     if drew == INTERRUPTED:
-        code = complain(f"interrupted: what was compared until then is in {target}{os.sep}",
+        code = complain(f"interrupted: what was compared until then is in {place.target}{os.sep}",
                         INTERRUPTED)  # fmt: skip
     return code

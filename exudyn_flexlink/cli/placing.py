@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain
+from exudyn_flexlink.cli.naming import run_name
+from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain, names_in
 
 
 class Place:
@@ -16,11 +18,18 @@ class Place:
 
     def __init__(self, target: Path) -> None:
         self.target = target
+        self._replaces: bool | None = None  # an earlier run; known when writing begins
         self._why, self._pressed = "", False
 
     def code(self, code: int) -> int:
         """Exit code of a command that would end with `code` if Ctrl-C had not come last."""
         return INTERRUPTED if self._pressed else code
+
+    @property
+    def told(self) -> str:
+        """Where the result is, and what is in it; also that an earlier one was there."""
+        instead = " in place of an earlier run" if self._replaces else ""
+        return f"Written to {self.target}{os.sep}{instead}: {', '.join(names_in(self.target))}"
 
     def tell(self, code: int) -> int:
         """Say why the result is not where it should be; returns the exit code."""
@@ -34,8 +43,10 @@ class Place:
             StorageError: the target can't be written; see `staged_folder`.
 
         """
-        from exudyn_flexlink.storage import KeptBesideError, staged_folder
+        from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
 
+        if self._replaces is None:  # what is written twice replaces no earlier run
+            self._replaces = bool(own_files(self.target))
         with deferrable_interrupts() as ctrl_c:
             try:
                 with staged_folder(self.target, force=force) as folder:
@@ -43,12 +54,10 @@ class Place:
                     ctrl_c.defer()
             except KeptBesideError as error:
                 self.target, self._why = error.folder, str(error)
+                self._replaces = False
         self._pressed = ctrl_c.pending
 
 
 def place_of(options: argparse.Namespace, suffix: str = "") -> Place:
-    """Return the place that was asked for, or a folder in `runs` with the name of the model."""
-    model: Path = options.model
-    # The stem of '..yaml' is '.', which would be `runs` itself.
-    name = model.stem if model.stem.strip(".") else model.name
-    return Place(options.out or Path("runs") / f"{name}{suffix}")
+    """Return the place that was asked for, or a folder in `runs` named as the run is."""
+    return Place(options.out or Path("runs") / run_name(options, suffix))

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
-from exudyn_flexlink.cli.placing import place_of
+from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
     complain,
-    names_in,
     progress_bar,
     tell,
 )
@@ -57,7 +56,7 @@ def simulate_command(options: argparse.Namespace) -> int:
             code = place.code(code)
     except (SceneError, StorageError) as error:
         return complain(str(error), BAD_INPUT)
-    return place.tell(_tell(result, place.target, told, options.quiet, code))
+    return place.tell(_tell(result, place, told, options.quiet, code))
 
 
 def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
@@ -232,7 +231,7 @@ def write(result: Result, folder: Path, look: Look | None) -> int:
     return drawn(folder, lambda: look.save_run(result, folder))
 
 
-def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> int:
+def _tell(result: Result, place: Place, told: str, quiet: bool, code: int) -> int:
     """Print the summary; warnings and a failure also where the summary is not wanted.
 
     `code` is the exit code of a run that is whole.
@@ -240,9 +239,10 @@ def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> in
     from exudyn_flexlink.report import failure_text, idle_settings, run_text
     from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
+    target = place.target
     if not quiet:
         tell(run_text(result))
-        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        tell(f"\n{place.told}")
     if told:
         tell(told if quiet else f"\n{told}")
     for hint in () if quiet else idle_settings(result):

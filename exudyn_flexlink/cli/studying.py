@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
-from exudyn_flexlink.cli.placing import place_of
+from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -23,7 +23,6 @@ from exudyn_flexlink.cli.terminal import (
     Bar,
     Lines,
     complain,
-    names_in,
     progress_bar,
     tell,
 )
@@ -69,7 +68,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
         return complain(f"{error}\n{_advice(options)}", FAILED)
-    return place.tell(_tell(found, place.target, options, place.code(code)))
+    return place.tell(_tell(found, place, options, place.code(code)))
 
 
 def _advice(options: argparse.Namespace) -> str:
@@ -103,7 +102,9 @@ class Solver:
         from exudyn_flexlink.engines.interrupts import LateInterruptError
         from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
-        if self._bar is not None:
+        if self._bar is not None and allowed == inf:  # warming up: it may compile, for a minute
+            self._bar.wait(label)
+        elif self._bar is not None:
             self._bar.say(label)
         watch = Watch(allowed, self._show)
         began = time.process_time()
@@ -165,18 +166,18 @@ def _draw(found: Study, folder: Path, look: Look) -> None:
     look.save(work_precision, found, folder, "accuracy")
 
 
-def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) -> int:
+def _tell(found: Study, place: Place, options: argparse.Namespace, code: int) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
     from exudyn_flexlink.report import accuracy_text
 
     if not options.quiet:
         tell(accuracy_text(found))
-        tell(f"\nWritten to {target}{os.sep}: {', '.join(names_in(target))}")
+        tell(f"\n{place.told}")
     if found.runs.interrupted:
         count = len(found.points)
         what = "setting that was" if count == 1 else "settings that were"
-        kept = f"the {count} {what} judged until then: see {target}{os.sep}"
+        kept = f"the {count} {what} judged until then: see {place.target}{os.sep}"
         return complain(f"interrupted: {kept}", INTERRUPTED)
     if code == INTERRUPTED:
-        return complain(f"interrupted: the study is whole, in {target}{os.sep}", INTERRUPTED)
+        return complain(f"interrupted: the study is whole, in {place.target}{os.sep}", INTERRUPTED)
     return code

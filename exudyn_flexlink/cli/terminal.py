@@ -11,8 +11,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any, TextIO
 
+PACKAGE, PROGRAM = "exudyn_flexlink", "exudyn-flexlink"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SOON = 1.0  # s: a run shorter than this needs no progress bar
 LONG, BETWEEN_LINES = 10.0, 5.0  # s: a run shorter than `LONG` stays quiet where nobody watches
@@ -44,6 +46,16 @@ def _drop(stream: TextIO) -> None:
     """Send what a stream holds, and all that is still written to it, nowhere."""
     with suppress(io.UnsupportedOperation):  # a stream of an embedding program, without a file
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def how_called() -> str:
+    """Return how this program was called, for commands that are printed to be typed."""
+    called = Path(sys.argv[0])
+    if called.name == "__main__.py" and called.parent.name == PACKAGE:
+        return f"{sys.orig_argv[0]} -m {PACKAGE}"
+    if called.stem != PROGRAM or shutil.which(PROGRAM) == str(called):
+        return PROGRAM
+    return str(called)
 
 
 def tell(text: str) -> None:
@@ -105,10 +117,7 @@ def progress_bar(
     if quiet:
         yield None
         return
-    if not sys.stderr.isatty():
-        yield Lines(what)
-        return
-    bar = Bar(what)
+    bar = Bar(what) if sys.stderr.isatty() else Lines(what)
     try:
         if before:
             bar.wait(before)
@@ -124,18 +133,52 @@ class Lines:
         self._what = what
         self._began = time.monotonic()
         self._next = self._began + LONG
+        self._waits: Waiting | None = None
 
     def __call__(self, done: float) -> None:
         """Tell the part that is done, 0 to 1, if it is time to."""
+        self.close()
         now = time.monotonic()
         if now < self._next:
             return
         self._next = now + BETWEEN_LINES
         complain(f"{self._what}: {100 * done:.0f} % after {now - self._began:.0f} s")
 
+    def wait(self, what: str) -> None:
+        """Tell now and then that `what` goes on, nobody knows for how long, until progress is made.
+
+        Nothing is called in the meantime: the lines come from a thread.
+        """
+        self.close()
+        self._waits = Waiting(what)
+        self._waits.start()
+
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
         self._what = what
+
+    def close(self) -> None:
+        """End the waiting."""
+        if self._waits is not None:
+            self._waits.ended.set()
+            self._waits.join()
+            self._waits = None
+
+
+class Waiting(Thread):
+    """Tells that something goes on, first after `LONG`, until it has `ended`."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(daemon=True)
+        self._what = what
+        self.ended = Event()
+
+    def run(self) -> None:
+        """Tell it."""
+        began, pause = time.monotonic(), LONG
+        while not self.ended.wait(pause):
+            pause = BETWEEN_LINES
+            complain(f"{self._what}, for {time.monotonic() - began:.0f} s now")
 
 
 class Bar:
@@ -165,7 +208,11 @@ class Bar:
     def wait(self, what: str) -> None:
         """Show at once that `what` goes on, nobody knows for how long, until progress is made."""
         self._waiting = True
-        self._open(what)
+        if self._bar is None:
+            self._open(what)
+        with suppress(OSError):
+            (task,) = self._bar.task_ids
+            self._bar.reset(task, total=None, description=what)
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
@@ -186,6 +233,6 @@ class Bar:
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
         self._bar = Progress(*columns, TextColumn("left"), console=Console(stderr=True),
                              transient=True)  # fmt: skip
-        self._bar.add_task(what, total=None if self._waiting else 1.0)
+        self._bar.add_task(what, total=1.0)
         with suppress(OSError):
             self._bar.start()

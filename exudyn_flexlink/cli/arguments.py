@@ -1,0 +1,343 @@
+"""What the command line knows: commands, their options, and the help of each."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
+from exudyn_flexlink.cli.comparing import compare_command
+from exudyn_flexlink.cli.completing import (
+    FILE,
+    FOLDER,
+    MODEL,
+    MODEL_OR_FILE,
+    SHELLS,
+    completes,
+    completion_command,
+)
+from exudyn_flexlink.cli.copying import DEFAULT as NEW_MODEL
+from exudyn_flexlink.cli.copying import new_command
+from exudyn_flexlink.cli.figures import add_figures
+from exudyn_flexlink.cli.simulating import simulate_command
+from exudyn_flexlink.cli.studying import accuracy_command
+from exudyn_flexlink.cli.terminal import PROGRAM
+from exudyn_flexlink.cli.values import (
+    EFFECT_NAMES,
+    count,
+    duration,
+    effects,
+    length,
+    model_path,
+    shipped_model,
+)
+
+
+def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
+    """Return what reads the arguments of a command line; `called` as usage lines say."""
+    parser = argparse.ArgumentParser(
+        prog=called,
+        description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",
+        epilog=f"'{called} COMMAND --help' shows the options of a command, with examples",
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_simulate(commands)
+    _add_compare(commands)
+    _add_accuracy(commands)
+    _add_check(commands)
+    _add_plot(commands)
+    _add_new(commands)
+    _add_schema(commands)
+    _add_completion(commands)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Looks the version up only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"exudyn-flexlink {version('exudyn-flexlink')}")
+        except PackageNotFoundError:
+            print("exudyn-flexlink, not installed: run from its source")
+        parser.exit()
+
+
+def _add_simulate(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "simulate",
+        simulate_command,
+        "simulate a model, save its results and draw its figures",
+        """\
+        exudyn-flexlink simulate no_clearance
+        exudyn-flexlink simulate no_clearance --set run.turns=2 --out runs/short
+        exudyn-flexlink simulate no_clearance --engine lagrangian --impact impulse
+        exudyn-flexlink simulate clearance_friction --without friction,damping
+        exudyn-flexlink simulate clearance --set run.turns=1 --horizon""",
+    )
+    _add_model(parser)
+    _add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
+    _add_impact(parser)
+    _add_without(parser)
+    parser.add_argument(
+        "--horizon",
+        action=argparse.BooleanOptionalAction,
+        help="make a second, neighbouring run, and say up to when points can be trusted; "
+        "left out: make one where contacts multiply errors, and say when they outgrow the "
+        "tolerance; --no-horizon: make none",
+    )
+    parser.add_argument(
+        "--retries",
+        type=count,
+        default=0,
+        metavar="N",
+        help="make a run again whose numbers are doubtful (energy, joints, impacts), up to N "
+        "times, each time ten times as accurate; left out: it warns",
+    )
+    _add_output(parser, "runs/<name of the model>")
+
+
+def _add_compare(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "compare",
+        compare_command,
+        "compare both engines on a model, or a model with and without an effect",
+        """\
+        exudyn-flexlink compare smooth --set run.turns=2 --tolerance 1e-5
+        exudyn-flexlink compare no_clearance --set accuracy.tolerance=1e-6
+        exudyn-flexlink compare no_clearance --impact impulse --out runs/impulse
+        exudyn-flexlink compare clearance --without clearance --set run.turns=1""",
+    )
+    _add_model(parser)
+    parser.add_argument(
+        "--tolerance",
+        type=length,
+        metavar="M",
+        help="end with code 1 if a point differs by more, m, up to the horizon",
+    )
+    _add_impact(parser, "; impulse is for the Lagrangian alone")
+    _add_without(parser, "compare the model with itself without the effect, in one engine: ")
+    _add_engine(parser, "the engine of '--without'; default: exudyn", None)
+    _add_output(parser, "runs/<name of the model>-compare")
+
+
+def _add_accuracy(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "accuracy",
+        accuracy_command,
+        "study what accuracy costs in a model: error over processor time, and what limits it",
+        """\
+        exudyn-flexlink accuracy smooth
+        exudyn-flexlink accuracy no_clearance --set run.turns=2 --target 1e-5
+        exudyn-flexlink accuracy no_clearance --watch link.end
+        exudyn-flexlink accuracy clearance --set run.turns=0.5 --budget 300""",
+    )
+    _add_model(parser)
+    parser.add_argument(
+        "--target",
+        type=length,
+        metavar="M",
+        help="error that is good enough, m; default: the model's tolerance, or 1e-4",
+    )
+    parser.add_argument(
+        "--budget",
+        type=duration,
+        default=60.0,
+        metavar="SECONDS",
+        help="time the study may take; what does not fit in is left out; default: 60",
+    )
+    _add_impact(parser)
+    _add_without(parser)
+    _add_output(parser, "runs/<name of the model>-accuracy")
+
+
+def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:
+    parser.add_argument(
+        "--impact",
+        choices=("penalty", "impulse"),
+        help=f"how contacts strike, instead of what the model says{more}",
+    )
+
+
+def _add_engine(parser: argparse.ArgumentParser, about: str, default: str | None) -> None:
+    parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default=default, help=about)
+
+
+def _add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
+    parser.add_argument(
+        "--without",
+        type=effects,
+        action="extend",
+        default=[],
+        metavar="EFFECT[,EFFECT]",
+        help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
+        "stays); may be repeated",
+    )
+
+
+def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
+    _add_out(parser, "DIR", f"where to write; default: {default}, and what is changed in it")
+    _add_force(
+        parser,
+        "replace also what no run wrote or was changed since, where names are the same, and a "
+        "complete result by an incomplete one",
+    )
+    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_figures(parser)
+    parser.add_argument(
+        "--quiet", action="store_true", help="no progress and no summary; warnings stay"
+    )
+
+
+def _add_out(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
+    out = parser.add_argument("--out", type=Path, metavar=metavar, help=about)
+    completes(out, FOLDER if metavar == "DIR" else FILE)
+
+
+def _add_check(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "check",
+        check_command,
+        "check a model without simulating it: parts, effects, frequencies, steps, formulation",
+        """\
+        exudyn-flexlink check no_clearance
+        exudyn-flexlink check no_clearance --set bodies.link.hinges.stiffness=beam
+        exudyn-flexlink check smooth --set bodies.link.rods=20
+        exudyn-flexlink check clearance --without impact""",
+    )
+    _add_model(parser)
+    _add_without(parser)
+
+
+def _add_plot(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "plot",
+        plot_command,
+        "draw the figures of a saved run again",
+        """\
+        exudyn-flexlink plot runs/no_clearance
+        exudyn-flexlink plot runs/no_clearance --out figures
+        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print""",
+    )
+    run = parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
+    completes(run, FOLDER)
+    _add_out(parser, "DIR", "where to; default: that folder")
+    add_figures(parser)
+    _add_force(parser, "replace also figures that no run drew, or that were changed since")
+
+
+def _add_new(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "new",
+        new_command,
+        "copy a model that comes with the program, to change it",
+        """\
+        exudyn-flexlink new
+        exudyn-flexlink new clearance mine.yaml
+        exudyn-flexlink new spline_track dwells.yaml
+        exudyn-flexlink new --list""",
+    )
+    model = parser.add_argument(
+        "model",
+        nargs="?",
+        type=shipped_model,
+        default=NEW_MODEL,
+        metavar="MODEL",
+        help=f"its name, as '--list' tells it; default: {NEW_MODEL}",
+    )
+    completes(model, MODEL)
+    file = parser.add_argument(
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="FILE",
+        help="where to, a file or a folder; default: the model's name, here. What the model "
+        "needs, and the schema for editors, is put beside it",
+    )
+    completes(file, FILE)
+    parser.add_argument("--list", action="store_true", help="list all models with their titles")
+    _add_force(parser, "replace files that stand there, too")
+
+
+def _add_completion(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "completion",
+        completion_command,
+        "print a script with which a shell completes commands, options and models",
+        """\
+        exudyn-flexlink completion bash
+        exudyn-flexlink completion zsh""",
+    )
+    parser.add_argument("shell", choices=SHELLS, help="the shell it is for")
+
+
+def _add_schema(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "schema",
+        schema_command,
+        "print the JSON schema of model files, which editors complete and check with",
+        """\
+        exudyn-flexlink schema
+        exudyn-flexlink schema --out flexlink.schema.json""",
+    )
+    _add_out(parser, "FILE", "write it to this file")
+    _add_force(parser, "replace the file also if it is no such schema")
+
+
+def _add_force(parser: argparse.ArgumentParser, about: str) -> None:
+    parser.add_argument("--force", action="store_true", help=about)
+
+
+def _command(
+    commands: Any, name: str, function: Any, about: str, examples: str
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=about,
+        description=about[0].upper() + about[1:] + ".",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    called = parser.prog.removesuffix(f" {name}")
+    parser.epilog = "examples:\n" + examples.replace(f"        {PROGRAM}", f"  {called}")
+    parser.set_defaults(command=function)
+    return parser
+
+
+def _add_model(parser: argparse.ArgumentParser) -> None:
+    about = "model file, YAML; or the name of a model that comes with the program"
+    model = parser.add_argument("model", type=model_path, metavar="MODEL", help=about)
+    completes(model, MODEL_OR_FILE)
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="PATH=VALUE",
+        help="replace a value of the model, such as run.turns=2; may be repeated",
+    )
+    parser.add_argument(
+        "--watch",
+        dest="settings",
+        action="append",
+        type="outputs.watch={}".format,
+        metavar="BODY.POINT",
+        help="show this point, and judge errors by it alone, not by all named points; short for "
+        "--set outputs.watch=BODY.POINT",
+    )
+    parser.add_argument(
+        "--allow-outside",
+        action="store_true",
+        help="let the model read CSV files outside its own folder",
+    )

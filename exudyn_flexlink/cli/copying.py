@@ -1,0 +1,137 @@
+"""The command `new`: a model that comes with the program, copied to be changed."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import textwrap
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, tell
+
+DEFAULT = "no_clearance"
+SCHEMA = "flexlink.schema.json"
+SCHEMA_LINE = re.compile(r"(?<=^# yaml-language-server: \$schema=)\S+", re.MULTILINE)
+WIDTH = 80  # columns of the list of models
+
+
+def new_command(options: argparse.Namespace) -> int:
+    """Copy a model with the files it needs, or list all models; returns the exit code."""
+    from exudyn_flexlink.source import load_document
+    from exudyn_flexlink.storage import StorageError
+
+    if options.list:
+        tell(_listed())
+        return DONE
+    model: Path = options.model
+    document = load_document(model)
+    target = _target(options.file, model)
+    points = list(dict.fromkeys(_point_files(document.data)))
+    texts = {target: SCHEMA_LINE.sub(SCHEMA, document.text)}
+    texts |= {target.with_name(name): _text(model.parent / name) for name in points}
+    texts[target.with_name(SCHEMA)] = _text(_models() / SCHEMA)
+    try:
+        _write(texts, force=options.force)
+    except StorageError as error:
+        return complain(str(error), BAD_INPUT)
+    except CompanionError as error:
+        hint = f"hint: '{model.stem}' needs it beside itself; give a FILE in another folder"
+        return complain(f"{error}\n{hint}", BAD_INPUT)
+    tell(_told(target, document.data["title"], points))
+    return DONE
+
+
+def _target(file: Path | None, model: Path) -> Path:
+    """Return where the copy goes: the file asked for, or one with the model's name."""
+    if file is None:
+        return Path(model.name)
+    return file / model.name if file.is_dir() else file
+
+
+def _point_files(value: Any) -> Iterator[str]:
+    """Names of the CSV files that a model reads."""
+    if isinstance(value, dict):
+        if isinstance(value.get("file"), str):
+            yield value["file"]
+        value = list(value.values())
+    for item in value if isinstance(value, list) else ():
+        yield from _point_files(item)
+
+
+class CompanionError(Exception):
+    """A file that a model needs can't be written."""
+
+
+def _write(texts: dict[Path, str], *, force: bool) -> None:
+    """Write all of the files, the model first, or none that was not there.
+
+    Raises:
+        CompanionError: one that the model needs may not be replaced, or can't be written.
+        StorageError: the same of the model itself.
+
+    """
+    from exudyn_flexlink.scene import is_schema
+    from exudyn_flexlink.storage import StorageError, replace_file
+
+    new = [file for file in texts if not file.exists()]
+    try:
+        for file, text in texts.items():
+            same = is_schema if file.name == SCHEMA else text.__eq__
+            replace_file(file, text, same, force=force)
+    except StorageError as error:
+        for other in new:
+            with suppress(OSError):
+                other.unlink()
+        if file != next(iter(texts)):
+            raise CompanionError(str(error)) from error
+        raise
+
+
+def _told(target: Path, title: str, points: list[str]) -> str:
+    """Say what was written, and what may be done with it."""
+    program, file = how_called(), shlex.quote(str(target))
+    needed = [f"  {target.with_name(name)}  its points" for name in points]
+    return "\n".join(
+        [
+            f"Written to {target}: {title}",
+            *needed,
+            f"  {target.with_name(SCHEMA)}  with which editors complete and check it",
+            "",
+            "Change it, look at what it is now, and run it:",
+            f"  {program} check {file}",
+            f"  {program} simulate {file}",
+        ]
+    )
+
+
+def _listed() -> str:
+    """All models with their titles: those of the paper first, then the other folders."""
+    from exudyn_flexlink.shipped import model_names
+    from exudyn_flexlink.source import load_document
+
+    names = sorted(model_names(), key=lambda name: ("/" in name, name))
+    titles = {name: load_document(_models() / f"{name}.yaml").data["title"] for name in names}
+    lines, folder = [f"Models; '{how_called()} new MODEL' copies one:", ""], ""
+    for name, title in titles.items():
+        above = name.rpartition("/")[0]
+        if above != folder:
+            lines.append("")
+        folder = above
+        same = [len(other) for other in names if other.rpartition("/")[0] == above]
+        row = f"  {name:{max(same)}}  "
+        lines += textwrap.wrap(title, WIDTH, initial_indent=row, subsequent_indent=" " * len(row))
+    return "\n".join(lines)
+
+
+def _models() -> Path:
+    from exudyn_flexlink.shipped import models_folder
+
+    return models_folder()
+
+
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8")

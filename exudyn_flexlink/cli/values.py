@@ -1,0 +1,86 @@
+"""Texts of the command line, read as what they stand for; complaints are argparse's."""
+
+from __future__ import annotations
+
+import argparse
+from math import inf
+from pathlib import Path
+
+from exudyn_flexlink.cli.terminal import complain, how_called
+
+EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
+"""Those of `effects`, which is too slow to import for a help text."""
+
+
+def duration(text: str) -> float:
+    """Read a time, s, of more than 0."""
+    return length(text)
+
+
+duration.__name__ = "time in s"
+
+
+def length(text: str) -> float:
+    """Read a length, m, of more than 0."""
+    value = float(text)
+    if not 0 < value < inf:
+        raise ValueError(text)
+    return value
+
+
+length.__name__ = "length in m"  # what argparse calls it in its complaint
+
+
+def count(text: str) -> int:
+    """Read a whole number, 0 or more."""
+    value = int(text)
+    if value < 0:
+        raise ValueError(text)
+    return value
+
+
+count.__name__ = "number"
+
+
+def effects(text: str) -> list[str]:
+    """Read names of effects, separated by commas."""
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in EFFECT_NAMES:
+            listed = ", ".join(EFFECT_NAMES)
+            raise argparse.ArgumentTypeError(f"no effect '{name}'; there is: {listed}")
+    return names
+
+
+def model_path(text: str) -> Path:
+    """Return a file, or that of a model by its name where there is no such file."""
+    path = Path(text)
+    if path.suffix or path.exists():
+        return path
+    found = shipped_model(text)
+    own = path.with_name(f"{path.name}.yaml")
+    if own.is_file():
+        complain(f"hint: '{text}' is the model that comes with the program, not your '{own}'")
+    return found
+
+
+def shipped_model(name: str) -> Path:
+    """Return the file of a model that comes with the program.
+
+    Raises:
+        ArgumentTypeError: there is no such model.
+
+    """
+    from exudyn_flexlink.shipped import model_file, model_names
+    from exudyn_flexlink.source import did_you_mean
+
+    try:
+        found = model_file(name)
+        names = model_names()
+    except FileNotFoundError as error:  # a damaged installation
+        raise argparse.ArgumentTypeError(str(error)) from None
+    if found is not None:
+        return found
+    near = did_you_mean(name, [*names, *(each.split("/")[-1] for each in names)])
+    told = f"no model '{name}' comes with the program{near}"
+    raise argparse.ArgumentTypeError(f"{told}; '{how_called()} new --list' names all")

@@ -1,0 +1,129 @@
+"""The command `new`: models that come with the program, copied to be changed."""
+
+from pathlib import Path
+
+import pytest
+from cli_runs import MODELS, Capture
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.scene import is_schema
+from exudyn_flexlink.shipped import model_names
+from exudyn_flexlink.source import load_document
+
+SCHEMA = "flexlink.schema.json"
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def names(folder: str = ".") -> list[str]:
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def content(file: str) -> str:
+    return Path(file).read_text(encoding="utf-8")
+
+
+def test_without_arguments_it_copies_the_papers_mechanism(capsys: Capture) -> None:
+    assert main(["new"]) == 0
+    assert names() == [SCHEMA, "no_clearance.yaml"]
+    assert content("no_clearance.yaml") == (MODELS / "no_clearance.yaml").read_text("utf-8")
+    told = capsys.readouterr().out
+    assert told.startswith("Written to no_clearance.yaml: Extensible flexible link on a double")
+    assert "\n  exudyn-flexlink simulate no_clearance.yaml\n" in told
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_each_model_is_copied_whole(name: str) -> None:
+    """With its points and with the schema that its first line names; the copy is the same scene."""
+    assert main(["new", name, "mine.yaml"]) == 0
+    first = content("mine.yaml").splitlines()[0]
+    assert first == f"# yaml-language-server: $schema={SCHEMA}"
+    assert is_schema(content(SCHEMA))
+    given = MODELS / f"{name}.yaml"
+    assert load_document("mine.yaml").data == load_document(given).data
+    if len(names()) > 2:  # points come along
+        assert load_scene("mine.yaml") == load_scene(given)
+
+
+def test_points_come_along() -> None:
+    assert main(["new", "spline_track"]) == 0
+    assert names() == [SCHEMA, "spline_track.yaml", "track_points.csv"]
+    assert main(["check", "spline_track.yaml"]) == 0
+
+
+def test_a_name_without_its_folder_and_a_folder_to_copy_to() -> None:
+    Path("studies").mkdir()
+    assert main(["new", "whitworth", "studies"]) == 0
+    assert names("studies") == [SCHEMA, "whitworth.yaml"]
+
+
+def test_what_was_changed_is_replaced_only_by_force(capsys: Capture) -> None:
+    assert main(["new"]) == 0
+    assert main(["new"]) == 0  # nothing would be lost
+    Path("no_clearance.yaml").write_text("mine", encoding="utf-8")
+    assert main(["new"]) == 2
+    assert "no_clearance.yaml: this program did not write" in capsys.readouterr().err
+    assert content("no_clearance.yaml") == "mine"
+    assert main(["new", "--force"]) == 0
+    assert content("no_clearance.yaml") != "mine"
+
+
+def test_points_of_the_user_stay_and_nothing_else_is_left(capsys: Capture) -> None:
+    Path("track_points.csv").write_text("1, 2\n", encoding="utf-8")
+    assert main(["new", "spline_track"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("can't write track_points.csv: ")
+    assert told.endswith(
+        "hint: 'spline_track' needs it beside itself; give a FILE in another folder\n"
+    )
+    assert names() == ["track_points.csv"]
+    assert content("track_points.csv") == "1, 2\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["cleerance"], "no model 'cleerance' comes with the program; did you mean 'clearance'?"),
+        (["rigid", "nowhere/mine.yaml"], "can't write nowhere/mine.yaml: there is no such folder"),
+        (["rigid", "/dev/null"], "can't write /dev/null: it is a device"),
+    ],
+)
+def test_what_can_not_be_copied_is_bad_input(
+    arguments: list[str], told: str, capsys: Capture
+) -> None:
+    try:
+        code = main(["new", *arguments])
+    except SystemExit as ended:  # argparse's
+        code = int(ended.code or 0)
+    assert code == 2
+    assert told in capsys.readouterr().err
+    assert names() == []
+
+
+def test_the_list_has_every_model_and_fits_80_columns(capsys: Capture) -> None:
+    assert main(["new", "--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    first = [line.split()[0] for line in lines if line[:2] == "  " and line[2] != " "]
+    assert sorted(first) == model_names()
+    assert names() == []
+
+
+@pytest.mark.parametrize("command", ["check", "simulate"])
+def test_a_model_of_an_unknown_name_is_told_with_a_near_one(command: str, capsys: Capture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([command, "no_clearence"])
+    assert ended.value.code == 2
+    assert "did you mean 'no_clearance'?" in capsys.readouterr().err
+
+
+def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys: Capture) -> None:
+    """Who changed his copy, and forgets the suffix, must not take the other's numbers for his."""
+    assert main(["new", "rigid"]) == 0
+    assert main(["check", "rigid"]) == 0
+    told = "hint: 'rigid' is the model that comes with the program, not your 'rigid.yaml'\n"
+    assert capsys.readouterr().err == told
