@@ -15,6 +15,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import StorageError, load, read_series
 
 NAN, INF = float("nan"), float("inf")
+HUGE = 10**400  # an integer of JSON that no float can hold
 
 
 @pytest.fixture(scope="module")
@@ -171,6 +172,12 @@ def first_part(name):
     return lambda summary: summary | {"part_names": [name, *summary["part_names"][1:]]}
 
 
+def measured(**changes):
+    error = {"points": ["link.end"], "limit": 1e-6, "largest": 1e-3, "exceeds_from": 0.5,
+             "stopped": None, "neighbour": {}, "missing": ""}  # fmt: skip
+    return other(error=error | changes)
+
+
 SUMMARIES = [
     ("samples", other(samples=101.5)),
     ("samples", other(samples=INF)),
@@ -199,6 +206,22 @@ SUMMARIES = [
     ("warnings", other(warnings=[1])),
     ("engine", other(engine=1)),
     ("versions", within("versions", numpy=2)),
+    ("outcome", within("outcome", time=HUGE)),
+    ("outcome", within("outcome", time=1e300)),
+    ("laps", a_lap(time=HUGE)),
+    ("laps", a_lap(time=1e20)),  # long after the run
+    ("laps", a_lap(details={"place": HUGE})),
+    ("checks", within("checks", largest_kinetic_energy=HUGE)),
+    ("checks", within("checks", steps=HUGE)),
+    ("timings", within("timings", solve=HUGE)),
+    ("settings", within("settings", elements=HUGE)),
+    ("settings", within("settings", elements="many")),
+    ("error", measured(largest=HUGE)),
+    ("error", measured(limit="little")),
+    ("error", measured(limit=-1)),
+    ("error", measured(exceeds_from="nan")),
+    ("error", measured(stopped=-0.5)),
+    ("error", measured(points=[1])),
 ]
 
 

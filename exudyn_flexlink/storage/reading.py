@@ -27,13 +27,11 @@ from exudyn_flexlink.result import (
 )
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.checking import check_count, check_result
+from exudyn_flexlink.storage.checking import BEYOND, check_count, check_result
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
 from exudyn_flexlink.storage.replacing import kind_of, turn
 
 FloatArray = NDArray[np.float64]
-
-BEYOND = 1e30  # SI: no number of a run is as large
 
 
 def load(folder: Path) -> Result:
