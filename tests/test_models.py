@@ -42,6 +42,8 @@ def test_check_describes_it(path: Path, capsys: pytest.CaptureFixture[str]) -> N
     shown = capsys.readouterr()
     assert shown.out.startswith(f"{path}: no mistakes\n\n{load_scene(path).title}\n")
     assert "Degrees of freedom: " in shown.out
+    rows = [line for line in shown.out.splitlines() if line.startswith(" ")]
+    assert max(map(len, rows)) <= 80
     assert shown.err == ""
 
 

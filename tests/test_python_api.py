@@ -6,7 +6,6 @@ import runpy
 import signal
 import subprocess
 import sys
-import zipfile
 from importlib import import_module
 from pathlib import Path
 
@@ -88,31 +87,6 @@ def test_examples_run(example, capsys):
 
 def test_there_are_examples():
     assert len(EXAMPLES) >= 4
-
-
-def test_the_wheel_brings_the_models(tmp_path):
-    pytest.importorskip("setuptools", minversion="77")
-    copy = tmp_path / "source"
-    command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others"]
-    listed = subprocess.run([*command, "--exclude-standard"], capture_output=True, check=True)
-    for name in listed.stdout.decode().split("\0"):
-        if name and (ROOT / name).is_file() and not name.startswith("docs/"):
-            (copy / name).parent.mkdir(parents=True, exist_ok=True)
-            (copy / name).write_bytes((ROOT / name).read_bytes())
-    options = ["--no-deps", "--no-build-isolation", "--quiet", "-w", str(tmp_path)]
-    subprocess.run([sys.executable, "-m", "pip", "wheel", str(copy), *options], check=True)
-    (wheel,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(tmp_path / "installed")
-    code = "import exudyn_flexlink as fl; print(fl.load_scene('spline_track').title, fl.__file__)"
-    told = subprocess.run(
-        [sys.executable, "-P", "-c", code] if sys.version_info >= (3, 11)
-        else [sys.executable, "-c", code],
-        env={"PYTHONPATH": str(tmp_path / "installed")},
-        capture_output=True, text=True, check=True, cwd=tmp_path,
-    )  # fmt: skip
-    assert str(tmp_path / "installed") in told.stdout
-    assert fl.load_scene("spline_track").title in told.stdout
 
 
 # --- scenes -----------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from results import (
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import estimated_steps, idle_settings, run_duration, run_text
+from exudyn_flexlink.report.text import WIDTH, table
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -171,7 +172,7 @@ def test_the_peak_of_the_lever_is_found_between_samples() -> None:
 def test_a_run_says_how_the_link_stood_in_its_guide() -> None:
     lines = run_text(tilting_link()).splitlines()
     start = next(i for i, line in enumerate(lines) if line.startswith("Link in 'sleeve'"))
-    rows = {words[0]: words for words in map(str.split, lines[start + 2 : start + 7])}
+    rows = {words[0]: words for words in map(str.split, lines[start + 3 : start + 8])}
     assert rows["1"][1:9] == ["100.0", "%", "0.0", "%", "0.0", "%", "0.0", "%"]
     # Lap 2: one point while the sine of the angle is beyond a third.
     assert rows["2"][1:9] == ["21.6", "%", "78.4", "%", "0.0", "%", "0.0", "%"]
@@ -202,3 +203,28 @@ def test_a_short_run_in_a_guide_has_one_row() -> None:
 
 def test_a_link_without_clearance_has_no_such_table() -> None:
     assert "Link in" not in run_text(rigid_link(turns=1, samples=401))
+
+
+# --- tables -------------------------------------------------------------------------------------
+
+
+def test_a_table_that_fits_has_one_line_a_row():
+    assert table([["one", "two"], ["a b", "1 m"]]) == ["  one  two", "  a b  1 m"]
+
+
+def test_a_wide_table_keeps_its_columns_and_numbers_their_units():
+    long = "a contact of a point with the face of a body, for a long time"
+    rows = [["name", "what", "largest"], ["strike", long, "0.25 N m/rad"], ["", "x", "1 m"]]
+    lines = table([[*row, *row[1:]] for row in rows])
+    assert max(map(len, lines)) <= WIDTH
+    starts = [lines[0].index("what"), lines[0].index("largest")]
+    assert lines[-1][starts[0]] == "x"
+    assert lines[-1][starts[1] :].startswith("1 m")
+    said = " ".join(lines)
+    assert said.count("0.25 N m/rad") == 2
+    assert sorted(said.split()) == sorted(" ".join(" ".join([*r, *r[1:]]) for r in rows).split())
+
+
+def test_words_are_never_broken():
+    word = "x" * (WIDTH + 5)
+    assert table([[word, "y"]]) == [f"  {word}  y"]

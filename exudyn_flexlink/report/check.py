@@ -208,12 +208,12 @@ def _rule(scene: Scene, name: str) -> list[str]:
     rule = body.hinges.stiffness
     if rule == "paper":
         return [
-            f"  hinge stiffness by the rule 'paper': E I / length of {name}. The link gets softer",
-            "  with every rod; 'beam' tends to the Euler-Bernoulli beam",
+            f"  hinge stiffness by the rule 'paper': E I / length of {name}",
+            "  The link gets softer with every rod; 'beam' tends to the Euler-Bernoulli beam",
         ]
     if rule == "beam":
-        better = "" if body.layout == "half_ends" else "; 'layout: half_ends' comes closer"
-        return [f"  hinge stiffness by the rule 'beam': E I / length of a rod{better}"]
+        better = [] if body.layout == "half_ends" else ["  'layout: half_ends' comes closer"]
+        return ["  hinge stiffness by the rule 'beam': E I / length of a rod", *better]
     return [f"  hinge stiffness given as a number, {number(float(rule))} N m/rad"]
 
 

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Sequence
+
+WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
+GAP = "  "  # before each column
+UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
+QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])")
+JOINED = "\u00a0"  # stands for a space where no line is broken
 
 
 def number(value: float) -> str:
@@ -12,9 +20,47 @@ def number(value: float) -> str:
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return indented lines in aligned columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
-        for row in rows
+    """Return indented lines in aligned columns.
+
+    Where they would be wider than `WIDTH`, cells are broken between words, and stay in their
+    columns; a number stays with its unit.
+    """
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    cells = [
+        [_wrapped(cell, width) for cell in column]
+        for column, width in zip(columns, _widths(columns), strict=True)
     ]
+    widths = [max(len(line) for cell in column for line in cell) for column in cells]
+    lines = []
+    for row in zip(*cells, strict=True):
+        for i in range(max(map(len, row))):
+            parts = [cell[i] if i < len(cell) else "" for cell in row]
+            padded = (part.ljust(width) for part, width in zip(parts, widths, strict=True))
+            lines.append((GAP + GAP.join(padded)).rstrip())
+    return lines
+
+
+def _widths(columns: list[list[str]]) -> list[int]:
+    """Widths of columns that fit into `WIDTH`, if they can, with as few lines more as can be."""
+    widths = [max(map(len, column)) for column in columns]
+    while sum(widths) + len(GAP) * len(widths) > WIDTH:
+        narrower = []
+        for i, (column, width) in enumerate(zip(columns, widths, strict=True)):
+            cells = [_wrapped(cell, max(width - 1, 1)) for cell in column]
+            least = max(len(line) for cell in cells for line in cell)
+            if least < width:
+                more = sum(map(len, cells)) - sum(len(_wrapped(cell, width)) for cell in column)
+                narrower.append((more / (width - least), i, least))
+        if not narrower:  # words are never broken
+            break
+        _, i, widths[i] = min(narrower)
+    return widths
+
+
+def _wrapped(cell: str, width: int) -> list[str]:
+    """Lines of a cell; at least one, which may be empty."""
+    if len(cell) <= width:
+        return [cell]
+    joined = QUANTITY.sub(lambda found: found[0].replace(" ", JOINED), cell)
+    lines = textwrap.wrap(joined, width, break_long_words=False, break_on_hyphens=False)
+    return [line.replace(JOINED, " ") for line in lines] or [""]

@@ -1,0 +1,89 @@
+"""What is built and installed: the source distribution, and the wheel in a bare environment."""
+
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from cli_runs import ROOT
+
+from exudyn_flexlink.loading import load_scene
+
+NOT_BUILT = {".gitignore"}
+RUN = [sys.executable, *(["-P"] if sys.version_info >= (3, 11) else [])]
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of what is in the repository, or would be."""
+    pytest.importorskip("setuptools", minversion="77")
+    copy = tmp_path_factory.mktemp("source")
+    command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others"]
+    listed = subprocess.run([*command, "--exclude-standard"], capture_output=True, check=True)
+    for name in listed.stdout.decode().split("\0"):
+        if name and (ROOT / name).is_file():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            (copy / name).write_bytes((ROOT / name).read_bytes())
+    return copy
+
+
+@pytest.fixture(scope="module")
+def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the content of the wheel."""
+    folder = tmp_path_factory.mktemp("installed")
+    code = "import sys; from setuptools import build_meta; build_meta.build_wheel(sys.argv[1])"
+    subprocess.run(
+        [sys.executable, "-c", code, str(folder)], cwd=source, capture_output=True, check=True
+    )
+    (wheel,) = folder.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+def run(folder: Path, here: Path, *arguments: str) -> str:
+    """Run the program of a folder, somewhere else, where nothing else is known than HOME."""
+    bare = {"PATH": os.defpath, "HOME": str(here), "PYTHONPATH": str(folder)}
+    ran = subprocess.run(
+        [*RUN, *arguments], env=bare, cwd=here, capture_output=True, text=True, check=True
+    )
+    return ran.stdout
+
+
+def test_the_source_distribution_is_complete(source: Path, tmp_path: Path) -> None:
+    files = {path.relative_to(source).as_posix() for path in source.rglob("*") if path.is_file()}
+    code = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
+    subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], cwd=source, capture_output=True, check=True
+    )
+    (archive,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(archive) as opened:
+        built = {name.partition("/")[2] for name in opened.getnames()}
+    generated = {name for name in files if ".egg-info" in name or name.startswith("build/")}
+    assert files - built - generated == NOT_BUILT
+
+
+def test_the_wheel_brings_the_models(installed: Path, tmp_path: Path) -> None:
+    code = "import exudyn_flexlink as fl; print(fl.load_scene('spline_track').title, fl.__file__)"
+    told = run(installed, tmp_path, "-c", code)
+    assert str(installed) in told
+    assert load_scene(ROOT / "models" / "spline_track.yaml").title in told
+    code = "from exudyn_flexlink.shipped import model_names; print(*model_names())"
+    assert len(run(installed, tmp_path, "-c", code).split()) == len(
+        list((ROOT / "models").rglob("*.yaml"))
+    )
+
+
+def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed: Path, tmp_path: Path) -> None:
+    """The commands that `new` prints are run as printed."""
+    program = ("-m", "exudyn_flexlink")
+    told = run(installed, tmp_path, *program, "new", "textbook/whitworth")
+    printed = [line.split() for line in told.splitlines() if " -m exudyn_flexlink " in line]
+    assert [words[-2:] for words in printed] == [["check", "whitworth.yaml"],
+                                                 ["simulate", "whitworth.yaml"]]  # fmt: skip
+    for words in printed:
+        assert run(installed, tmp_path, *words[words.index("-m") :])
+    assert (tmp_path / "runs" / "whitworth" / "mechanism.png").is_file()
