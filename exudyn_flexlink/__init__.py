@@ -1,9 +1,52 @@
 """Slot-driven flexible mechanisms with impact: from a YAML model to numbers one can trust.
 
-    from exudyn_flexlink import load_scene, simulate
-    result = simulate(load_scene("models/no_clearance.yaml"))
+A scene is a model that comes with the program, by name; a file; or a dict:
 
-The names below are imported when they are first used, so that the command line answers at once.
+>>> import exudyn_flexlink as fl
+>>> scene = fl.load_scene("no_clearance", tolerance=1e-6, turns=0.6)
+>>> scene = scene.with_({"bodies.link.rods": 3, "drives.motor.value": "12 rad/s"})
+>>> rigid = fl.idealise(scene, without=["flexibility"])
+>>> rigid
+<Scene 'Extensible flexible link on a double track, striking a sprung lever': ...>
+
+A run is a result, in SI units; so is one that fails, which says when, why and what to try:
+
+>>> result = fl.simulate(scene)
+>>> result
+<Result 'Extensible flexible link on a double track, ...' by exudyn: completed at 0.314159 s, ...>
+>>> s = result.path("link.end")
+>>> s.time.shape, s.position.shape, s.velocity.shape
+((...,), (..., 2), (..., 2))
+>>> [strike] = result.strikes("strike")
+>>> print(f"struck at {strike.begin:.3f} s with {strike.approach_speed:.2f} m/s")
+struck at 0.262 s with 1.5... m/s
+>>> lever = result.lever("lever")
+>>> bool(abs(lever.farthest) > 0.1)
+True
+>>> touches = result.touches("strike")  # or a sleeve with clearance: every touch of its walls
+>>> bool(touches.peak_force.max() > 1)
+True
+>>> bool(abs(result.energy.residual).max() < 1e-6)
+True
+
+Figures are matplotlib's; a notebook shows them, and `savefig` writes them:
+
+>>> result.plot.coordinates().savefig("s.pdf")
+>>> folder = result.save("runs/a")
+>>> fl.load(folder)
+<Result ...>
+
+The second opinion is the hand-written Lagrangian:
+
+>>> fl.compare(result, fl.simulate(scene, engine="lagrangian"))
+<Comparison of exudyn and lagrangian: link.end apart by ... m at most>
+>>> fl.compare(fl.simulate(rigid), result, names=("rigid", "flexible"))
+<Comparison of rigid and flexible: ...>
+
+``result.to_dataframe("link.end")`` and ``result.to_xarray()`` give the samples as tables, with
+pandas and xarray: ``pip install 'exudyn-flexlink[tables]'``.
+
+The names are imported when they are first used, so that the command line answers at once.
 """
 
 from __future__ import annotations
@@ -12,25 +55,59 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.engines import NotRepresentableError, simulate
-    from exudyn_flexlink.loading import load_scene
-    from exudyn_flexlink.result import Result
-    from exudyn_flexlink.scene import Scene
+    from exudyn_flexlink.api.comparisons import Comparison, compare
+    from exudyn_flexlink.api.results import Result, load, simulate
+    from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
+    from exudyn_flexlink.engines import NotRepresentableError
+    from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.storage import StorageError
 
-__all__ = ["NotRepresentableError", "Result", "Scene", "SceneError", "load_scene", "simulate"]
+    __version__: str
+
+__all__ = [
+    "Comparison",
+    "NotRepresentableError",
+    "Result",
+    "Scene",
+    "SceneError",
+    "StorageError",
+    "__version__",
+    "compare",
+    "idealise",
+    "load",
+    "load_scene",
+    "model_names",
+    "simulate",
+]
 
 _HOMES = {
+    "Comparison": "api.comparisons",
     "NotRepresentableError": "engines",
-    "Result": "result",
-    "Scene": "scene",
+    "Result": "api.results",
+    "Scene": "api.scenes",
     "SceneError": "source",
-    "load_scene": "loading",
-    "simulate": "engines",
+    "StorageError": "storage",
+    "compare": "api.comparisons",
+    "idealise": "api.scenes",
+    "load": "api.results",
+    "load_scene": "api.scenes",
+    "model_names": "shipped",
+    "simulate": "api.results",
 }
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        metadata = import_module("importlib.metadata")
+        try:
+            return metadata.version("exudyn-flexlink")
+        except metadata.PackageNotFoundError:
+            return "not installed"  # run from its source
     if name not in _HOMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

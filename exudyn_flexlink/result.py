@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -22,14 +24,14 @@ NOT_MEASURED = "no neighbouring run was made"
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at one instant.
+    """Something that happened at one instant: what a contact's interval tells, or a lap.
 
     `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
     an end of the face while pressed to it), ``impact`` (speeds jump, under an impulse law), ``lap``
     (the slot's next lap begins). `name` is that of the contact or joint in the scene, `details` are
-    SI numbers by name: approach_speed, place, gap, and where a contact ended its impulse,
-    energy_lost and peak_force; lap. An impact has separation_speed, impulse and energy_lost too,
-    and as motor_work the energy (J) that a speed drive supplied in it.
+    SI numbers by name: place, and where a contact begins its approach_speed; where it ended its
+    separation_speed, impulse, energy_lost and peak_force; of an impact all but the last of them,
+    and motor_work; lap.
     """
 
     time: float
@@ -50,29 +52,15 @@ class Outcome:
 
 @dataclass(frozen=True)
 class ContactHistory:
-    """Gap (m, positive when apart), place along the face (m) and force (N) at the samples."""
+    """How a point met a face: when it touched, and samples of its motion.
+
+    Gap (m, positive when apart), place along the face (m) and force (N) at the samples.
+    """
 
     gap: FloatArray
     place: FloatArray
     force: FloatArray
-
-
-@dataclass(frozen=True)
-class Touches:
-    """Every time a pair of a sleeve touched, in order of `begin`; arrays of one length.
-
-    `pair` is an index into the history's `pairs`; `begin` and `end` (s), `impulse` (N s) of the
-    normal force, `energy_lost` (J, friction included), `peak_force` (N), `approach_speed` (m/s) at
-    the beginning. What still touches as the run ends, ends there.
-    """
-
-    pair: NDArray[np.int64]
-    begin: FloatArray
-    end: FloatArray
-    impulse: FloatArray
-    energy_lost: FloatArray
-    peak_force: FloatArray
-    approach_speed: FloatArray
+    touches: Intervals
 
 
 @dataclass(frozen=True)
@@ -88,7 +76,7 @@ class SleeveHistory:
     pairs: tuple[str, ...]
     sides: tuple[float, ...]
     force: FloatArray
-    touches: Touches
+    touches: Intervals
     deepest: float
 
 
@@ -104,8 +92,9 @@ class Extremes:
 
     def between(self, begin: float, end: float) -> Extremes:
         """Those from `begin` to `end` (s); may be none."""
-        inside = (self.time >= begin) & (self.time <= end)
-        return Extremes(self.time[inside], self.value[inside])
+        first = np.searchsorted(self.time, begin, side="left")
+        last = np.searchsorted(self.time, end, side="right")
+        return Extremes(self.time[first:last], self.value[first:last])
 
     @property
     def least(self) -> tuple[float, float]:
@@ -167,16 +156,18 @@ class Checks:
 
 @dataclass(frozen=True)
 class MeasuredError:
-    """How far a run's `points`, S and tips that are struck, are off, as a neighbouring run tells.
+    """How far a run's `points` are off, as a neighbouring run tells.
 
-    `largest` (m) is the largest error of any; `limit` (m) is what they may be off: the scene's
-    tolerance, or without one a thousandth of the room that S takes. `exceeds_from` (s) is the
-    instant from which on an error is larger, None if none ever is; `stopped` (s) is the end of a
-    neighbour that did not come to the run's end, None if it did. `neighbour` holds its settings.
+    `largest` (m) is the largest error of any, that of the point `worst`; `limit` (m) is what they
+    may be off: the scene's tolerance, or without one a thousandth of the room that they take.
+    `exceeds_from` (s) is the instant from which on an error is larger, None if none ever is;
+    `stopped` (s) is the end of a neighbour that did not come to the run's end, None if it did.
+    `neighbour` holds its settings.
     `missing` says why nothing was measured; it is empty where something was.
     """
 
     points: tuple[str, ...] = ()
+    worst: str = ""
     limit: float = inf
     largest: float = inf
     exceeds_from: float | None = None
@@ -199,6 +190,7 @@ class Result:
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
+    `laps` are events of that kind, of every slot whose curve has laps.
     `error` is what a neighbouring run tells of this one's: None where contacts do not multiply
     errors, so that the engine keeps the tolerance by its steps alone.
     """
@@ -219,8 +211,43 @@ class Result:
     sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
     energy: EnergyHistory
     extremes: Mapping[str, Extremes]
-    events: tuple[Event, ...]
+    laps: tuple[Event, ...]
     checks: Checks
     warnings: tuple[str, ...]
     outcome: Outcome
     error: MeasuredError | None = None
+
+    @property
+    def intervals(self) -> dict[str, Intervals]:
+        """Every contact, by the names of the scene's contacts and then of its sleeves."""
+        found = {name: contact.touches for name, contact in self.contacts.items()}
+        return found | {name: sleeve.touches for name, sleeve in self.sleeves.items()}
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """What the scene's contacts and laps tell, in order of time."""
+        told = [
+            event
+            for name, contact in self.contacts.items()
+            for interval in contact.touches
+            for event in _events_of(interval, name)
+        ]
+        return tuple(sorted([*self.laps, *told], key=lambda event: event.time))
+
+
+def _events_of(interval: Interval, name: str) -> Iterator[Event]:
+    begun = {"approach_speed": interval.approach_speed, "place": interval.place}
+    ended = {
+        "separation_speed": interval.separation_speed,
+        "impulse": interval.impulse,
+        "energy_lost": interval.energy_lost,
+    }
+    if interval.impact:
+        details = {**begun, **ended, "motor_work": interval.motor_work}
+        yield Event(interval.begin, "impact", name, details)
+        return
+    yield Event(interval.begin, "contact begins", name, begun)
+    if not interval.lasts:
+        kind = "leaves the face" if interval.slides_off else "contact ends"
+        details = {"place": interval.end_place, **ended, "peak_force": interval.peak_force}
+        yield Event(interval.end, kind, name, details)

@@ -1,7 +1,7 @@
 """How long a run can be trusted instant by instant, and what holds of it afterwards.
 
 Two neighbouring runs, of one scene and engine but other tolerances or a slightly other start, part
-exponentially where impacts are sensitive. Up to the horizon the watched point S is known pointwise;
+exponentially where impacts are sensitive. Up to the horizon points are known instant by instant;
 beyond it what both runs share is the statistics: how far S strays from its ideal path and how fast
 it vibrates there, extremes, parts of the time in contact.
 """
@@ -13,15 +13,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import common_times, horizon, parting_limit, separation
 from exudyn_flexlink.observables import (
+    STILL,
     ContactTotals,
+    common_points,
+    common_times,
     contact_totals,
+    farthest,
+    horizon,
+    judged_points,
     lever_response,
+    name_of,
+    parting_limit,
     perturbation,
+    room,
+    separations,
     sleeves_with_play,
     struck_bodies,
-    struck_tips,
     watched_point,
 )
 from exudyn_flexlink.result import MeasuredError, Result
@@ -67,14 +75,19 @@ class RunStatistics:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Two neighbouring runs: `horizon` (s) is where S differs by more than `limit` (m) first.
+    """Two neighbouring runs: `horizon` (s) is where a point differs by more than `limit` (m) first.
 
     Where one stopped before, its end; None if they never part. `growth` (1/s) is the rate of the
     exponential parting before it, None if there is nothing to fit; `largest` (m) is the largest
-    difference of S, `angles` (rad) are those of struck bodies; `end` (s) is the end of both.
+    difference of the `points` that are judged, that of the point `worst`; `angles` (rad) are those
+    of struck bodies; `end` (s) is the end of both. `point` is the watched one, S; `room` (m) is 0
+    if no point moves, so that none tells anything.
     """
 
     point: str
+    points: tuple[str, ...]
+    worst: str
+    room: float
     limit: float
     end: float
     horizon: float | None
@@ -99,18 +112,22 @@ def sensitivity(
     """
     limit = parting_limit(first) if limit is None else limit
     time = common_times(first, second)
-    apart = separation(first, second, time)
+    points = common_points(first, second)
+    each = separations(first, second, time, points)
     found = horizon(first, second, limit)
     if found is None and not all(run.outcome.completed for run in (first, second)):
         found = float(time[-1])
     one, other = (run_statistics(run, smooth, float(time[-1])) for run in (first, second))
     return Sensitivity(
         watched_point(first.scene),
+        points,
+        farthest(points, each.max(axis=0)),
+        max(room(run, points) for run in (first, second)),
         limit,
         float(time[-1]),
         found,
-        growth_rate(time, apart, limit),
-        float(apart.max()),
+        growth_rate(time, each.max(axis=1), limit),
+        float(each.max()),
         _angles_apart(first, second, time),
         one,
         other,
@@ -118,16 +135,19 @@ def sensitivity(
 
 
 def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredError:
-    """Tell how far a run is off in S and in the tips that are struck, from a neighbouring run.
+    """Tell how far a run is off in the points that are judged, from a neighbouring run.
 
     The neighbour's steps make errors `factor` times those of the run's steps, and so will it at
     the end, but for `SCATTER`: the distance of both tells the error of either. Once they have
     parted visibly, the error is no less than the distance.
     """
-    points = tuple(dict.fromkeys([watched_point(run.scene), *struck_tips(run)]))
+    points = judged_points(run.scene)
+    if max(room(each, points) for each in (run, neighbour)) <= STILL:
+        return MeasuredError(points, missing=f"{name_of(points)} stand still")
     time = common_times(run, neighbour)
-    apart = np.max([separation(run, neighbour, time, point) for point in points], axis=0)
-    apart = np.maximum.accumulate(np.where(np.isfinite(apart), apart, np.inf))
+    each = separations(run, neighbour, time, points)
+    each = np.maximum.accumulate(np.where(np.isfinite(each), each, np.inf), axis=0)
+    apart = each.max(axis=1)
     visible = parting_limit(run)
     most = SCATTER / abs(factor - 1) * apart
     error = np.where(apart > visible, np.maximum(most, apart), most)
@@ -135,6 +155,7 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
     above = np.flatnonzero(error > limit)
     return MeasuredError(
         points,
+        farthest(points, each[-1]),
         limit,
         float(error[-1]),
         float(time[above[0]]) if len(above) else None,

@@ -1,8 +1,8 @@
 """Measure whether this tool is ahead of what one would script by hand, and of its peers.
 
-  python scripts/benchmark.py                  everything, about a quarter of an hour
-  python scripts/benchmark.py naive rods       some parts
-  python scripts/benchmark.py --quick          smaller ones, about three minutes
+  .venv/bin/python scripts/benchmark.py                  everything, about a quarter of an hour
+  .venv/bin/python scripts/benchmark.py naive rods       some parts
+  .venv/bin/python scripts/benchmark.py --quick          smaller ones, about three minutes
 
 Parts: naive (the script by hand), scipy, mujoco (peers; MuJoCo if installed), rods (cost of a step
 over their number), effects (what each costs), startup.
@@ -43,6 +43,7 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", metavar="part", help=f"of: {', '.join(PARTS)}")
     parser.add_argument("--quick", action="store_true", help="smaller scenes, fewer points")
     parser.add_argument("--repeat", type=int, default=3, help="runs of which the best counts")
+    parser.add_argument("--markdown", action="store_true", help="print tables as Markdown")
     parser.add_argument("--full", action="store_true", help="scipy: two turns, not a part of one")
     options = parser.parse_args()
     if unknown := [part for part in options.parts if part not in PARTS]:
@@ -53,7 +54,17 @@ def main() -> None:
         if name == "scipy":
             measure = partial(measure, full=options.full)
         for table in measure():
-            show(console, table)
+            if options.markdown:
+                print(markdown(table))
+            else:
+                show(console, table)
+
+
+def markdown(table: Table) -> str:
+    """Return a table as Markdown, its title and its conclusion in bold."""
+    rows = (table.columns, ("---",) * len(table.columns), *table.rows)
+    lines = [f"**{table.title}**", "", *(f"| {' | '.join(row)} |" for row in rows), ""]
+    return "\n".join([*lines, f"**{table.conclusion}**", ""] if table.conclusion else lines)
 
 
 def show(console: Console, table: Table) -> None:

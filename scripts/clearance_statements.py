@@ -1,7 +1,7 @@
 """Put to the test what the paper says of clearance: more excitation, a higher first amplitude.
 
-  python scripts/clearance_statements.py
-  python scripts/clearance_statements.py --engine lagrangian
+  .venv/bin/python scripts/clearance_statements.py
+  .venv/bin/python scripts/clearance_statements.py --engine lagrangian
 
 For clearances from none to 5 mm and three restitutions of the walls it prints, over the first two
 laps, of the perturbation of S (against the rigid link without clearance): its rms, that of its fast
@@ -28,6 +28,13 @@ MODELS = Path(__file__).parent.parent / "models"
 STEP = 5e-4  # s, between samples
 HIGH = 15.0  # Hz: the slowest vibration of the link has 29
 COMMON = ["run.turns=2", f"run.sample={STEP}"]
+COLUMNS = (
+    "clearance",
+    "rms of S - S_rigid",
+    "its fast part",
+    "decays to 1/10 in",
+    "lever, first amplitude",
+)
 VARIANTS = {
     "none": ("no_clearance", []),
     "supported": ("supported", []),
@@ -49,7 +56,7 @@ def main() -> None:
     engine = parser.parse_args().engine
     time = np.arange(0, 1.2566, STEP)
     ideal = end_of(simulate(load_scene(MODELS / "rigid.yaml", COMMON), engine, measure=False), time)
-    print("clearance             rms of S - S_rigid    fast part   decay to 1/10   lever, first")
+    print(f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|", sep="\n")
     for name, (model, settings) in VARIANTS.items():
         result = simulate(
             load_scene(MODELS / f"{model}.yaml", [*COMMON, *settings]), engine, measure=False
@@ -71,8 +78,8 @@ def row(name: str, result: Result, time: FloatArray, ideal: FloatArray) -> str:
     decay = decay_time(time, fast, strikes(result, "strike")[0].begin)
     shown = f"{decay:.3f} s" if np.isfinite(decay) else "not in two laps"
     return (
-        f"{name:20}  {1e3 * np.sqrt(np.mean(np.sum(off**2, axis=1))):15.3f} mm"
-        f"  {1e3 * np.sqrt(np.mean(fast**2)):8.3f} mm  {shown:>14}  {least:+.5f} rad"
+        f"| {name} | {1e3 * np.sqrt(np.mean(np.sum(off**2, axis=1))):.3f} mm "
+        f"| {1e3 * np.sqrt(np.mean(fast**2)):.3f} mm | {shown} | {least:+.5f} rad |"
     )
 
 

@@ -1,9 +1,9 @@
 """Fuzz the loader of models: whatever it is given, a scene or a SceneError comes out.
 
 Usage:
-    python scripts/fuzz_loader.py --minutes 60             another seed every time; it is printed
-    python scripts/fuzz_loader.py --minutes 5 --seed 7
-    python scripts/fuzz_loader.py --replay fuzz/0          what was found, once more
+  .venv/bin/python scripts/fuzz_loader.py --minutes 60     another seed every time; it is printed
+  .venv/bin/python scripts/fuzz_loader.py --minutes 5 --seed 7
+  .venv/bin/python scripts/fuzz_loader.py --replay fuzz/0  what was found, once more
 
 An input that lets anything else out (an exception, a warning, more than 20 s of processor time,
 more than 4 GB) is made as small as possible and kept, model, CSV file and settings, in a folder of
@@ -20,10 +20,17 @@ import time
 import traceback
 from pathlib import Path
 
+try:
+    from hypothesis import HealthCheck, Phase, given, settings
+    from hypothesis import seed as seeded
+except ModuleNotFoundError:
+    helping = {"-h", "--help"} & set(sys.argv)
+    told = f"{__doc__}\n" if helping else ""
+    print(f"{told}needs hypothesis: .venv/bin/pip install -q -e '.[dev]'", file=sys.stderr)
+    raise SystemExit(0 if helping else 2) from None
+
 from fuzzing.inputs import INPUTS, Input, kept
 from fuzzing.trying import TooLongError, limit_memory, loads, signature
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import seed as seeded
 
 AT_ONCE = 400  # inputs between two looks at the clock
 

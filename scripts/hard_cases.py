@@ -1,9 +1,9 @@
 """Hard cases: whether the answer is right, refused as documented, or wrong.
 
 Usage:
-    python scripts/hard_cases.py                      the whole catalogue
-    python scripts/hard_cases.py --quick              a part of every case
-    python scripts/hard_cases.py --only speed strip --way minimal
+  .venv/bin/python scripts/hard_cases.py                      the whole catalogue
+  .venv/bin/python scripts/hard_cases.py --quick              a part of every case
+  .venv/bin/python scripts/hard_cases.py --only speed strip --way minimal
 
 Every model of `models/hard` is run in its variants, by every engine and formulation that represents
 it, and held against the truth that stands at its head. Prints a table; the exit code is 1 if

@@ -1,9 +1,9 @@
 """Strikes and response of the struck body of a saved run: table, CSV, figure (paper, Fig. 4).
 
 Examples:
-  python scripts/lever_response.py runs/no_clearance
-  python scripts/lever_response.py runs/no_clearance --csv lever.csv --png lever.png
-  python scripts/lever_response.py runs/two_levers --contact left
+  .venv/bin/python scripts/lever_response.py runs/no_clearance
+  .venv/bin/python scripts/lever_response.py runs/no_clearance --csv lever.csv --png lever.png
+  .venv/bin/python scripts/lever_response.py runs/two_levers --contact left
 
 Exit codes: 0 done; 2 no such run or contact, or a file can't be written.
 
@@ -97,7 +97,7 @@ def _draw(result: Result, file: Path) -> None:
     figure = lever(result)
     if figure is None:
         raise ValueError("the run has one instant only: nothing to draw")
-    figure.savefig(file, dpi=150)
+    figure.savefig(file, dpi=figure.dpi)
 
 
 def _parser() -> argparse.ArgumentParser:

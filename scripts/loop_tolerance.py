@@ -1,8 +1,8 @@
 """What a tolerance means for mechanisms with loops and welds: the error that is really made.
 
 Usage:
-    python scripts/loop_tolerance.py                     all models of this kind, 1e-3 to 1e-8 m
-    python scripts/loop_tolerance.py --models textbook/slider_crank --tolerances 1e-6
+  .venv/bin/python scripts/loop_tolerance.py  all models of this kind, 1e-3 to 1e-8 m
+  .venv/bin/python scripts/loop_tolerance.py --models textbook/slider_crank --tolerances 1e-6
 
 Errors are the largest of any part's origin over the run, against the same formulation at 1e-10 m;
 tests/test_loops.py holds it against closed forms and published numbers. Seconds are of

@@ -1,11 +1,12 @@
 """Many turns of both scenes of the paper: whether a run drifts or stops.
 
-  python scripts/many_turns.py
-  python scripts/many_turns.py --turns 50 --only no_clearance
+  .venv/bin/python scripts/many_turns.py
+  .venv/bin/python scripts/many_turns.py --turns 50 --only no_clearance
 
-Prints the README's table, a line as soon as a run is done: strikes, touches of the walls, what the
-energy balance missed at most, and in the first and the second half of the run. 500 turns take some
-minutes without clearance; with it, Exudyn takes an hour, the Lagrangian some minutes.
+Prints the table of docs/hard_cases.md, a line as soon as a run is done: strikes, touches of the
+walls, what the energy balance missed at most, and in the first and the second half of the run. 500
+turns take some minutes without clearance; with it, Exudyn takes an hour, the Lagrangian some
+minutes.
 """
 
 from __future__ import annotations

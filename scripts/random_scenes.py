@@ -1,9 +1,9 @@
 """Random scenes through both engines: none may crash, none may silently be wrong.
 
 Usage:
-    python scripts/random_scenes.py                      200 scenes, on all cores, an hour or so
-    python scripts/random_scenes.py --count 20 --seed 7
-    python scripts/random_scenes.py --only 137           one of them, told in full
+  .venv/bin/python scripts/random_scenes.py             200 scenes, on all cores, an hour or so
+  .venv/bin/python scripts/random_scenes.py --count 20 --seed 7
+  .venv/bin/python scripts/random_scenes.py --only 137  one of them, told in full
 
 Every parameter of the paper's mechanism is drawn within ten times its value (angles, restitution
 and the shape of the mechanism within their own bounds; 2 to 4 rods where they touch walls, as more
@@ -32,9 +32,9 @@ from pathlib import Path
 import numpy as np
 
 from exudyn_flexlink.cli.terminal import progress_bar
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.engines.mending import tightened
+from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import SceneError
@@ -53,14 +53,16 @@ SPEED = 10.0  # rad/s: the paper's
 REFUSED, STOPPED, CRASHED = "refused", "stopped and said why", "CRASHED"
 AGREES, PARTED = "agrees to the end", "agrees to the horizon"
 WARNED, SILENT = "disagrees and warns", "DISAGREES SILENTLY"
+KINDS = (AGREES, PARTED, WARNED, SILENT, STOPPED, REFUSED, CRASHED)
+CLEAR = "clearance.yaml"
 
 
 @dataclass(frozen=True)
 class Verdict:
     """What became of a scene.
 
-    `ratio` is the deviation of S over the tolerance, to the horizon; `tip` that of the lever's tip,
-    to the end.
+    `ratio` is the deviation of named points over the tolerance, to the horizon; `tip` that of the
+    lever's tip, to the end.
     """
 
     kind: str
@@ -120,7 +122,7 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
         settings["joints.sleeve.clearance"] = f"{5e-3 * size * DECADE ** rng.uniform(-1, 0)}"
         settings["joints.sleeve.law.stiffness"] = f"{1e5 * factor()}"
         settings["joints.sleeve.law.restitution"] = f"{rng.uniform(0, 1)}"
-    model = "clearance.yaml" if clear else "no_clearance.yaml"
+    model = CLEAR if clear else "no_clearance.yaml"
     return model, [f"{key}={value}" for key, value in settings.items()]
 
 
@@ -138,7 +140,7 @@ def judge(model: str, settings: list[str]) -> Verdict:
         near = (
             None
             if _agree(found, exact, tolerance)
-            else simulate(tightened(scene, NEAR), measure=False)
+            else simulate(retuned(scene, found, NEAR), measure=False)
         )
     except (NotRepresentableError, SceneError) as error:
         return Verdict(REFUSED, str(error))
@@ -197,11 +199,12 @@ def main() -> int:
         model, settings = draw(np.random.default_rng([options.seed, options.only]))
         print(model, *(f"     --set '{setting}'" for setting in settings), sep="\n")
     numbers = list(range(options.count)) if options.only is None else [options.only]
-    counts: Counter[str] = Counter()
+    counts: Counter[tuple[str, bool]] = Counter()
     ratios, tips = [], {}
     with progress_bar(False, "judging") as progress:
         for number, verdict in enumerate(verdicts(numbers, options.seed, options.jobs)):
-            counts[verdict.kind] += 1
+            clear = draw(np.random.default_rng([options.seed, numbers[number]]))[0] == CLEAR
+            counts[verdict.kind, clear] += 1
             ratios += [verdict.ratio] if verdict.kind in {AGREES, PARTED} else []
             if verdict.tip > 1:
                 tips[numbers[number]] = verdict.tip
@@ -209,12 +212,16 @@ def main() -> int:
                 print(f"{numbers[number]:4d} {verdict.kind}: {verdict.told}", flush=True)
             if progress is not None:
                 progress((number + 1) / len(numbers))
-    print(", ".join(f"{count} {kind}" for kind, count in counts.most_common()))
+    print("| | without clearance | with clearance |\n|---|---|---|")
+    for kind in KINDS:
+        print(f"| {kind} | {counts[kind, False]} | {counts[kind, True]} |")
+    print()
     over = ", ".join(f"{number}: {tip:.2g}" for number, tip in tips.items())
     print(f"lever's tip, to the end, in tolerances where more than one: {over or 'nowhere'}")
     if ratios:
         print(f"where they agree: at most {max(ratios):.2g} of the tolerance")
-    return 1 if counts[CRASHED] or counts[SILENT] else 0
+    wrong = sum(counts[kind, clear] for kind in (CRASHED, SILENT) for clear in (False, True))
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Random strikes through both engines: none may silently be off by more than the tolerance.
 
 Usage:
-    python scripts/random_strikes.py                      250 scenes, two at once, ten minutes or so
-    python scripts/random_strikes.py --count 20 --seed 7
-    python scripts/random_strikes.py --only 137           one of them, with its settings
+  .venv/bin/python scripts/random_strikes.py             250 scenes, two at once, ten minutes or so
+  .venv/bin/python scripts/random_strikes.py --count 20 --seed 7
+  .venv/bin/python scripts/random_strikes.py --only 137  one of them, with its settings
 
 The paper's mechanism without clearance, of 1 to 12 rods, strikes a lever at 2 to 60 rad/s, with
 contacts of 1e3 to 1e6 N/m that return anything from nothing to all. S and the lever's tip of each
@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from exudyn_flexlink.cli.terminal import progress_bar
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result

@@ -1,8 +1,8 @@
 """What rounding leaves of a run: how near both engines come, however small the tolerance.
 
 Usage:
-    python scripts/rounding.py
-    python scripts/rounding.py --models rigid --turns 1
+  .venv/bin/python scripts/rounding.py
+  .venv/bin/python scripts/rounding.py --models rigid --turns 1
 
 Tree and Lagrangian round in different places. Told is the largest distance (m) of S in one from S
 in the other, and in roundings of a position at the mechanism's extent; the least tolerance that a
@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from tolerance import MODELS, SCENES
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import extent, least_tolerance

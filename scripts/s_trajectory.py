@@ -1,9 +1,9 @@
 """Path of the watched point (the paper's S) of a saved run: table, CSV and figure (paper, Fig. 3).
 
 Examples:
-  python scripts/s_trajectory.py runs/no_clearance
-  python scripts/s_trajectory.py runs/no_clearance --csv s.csv --png s.png
-  python scripts/s_trajectory.py runs/no_clearance --point lever.end
+  .venv/bin/python scripts/s_trajectory.py runs/no_clearance
+  .venv/bin/python scripts/s_trajectory.py runs/no_clearance --csv s.csv --png s.png
+  .venv/bin/python scripts/s_trajectory.py runs/no_clearance --point lever.end
 
 Exit codes: 0 done; 2 no such run or point, or a file can't be written.
 
@@ -78,7 +78,7 @@ def _draw(result: Result, point: str, file: Path) -> None:
     figure = coordinates(result, point)
     if figure is None:
         raise ValueError("the run has one instant only: nothing to draw")
-    figure.savefig(file, dpi=150)
+    figure.savefig(file, dpi=figure.dpi)
 
 
 def _parser() -> argparse.ArgumentParser:

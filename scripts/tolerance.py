@@ -1,17 +1,17 @@
 """What a tolerance means: the error that is really made, by scene and tolerance.
 
 Usage:
-    python scripts/tolerance.py                        the Lagrangian, all scenes
-    python scripts/tolerance.py --engine exudyn --models smooth rigid --tolerances 1e-4 1e-5
-    python scripts/tolerance.py --turns 1 --repeat 3
-    python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
+  .venv/bin/python scripts/tolerance.py                        the Lagrangian, all scenes
+  .venv/bin/python scripts/tolerance.py --engine exudyn lagrangian --models smooth --tolerances 1e-4
+  .venv/bin/python scripts/tolerance.py --turns 1 --repeat 3
+  .venv/bin/python scripts/tolerance.py --models spline_24 coast_24 spline_240 coast_240
 
 `spline_N` is `spline_track` with a cam through N points, rounded to microns as in a file; on
-`coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of S and of the
-lever's tip, m, over the run, against the Lagrangian with a tolerance of 1e-11 m. Scenes with
-clearance go on for less than half a turn. Flagged are errors
-above the tolerance, and where both are more than a hundred times below it. Seconds are of processor
-time, the least of some solves.
+`coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of all named
+points, and of the lever's tip by its angle, m, over the run, against the Lagrangian at 1e-11 m.
+Scenes with clearance go on for less than half a turn. Flagged are errors above the
+tolerance, and where both are more than a hundred times below it. Seconds are of processor
+time, the least of some solves. At the end the larger of both errors is printed as a table.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
 from time import process_time
 
 import numpy as np
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.result import Result
@@ -66,13 +67,18 @@ class Point:
     tip: float
     steps: int
     seconds: float
+    by: str
+
+    @property
+    def largest(self) -> float:
+        """The larger of both errors, m."""
+        return max(self.error, self.tip)
 
     def flag(self, tolerance: float) -> str:
         """What is wrong with the errors, by the tolerance."""
-        largest = max(self.error, self.tip)
-        if largest > tolerance:
+        if self.largest > tolerance:
             return "ABOVE"
-        return "far below" if largest < tolerance / FARTHEST_BELOW else ""
+        return "far below" if self.largest < tolerance / FARTHEST_BELOW else ""
 
 
 def spline_text(name: str) -> str:
@@ -119,30 +125,40 @@ def measure(name: str, engine: str, turns: float, tolerance: float, repeat: int)
     if found.largest_angle is not None:
         lever = result.scene.bodies["lever"].length if "lever" in result.scene.bodies else 0.0
         tip = lever * found.largest_angle
-    return Point(found.largest, tip, result.checks.steps, seconds)
+    by = str(result.settings.get("formulation", "Lagrangian"))
+    return Point(found.largest, tip, result.checks.steps, seconds, by)
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
+    engines = ("exudyn", "lagrangian")
+    parser.add_argument("--engine", nargs="+", choices=engines, default=["lagrangian"])
     parser.add_argument("--models", nargs="+", choices=[*SCENES, *SPLINES], default=list(SCENES))
     parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
     parser.add_argument("--turns", type=float, default=2.0)
     parser.add_argument("--repeat", type=int, default=2, help="runs, of which the fastest counts")
     options = parser.parse_args()
-    head = ("scene", "tolerance", "S, m", "tip, m", "of it", "steps", "s", "")
+    head = ("scene", "tolerance", "points, m", "tip, m", "of it", "steps", "s", "")
     print("{:<17}{:>10}{:>10}{:>10}{:>9}{:>8}{:>8}  {}".format(*head))
-    for name in options.models:
-        simulate(model(name, 0.01, 1e-3), options.engine, measure=False)  # compiled, imported
+    rows = []
+    for name, engine in product(options.models, options.engine):
+        simulate(model(name, 0.01, 1e-3), engine, measure=False)  # compiled, imported
+        points = []
         for tolerance in options.tolerances:
-            point = measure(name, options.engine, options.turns, tolerance, options.repeat)
-            part = max(point.error, point.tip) / tolerance
+            point = measure(name, engine, options.turns, tolerance, options.repeat)
+            points.append(point)
             print(
-                f"{name:<17}{tolerance:>10.0e}{point.error:>10.1e}{point.tip:>10.1e}{part:>9.3f}"
-                f"{point.steps:>8}{point.seconds:>8.3f}  {point.flag(tolerance)}",
+                f"{name:<17}{tolerance:>10.0e}{point.error:>10.1e}{point.tip:>10.1e}"
+                f"{point.largest / tolerance:>9.3f}{point.steps:>8}{point.seconds:>8.3f}"
+                f"  {point.flag(tolerance)}",
                 flush=True,
             )
+        cells = " | ".join(f"{point.largest:.1e}" for point in points)
+        rows.append(f"| `{name}` | {points[0].by} | {cells} |")
+    columns = " | ".join(f"{tolerance:.0e} m" for tolerance in options.tolerances)
+    print(f"\n| scene | by | {columns} |", "|---" * (len(options.tolerances) + 2) + "|", sep="\n")
+    print(*rows, sep="\n")
 
 
 if __name__ == "__main__":

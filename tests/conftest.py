@@ -27,7 +27,7 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
     monkeypatch.chdir(tmp_path)
 
     def put(fake: Fake) -> None:
-        def simulate(scene: Scene, engine: str, progress: object, *, measure: bool) -> Result:
+        def simulate(scene: Scene, engine: str, progress: object, **_: object) -> Result:
             return fake(scene, engine, progress)
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)

@@ -1,6 +1,7 @@
 """Results made by closed form, for tests of what is done with a Result: no engine needed."""
 
-from dataclasses import fields, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from exudyn_flexlink.curves import intersect_ray
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
+from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Channel,
@@ -22,12 +24,10 @@ from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
     EnergyHistory,
-    Event,
     Extremes,
     Outcome,
     Result,
     SleeveHistory,
-    Touches,
 )
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
@@ -128,7 +128,7 @@ def rigid_link(turns: float = 4.0, samples: int = 1601, scene: Scene | None = No
     lever = mechanism.parts_of("lever")[0]
     q[:, lever, :2] = (-0.138, 0.0)
     q[:, lever, 2] = sum(_swing(time - begin) for begin in begins)
-    return result_of(scene, time, q, _events(begins))
+    return result_of(scene, time, q, _touches(begins))
 
 
 def _swing(since: np.ndarray) -> np.ndarray:
@@ -137,22 +137,20 @@ def _swing(since: np.ndarray) -> np.ndarray:
     return -LEVER_PEAK * decay * np.sin(LEVER_FREQUENCY * t)
 
 
-def _events(begins: list[float]) -> tuple[Event, ...]:
-    found = []
-    for t in begins:
-        touch = {"approach_speed": 0.9, "place": 0.028}
-        found += [
-            Event(t, "contact begins", "strike", touch),
-            Event(t + 2e-3, "contact ends", "strike", {"impulse": IMPULSE, "energy_lost": 1e-5}),
-            Event(t + 3e-3, "contact begins", "strike", {"approach_speed": 0.1, "place": 0.029}),
-            Event(t + 4e-3, "leaves the face", "strike", {"place": 0.03}),
-            Event(t + 4e-3, "contact ends", "strike", {"impulse": IMPULSE, "energy_lost": 1e-5}),
-        ]
-    return tuple(found)
+def _touches(begins: list[float]) -> list[Interval]:
+    common = {"impulse": IMPULSE, "energy_lost": 1e-5, "peak_force": 0.4}
+    return [
+        touch
+        for t in begins
+        for touch in (
+            Interval(t, t + 2e-3, 0.028, 0.028, 0.9, **common),
+            Interval(t + 3e-3, t + 4e-3, 0.029, 0.03, 0.1, **common, slides_off=True),
+        )
+    ]
 
 
 def result_of(
-    scene: Scene, time: np.ndarray, q: np.ndarray, events: tuple[Event, ...] = ()
+    scene: Scene, time: np.ndarray, q: np.ndarray, touches: Iterable[Interval] = ()
 ) -> Result:
     """Fill a Result around a motion (N, parts, 3); forces are made up.
 
@@ -160,7 +158,7 @@ def result_of(
     """
     mechanism = build_mechanism(scene)
     v = np.gradient(q, time, axis=0)
-    contacts = {c.name: _contact(c, q, v, time, events) for c in mechanism.contacts}
+    contacts = {c.name: _contact(c, q, v, time, list(touches)) for c in mechanism.contacts}
     meter = EnergyMeter(mechanism)
     kinetic, stored = meter.kinetic(q, v), meter.potential(q)
     noise = 1e-9 * np.sin(50 * time)
@@ -185,7 +183,7 @@ def result_of(
         sleeves={c.name: _sleeve(c, q, v, time) for c in mechanism.channels},
         energy=energy,
         extremes=_extremes(scene, time, (q, v), contacts),
-        events=events,
+        laps=(),
         checks=Checks(residual, largest, 1e-12, 100, 250, 1e-5, 1e-4, float("inf"), 1e-5),
         warnings=("made up",),
         outcome=Outcome(True, float(time[-1])),
@@ -212,16 +210,12 @@ def _extremes(scene: Scene, time, motion, contacts) -> dict[str, Extremes]:
     return found
 
 
-def _contact(contact, q, v, time, events) -> ContactHistory:
+def _contact(contact, q, v, time, touches: list[Interval]) -> ContactHistory:
     near = approach(contact, q, v)
     force = np.zeros_like(time)
-    begin = None
-    for event in events:
-        if event.kind == "contact begins":
-            begin = event.time
-        elif event.kind == "contact ends":
-            force[(time >= begin) & (time <= event.time)] = 0.4
-    return ContactHistory(near.gap, near.place, force)
+    for touch in touches:
+        force[(time >= touch.begin) & (time <= touch.end)] = touch.peak_force
+    return ContactHistory(near.gap, near.place, force, Intervals.of(touches))
 
 
 def _sleeve(channel: Channel, q: np.ndarray, v: np.ndarray, time: np.ndarray) -> SleeveHistory:
@@ -233,17 +227,16 @@ def _sleeve(channel: Channel, q: np.ndarray, v: np.ndarray, time: np.ndarray) ->
         deep.append(np.where(beside, -np.abs(near.gap), -near.gap))
         rates.append(near.gap_rate)
     force = channel.law.stiffness * np.maximum(np.array(deep).T, 0.0)
-    rows = [
-        (k, *_touch(time, deep[k], rates[k], force[:, k], stretch))
+    touches = Intervals.of(
+        _touch(time, deep[k], rates[k], force[:, k], stretch, k)
         for k in range(len(faces))
         for stretch in _stretches(deep[k] > 0)
-    ]
-    columns = np.array(sorted(rows, key=lambda row: row[1]), dtype=float).reshape(-1, 7).T
+    )
     return SleeveHistory(
         tuple(face.name for face in faces),
         pair_sides(channel),
         force,
-        Touches(columns[0].astype(np.int64), *(column.copy() for column in columns[1:])),
+        touches,
         float(max(np.max(deep), 0.0)),
     )
 
@@ -254,8 +247,8 @@ def _stretches(inside: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0) - 1, strict=True))
 
 
-def _touch(time, deep, rate, force, stretch: tuple[int, int]) -> tuple[float, ...]:
-    """Begin, end, impulse, energy lost, peak force and approach speed; lost: 0.1 m/s of it."""
+def _touch(time, deep, rate, force, stretch: tuple[int, int], pair: int) -> Interval:  # noqa: PLR0917
+    """One touch from its samples; energy lost: 0.1 m/s of its impulse."""
 
     begin, end = stretch
 
@@ -268,7 +261,15 @@ def _touch(time, deep, rate, force, stretch: tuple[int, int]) -> tuple[float, ..
     steps, during = np.diff(time[begin : end + 1]), force[begin : end + 1]
     impulse = float(np.sum(steps * (during[1:] + during[:-1]) / 2))
     times = crossing(begin - 1, begin), crossing(end + 1, end)
-    return (*times, impulse, 0.1 * impulse, float(during.max()), float(-rate[begin]))
+    return Interval(
+        *times,
+        approach_speed=float(-rate[begin]),
+        impulse=impulse,
+        energy_lost=0.1 * impulse,
+        peak_force=float(during.max()),
+        penetration=float(deep[begin : end + 1].max()),
+        pair=pair,
+    )
 
 
 def tilting_link(samples: int = 4001) -> Result:
@@ -331,8 +332,10 @@ def stopped(result: Result) -> Result:
     return replace(result, outcome=outcome)
 
 
-def without_events(result: Result) -> Result:
-    return replace(result, events=())
+def touched(result: Result, *touches: Interval, name: str = "strike") -> Result:
+    """The same run with other contacts of one name."""
+    own = replace(result.contacts[name], touches=Intervals.of(touches))
+    return replace(result, contacts={**result.contacts, name: own})
 
 
 def retitled(result: Result, title: str) -> Result:
@@ -355,7 +358,9 @@ def first_samples(result: Result, count: int) -> Result:
         joint_forces=cut(result.joint_forces),
         slot_forces=cut(result.slot_forces),
         contacts={
-            name: ContactHistory(*(series[:count] for series in (c.gap, c.place, c.force)))
+            name: ContactHistory(
+                *(series[:count] for series in (c.gap, c.place, c.force)), Intervals.of()
+            )
             for name, c in result.contacts.items()
         },
         sleeves={name: _begun(s, result.time[count - 1], count) for name, s in sleeves.items()},
@@ -369,13 +374,12 @@ def first_samples(result: Result, count: int) -> Result:
             name: own.between(-np.inf, result.time[count - 1])
             for name, own in result.extremes.items()
         },
-        events=(),
+        laps=(),
     )
 
 
 def _begun(sleeve: SleeveHistory, end: float, count: int) -> SleeveHistory:
     """What a run that stops at `end` (s) knows of a sleeve: its touches begun before."""
-    kept = sleeve.touches.begin < end
-    touches = {f.name: getattr(sleeve.touches, f.name)[kept] for f in fields(Touches)}
-    touches["end"] = np.minimum(touches["end"], end)
-    return replace(sleeve, force=sleeve.force[:count], touches=Touches(**touches))
+    touches = sleeve.touches.where(sleeve.touches.begin < end)
+    lasts = np.where(touches.end > end, np.inf, touches.end)
+    return replace(sleeve, force=sleeve.force[:count], touches=replace(touches, end=lasts))

@@ -64,13 +64,13 @@ class World:
         """Second order: time goes as error^-1/2; the Lagrangian as error^-1/10."""
         accuracy = scene.accuracy
         if engine == "lagrangian":
-            return 0.2 * ((accuracy.relative_tolerance or accuracy.tolerance) / 1e-5) ** -0.1
+            return 0.2 * (accuracy.tolerance / 1e-5) ** -0.1
         return 0.1 * ((accuracy.tolerance or 10 * accuracy.step**2) / 1e-5) ** -0.5
 
     @staticmethod
     def error(engine, accuracy):
         if engine == "lagrangian":
-            return 0.0 if accuracy.relative_tolerance else 0.1 * accuracy.tolerance
+            return 0.1 * accuracy.tolerance
         return 0.5 * accuracy.tolerance if accuracy.tolerance else 100 * accuracy.step**2
 
     def motion(self, scene, error):

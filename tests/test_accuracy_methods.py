@@ -2,20 +2,16 @@
 
 import numpy as np
 import pytest
-from results import MODEL
 from studies import BOTH, World, scene_with
 
-from exudyn_flexlink import engines
 from exudyn_flexlink.accuracy import (
     Method,
     Runs,
     methods_of,
 )
 from exudyn_flexlink.accuracy.costs import predict
-from exudyn_flexlink.accuracy.methods import ladder, own_value
+from exudyn_flexlink.accuracy.methods import ladder
 from exudyn_flexlink.accuracy.study import Studying
-from exudyn_flexlink.effects import with_impact
-from exudyn_flexlink.loading import load_scene
 
 # --- costs and ladders
 
@@ -42,9 +38,6 @@ def test_a_noisy_cost_makes_no_finer_run_cheaper_or_absurd():
 def test_a_ladder_reaches_from_above_the_target_to_below_it():
     """A decade above, or up to about 1e-3 m."""
     assert ladder("tolerance", 1e-6, 1e-6)[:2] == pytest.approx([1e-3, 1e-4])
-    assert ladder("relative_tolerance", 1e-6, 1e-6) == pytest.approx(
-        [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
-    )
     rungs = ladder("tolerance", 4e-5, 4e-5)
     np.testing.assert_allclose(rungs, [4e-4, 4e-5, 4e-6, 4e-7, 4e-8, 4e-9])
     assert ladder("tolerance", 1e-5, 1e-2)[0] == pytest.approx(1e-2)
@@ -67,23 +60,6 @@ def test_methods_are_engines_and_formulations_the_models_own_first():
     assert methods_of(stepped, BOTH)[0].name == "Exudyn, fixed step"
 
 
-def test_an_engine_of_local_tolerances_is_turned_by_those():
-    """The Lagrangian with rigid contacts: the tolerance of the model does not reach it."""
-    scene = scene_with("accuracy.tolerance=1e-5", "accuracy.relative_tolerance=1e-7")
-    method = methods_of(scene, BOTH, local=["lagrangian"])[1]
-    assert method.told(1e-8) == "Lagrangian, rtol 1e-08"
-    accuracy = method.at(scene, 1e-8).accuracy
-    assert (accuracy.tolerance, accuracy.relative_tolerance) == (1e-5, 1e-8)
-    assert accuracy.absolute_tolerance == pytest.approx(1e-10)
-    assert own_value(scene, method) == 1e-7
-    for name in ("clearance", "clearance_friction", "supported"):
-        walls = load_scene(MODEL.with_name(f"{name}.yaml"))
-        assert engines.takes_tolerance(walls, "lagrangian")
-        assert engines.takes_tolerance(walls, "exudyn")
-    assert engines.takes_tolerance(scene, "lagrangian")
-    assert not engines.takes_tolerance(with_impact(scene, "impulse"), "lagrangian")
-
-
 def test_a_dear_method_begins_with_coarse_settings():
     """At 4e-5 m joints would take a quarter of the budget, at 4e-4 m a tenth, at 4e-3 m less."""
 
@@ -104,9 +80,9 @@ def test_a_dear_method_begins_with_coarse_settings():
 
 
 def test_a_method_keeps_what_is_not_its_own():
-    scene = scene_with("solver.steps_per_contact=50", "accuracy.relative_tolerance=1e-6")
+    scene = scene_with("solver.steps_per_contact=50", "solver.integrator=dop853")
     tight = Method("Lagrangian", "lagrangian").at(scene, 1e-7)
     assert (tight.accuracy.tolerance, tight.solver.steps_per_contact) == (1e-7, 50)
-    assert tight.accuracy.relative_tolerance is None
+    assert tight.solver.integrator == "dop853"
     stepped = Method("Exudyn", "exudyn", "step").at(scene, 1e-4).accuracy
     assert (stepped.step, stepped.tolerance) == (1e-4, None)

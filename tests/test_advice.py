@@ -9,11 +9,13 @@ from cli_runs import MODELS, NO_CLEARANCE, Capture
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.clock import instant
-from exudyn_flexlink.engines.exudyn.minimal.finding import EVENT_TIME
+from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.engines.exudyn.reporting import no_solution_advice
-from exudyn_flexlink.engines.lagrangian.events import Loop, StuckError
-from exudyn_flexlink.engines.neighbours import retuned
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.explicit import ExplicitStepper
+from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.source import SceneError
@@ -53,13 +55,6 @@ def test_the_least_tolerance_can_be_kept() -> None:
 
 @pytest.mark.parametrize("factor", [1e-3, 10.0])
 def test_a_run_made_again_asks_for_no_more_than_can_be(factor: float) -> None:
-    settings = ["accuracy.relative_tolerance=0.05", "accuracy.absolute_tolerance=0.5"]
-    scene = load_scene(SMOOTH, ["accuracy.tolerance=3e-13", "run.turns=0.01", *settings])
-    result = simulate(scene, "lagrangian")
-    accuracy = retuned(scene, result, factor).accuracy
-    assert (accuracy.relative_tolerance, accuracy.absolute_tolerance) == (
-        (0.1, 1.0) if factor > 1 else pytest.approx((5e-5, 5e-4))
-    )
     tight = load_scene(SMOOTH, ["accuracy.tolerance=3e-13", "run.turns=0.01"])
     again = retuned(tight, simulate(tight), factor).accuracy.tolerance
     assert again == pytest.approx(max(3e-13 * factor, 2e-13))
@@ -72,14 +67,6 @@ def test_a_run_made_again_asks_for_no_more_than_can_be(factor: float) -> None:
         (["compare", "--tolerance=3"], "--tolerance: 3 m is more than the mechanism reaches"),
         (["accuracy", "--target=1e-30"], "--target: 1e-30 m is less than rounding allows"),
         (["accuracy", "--target=1e30"], "--target: 1e+30 m is more than the mechanism reaches"),
-        (
-            ["simulate", "--engine=lagrangian", "--rtol=10"],
-            "--set accuracy.relative_tolerance=10: ",
-        ),
-        (
-            ["simulate", "--engine=lagrangian", "--atol=20"],
-            "--set accuracy.absolute_tolerance=20: ",
-        ),
     ],
 )
 def test_options_that_nothing_can_keep_are_refused(
@@ -99,16 +86,17 @@ def test_a_state_that_is_no_number_ends_a_run() -> None:
 
     class Lost:
         over = False
+        state = np.array([np.nan])
 
-        def longest_step(self, t, y):
+        def begin(self):
+            """Nothing is to be taken up."""
+
+        def longest(self, t, y):
             return 1.0
 
-        def after(self, t, y, crossed):
-            return None
-
-    loop = Loop(Lost(), Lost(), 1e-3, 1e-3)
-    with pytest.raises(StuckError, match="no number any more"):
-        loop.run(np.array([np.nan]), [1.0])
+    lost = Lost()
+    with pytest.raises(NoConvergenceError, match="no number any more"):
+        Solution(ExplicitStepper(lost, 1e-3), lost, [1.0]).run()
 
 
 # --- runs without a solution ----------------------------------------------------------------------

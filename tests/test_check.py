@@ -7,8 +7,10 @@ import pytest
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import check_text
+from exudyn_flexlink.report.text import number
 from exudyn_flexlink.scene import Scene
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -113,3 +115,22 @@ def test_check_leaves_effects_out(capsys: pytest.CaptureFixture[str]) -> None:
     assert "(without friction, clearance, impact)\n" in shown.out
     assert "lever" not in shown.out.split("Bodies")[1]
     assert "Contacts" not in shown.out
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("no_clearance", ["accuracy.step=3.2e-5"]),
+        ("no_clearance", ["accuracy.step=2e-6"]),
+        (
+            "clearance",
+            ["solver.formulation=redundant"],
+        ),  # half as many steps for a wall as for a strike
+        ("hard/undamped", ["solver.formulation=redundant"]),  # twice as many, to lose nothing
+    ],
+)
+def test_check_names_the_steps_per_contact_of_the_run(name: str, settings: list[str]) -> None:
+    scene = model(name, *settings, "run={duration: 1e-4}")
+    said = said_of(scene)
+    found = simulate(scene, measure=False).checks.steps_per_contact
+    assert f"in contact: {number(found)} steps per contact" in said

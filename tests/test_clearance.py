@@ -118,10 +118,12 @@ def test_the_engines_find_the_same_touches():
     assert one.pairs == other.pairs
     assert one.sides == other.sides
     touches, judged = one.touches, other.touches
-    assert touches.pair.tolist() == judged.pair.tolist()
-    early = np.abs(touches.begin - judged.begin) * judged.approach_speed
+    # Pair by pair: which of two comes first that begin within the tolerance, nobody knows.
+    mine, theirs = (np.lexsort((all_.begin, all_.pair)) for all_ in (touches, judged))
+    assert touches.pair[mine].tolist() == judged.pair[theirs].tolist()
+    early = np.abs(touches.begin[mine] - judged.begin[theirs]) * judged.approach_speed[theirs]
     assert early.max() < 1e-6  # m: what the tolerance asks for
-    assert touches.impulse == pytest.approx(judged.impulse, rel=0.03, abs=1e-7)
+    assert touches.impulse[mine] == pytest.approx(judged.impulse[theirs], rel=0.03, abs=1e-7)
     assert touches.energy_lost.sum() == pytest.approx(judged.energy_lost.sum(), rel=5e-3)
     assert one.deepest == pytest.approx(other.deepest, rel=1e-2)
 

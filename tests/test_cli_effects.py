@@ -102,8 +102,8 @@ def test_the_horizon_is_where_a_neighbouring_run_parts(
     assert main(["simulate", NO_CLEARANCE, "--no-plots", "--horizon", *quiet]) == 0
     assert [accuracy.tolerance for accuracy in seen] == [1e-6, pytest.approx(1e-7)]
     shown = capsys.readouterr().out
-    assert "link.end can be trusted pointwise up to t = 1" in shown
-    assert shown.startswith("link.end" if quiet else "Completed: ")
+    assert "points can be trusted instant by instant up to t = 1" in shown
+    assert shown.startswith("All 8 named" if quiet else "Completed: ")
     assert Path("runs/no_clearance/summary.json").is_file()
 
 

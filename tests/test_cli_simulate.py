@@ -60,6 +60,30 @@ def test_settings_reach_the_engine(run_of: Callable[[Fake], None]) -> None:
     assert seen == [2.0]
 
 
+@pytest.mark.parametrize(("option", "asked"), [([], 0), (["--retries=2"], 2)])
+def test_a_doubtful_run_is_made_again_only_where_that_is_asked_for(
+    option: list[str], asked: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    seen = []
+
+    def simulate(scene: Scene, *_: object, retries: int, **__: object) -> Result:
+        seen.append(retries)
+        return rigid_link(scene=scene)
+
+    monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
+    out = [f"--out={tmp_path / 'here'}", "--no-plots", "--quiet"]
+    assert main(["simulate", RIGID, *out, *option]) == 0
+    assert seen == [asked]
+
+
+@pytest.mark.parametrize("value", ["-1", "1.5", "x"])
+def test_retries_are_a_number(value: str, capsys: Capture) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["simulate", RIGID, f"--retries={value}"])
+    assert stop.value.code == 2
+    assert f"argument --retries: invalid number value: '{value}'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])
 def test_a_failed_run_is_kept_and_explained(
     run_of: Callable[[Fake], None], quiet: list[str], capsys: Capture

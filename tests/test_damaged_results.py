@@ -15,6 +15,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import StorageError, load, read_series
 
 NAN, INF = float("nan"), float("inf")
+HUGE = 10**400  # an integer of JSON that no float can hold
 
 
 @pytest.fixture(scope="module")
@@ -131,11 +132,13 @@ def test_damaged_extremes(key, change):
     ("key", "change"),
     [
         ("sleeves_0_force", put(50, NAN)),
-        ("sleeves_0_begin", put(1, NAN)),
-        ("sleeves_0_begin", lambda begin: begin + 100),
-        ("sleeves_0_impulse", put(1, INF)),
-        ("sleeves_0_peak_force", lambda force: force[:-1]),
-        ("sleeves_0_pair", lambda pair: pair + 100),
+        ("sleeves_0_touches_begin", put(1, NAN)),
+        ("sleeves_0_touches_begin", lambda begin: begin + 100),
+        ("sleeves_0_touches_begin", lambda begin: begin[::-1]),
+        ("sleeves_0_touches_end", put(1, NAN)),
+        ("sleeves_0_touches_impulse", put(1, INF)),
+        ("sleeves_0_touches_peak_force", lambda force: force[:-1]),
+        ("sleeves_0_touches_pair", lambda pair: pair + 100),
     ],
 )
 def test_damaged_touches(key, change):
@@ -160,14 +163,19 @@ def within(entry, **changes):
     return lambda summary: summary | {entry: summary[entry] | changes}
 
 
-def first_event(**changes):
-    return lambda summary: (
-        summary | {"events": [summary["events"][0] | changes, *summary["events"][1:]]}
-    )
+def a_lap(**changes):
+    lap = {"time": 0.5, "kind": "lap", "name": "pin", "details": {"lap": 2.0}}
+    return lambda summary: summary | {"laps": [lap | changes]}
 
 
 def first_part(name):
     return lambda summary: summary | {"part_names": [name, *summary["part_names"][1:]]}
+
+
+def measured(**changes):
+    error = {"points": ["link.end"], "limit": 1e-6, "largest": 1e-3, "exceeds_from": 0.5,
+             "stopped": None, "neighbour": {}, "missing": ""}  # fmt: skip
+    return other(error=error | changes)
 
 
 SUMMARIES = [
@@ -182,12 +190,12 @@ SUMMARIES = [
     ("names", within("names", contacts=[])),
     ("names", within("names", drive_torques=["other"])),
     ("names", within("names", slot_forces=["other"])),
-    ("events", first_event(time="soon")),
-    ("events", first_event(time="nan")),
-    ("events", first_event(time=-1)),
-    ("events", first_event(kind=1)),
-    ("events", first_event(name="other")),
-    ("events", first_event(details={"place": "here"})),
+    ("laps", a_lap(time="soon")),
+    ("laps", a_lap(time="nan")),
+    ("laps", a_lap(time=-1)),
+    ("laps", a_lap(kind=1)),
+    ("laps", a_lap(name="other")),
+    ("laps", a_lap(details={"place": "here"})),
     ("checks", within("checks", steps="many")),
     ("checks", within("checks", energy_residual=[])),
     ("outcome", within("outcome", completed="yes")),
@@ -198,6 +206,22 @@ SUMMARIES = [
     ("warnings", other(warnings=[1])),
     ("engine", other(engine=1)),
     ("versions", within("versions", numpy=2)),
+    ("outcome", within("outcome", time=HUGE)),
+    ("outcome", within("outcome", time=1e300)),
+    ("laps", a_lap(time=HUGE)),
+    ("laps", a_lap(time=1e20)),  # long after the run
+    ("laps", a_lap(details={"place": HUGE})),
+    ("checks", within("checks", largest_kinetic_energy=HUGE)),
+    ("checks", within("checks", steps=HUGE)),
+    ("timings", within("timings", solve=HUGE)),
+    ("settings", within("settings", elements=HUGE)),
+    ("settings", within("settings", elements="many")),
+    ("error", measured(largest=HUGE)),
+    ("error", measured(limit="little")),
+    ("error", measured(limit=-1)),
+    ("error", measured(exceeds_from="nan")),
+    ("error", measured(stopped=-0.5)),
+    ("error", measured(points=[1])),
 ]
 
 

@@ -18,7 +18,8 @@ from results import rigid_link
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.engines.interrupts import LateInterruptError, interrupts, patience
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs, interrupts
+from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.plots import save_figures
 from exudyn_flexlink.result import Outcome
@@ -50,7 +51,7 @@ def engine_that(monkeypatch, act: Callable[[int], bool]) -> None:
     """Put closed form in place of the engines; `act` (run from 0) tells whether a run is whole."""
     made = []
 
-    def fake(scene, engine, progress, *, measure):
+    def fake(scene, engine, progress, **_):
         count = len(made)
         made.append(engine)
         whole = act(count)
@@ -80,7 +81,7 @@ def test_ctrl_c_while_results_are_saved_keeps_them(monkeypatch, capsys):
 def test_ctrl_c_while_figures_are_drawn_keeps_the_numbers(monkeypatch, capsys):
     engine_that(monkeypatch, lambda _: True)
 
-    def draw(result, folder):
+    def draw(result, folder, *_):
         (folder / "half.png").write_bytes(b"half")
         press()
 
@@ -97,7 +98,7 @@ def test_ctrl_c_in_the_run_for_the_horizon_keeps_the_first(monkeypatch, capsys):
     said = capsys.readouterr()
     why = "the neighbouring run was interrupted"
     assert f"positions       not measured: {why}" in said.out
-    assert f"warning: how far S and levers are off was not measured: {why}" in said.err
+    assert f"warning: how far points are off was not measured: {why}" in said.err
     assert said.err.endswith("interrupted: the run is whole, in o/\n")
     kept = load(Path("o"))
     assert kept.outcome.completed
@@ -121,25 +122,25 @@ def test_ctrl_c_after_the_solve_gives_the_whole_result(engine, monkeypatch):
     monkeypatch.setattr(recorder, "flush", pressed)
     settings = ["run.turns=0.01", "bodies.link.rods=2"]
     if engine == "lagrangian":  # the explicit method needs no compiling
-        settings.append("accuracy.relative_tolerance=1e-6")
+        settings.append("solver.integrator=dop853")
     before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(LateInterruptError) as late:
+    with pytest.raises(LateInterruptError) as late, ends_runs():
         engines.simulate(load_scene(SMOOTH, settings), engine)
     assert late.value.result.outcome.completed
     assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_ctrl_c_is_as_ever_before_the_solve_and_after():
-    with pytest.raises(KeyboardInterrupt), patience():
+    with pytest.raises(KeyboardInterrupt), deferrable_interrupts():
         press()
     ended = []
-    with patience() as patient:
+    with deferrable_interrupts() as ctrl_c:
         with interrupts(lambda: ended.append(True)):
             press()
         assert ended
-        assert not patient.pressed
+        assert not ctrl_c.pending
         press()
-    assert patient.pressed
+    assert ctrl_c.pending
     with pytest.raises(KeyboardInterrupt):
         press()
 
@@ -205,7 +206,7 @@ def test_figures_drawn_again_appear_all_or_none(monkeypatch, capsys):
     storage.save(results.pendulum(), Path("o"))
     before = files("o")
 
-    def draw(result, folder):
+    def draw(result, folder, *_):
         (folder / "polar.png").write_bytes(b"")
         raise OSError(errno.ENOSPC, "No space left on device")
 

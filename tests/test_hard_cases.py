@@ -1,5 +1,6 @@
 """A quick part of the hard cases: right, or refused as documented."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +9,14 @@ from hard.catalogue import CASES, JOINTS, LAGRANGIAN, MODELS, TREE, Case, Varian
 from hard.judging import REFUSED, RIGHT, criteria, judge
 from hard.symmetry import mirrored, scaled
 from hard.truths import Hammer
+from results import rigid_link, touched
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.gains import gaining_impacts
+from exudyn_flexlink.engines.diagnostics.consistency import doubts
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import State, contact_totals, path
-from exudyn_flexlink.result import Event
 
 BY_NAME = {case.name: case for case in CASES}
 
@@ -143,14 +145,20 @@ def test_the_truth_itself_keeps_energy() -> None:
 
 
 def test_impacts_that_gain_energy_are_told_with_time_and_name() -> None:
-    events = [
-        Event(0.1, "contact ends", "hit", {"energy_lost": 1e-3}),
-        Event(0.2, "contact ends", "hit", {"energy_lost": -2e-4}),
-        Event(0.3, "contact ends", "hit", {"energy_lost": -1e-6}),
-    ]
-    (told,) = gaining_impacts(events, {}, 1.0)
-    assert told.startswith("an impact gives more energy than it takes, that of 'hit' at 0.2 s")
-    assert gaining_impacts(events, {}, 10.0) == []
+    run = touched(
+        rigid_link(turns=1, samples=401),
+        Interval(0.05, 0.1, energy_lost=1e-3),
+        Interval(0.15, 0.2, energy_lost=-2e-4),
+        Interval(0.25, 0.3, energy_lost=-1e-6),
+        Interval(0.35, energy_lost=-2e-4),  # it has not ended: what it stores comes back yet
+    )
+
+    def told(kinetic: float) -> list[str]:
+        return doubts(replace(run, checks=replace(run.checks, largest_kinetic_energy=kinetic)))
+
+    (text,) = told(1.0)
+    assert text.startswith("an impact gives more energy than it takes, that of 'strike' at 0.2 s")
+    assert told(10.0) == []
 
 
 @pytest.mark.parametrize("file", sorted(MODELS.glob("*.yaml")), ids=lambda path: path.stem)
@@ -173,11 +181,13 @@ def test_a_curvature_jump_costs_no_order() -> None:
     assert found[0] / found[1] == pytest.approx(4, rel=0.25)
 
 
-def test_a_foil_lies_on_its_wall_between_bounces() -> None:
-    """6.07 % of the time, by the Lagrangian: steps too short lost both the energy and the wall."""
-    result = simulate(load_scene(MODELS / "foil.yaml"), measure=False)
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_foil_lies_on_its_wall_between_bounces(engine: str) -> None:
+    """6.08 % of the time, and small bounces end below 1e-8 m: at 1e-6 m it is 6.1 to 6.2 %."""
+    tight = ["accuracy.tolerance=1e-8"]
+    result = simulate(load_scene(MODELS / "foil.yaml", tight), engine, measure=False)
     free = contact_totals(result, "sleeve").fractions[State.FREE]
-    assert 1 - free == pytest.approx(0.0607, rel=1e-2)
+    assert 1 - free == pytest.approx(0.0608, rel=2e-3)
     assert result.checks.energy_residual < 1e-6 * result.checks.largest_kinetic_energy
 
 

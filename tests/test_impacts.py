@@ -1,17 +1,17 @@
 """Events of kind "impact", contacts without duration: what strikes and figures make of them."""
 
 from dataclasses import replace
-from math import isnan, pi
+from math import inf, isnan, pi
 
 import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.compare import compare
+from exudyn_flexlink.comparison import compare
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import strikes
 from exudyn_flexlink.plots import lever as lever_figure
 from exudyn_flexlink.report import comparison_text, run_text
-from exudyn_flexlink.result import Event
 from exudyn_flexlink.storage import load, save
 
 
@@ -21,26 +21,15 @@ def rigid():
 
 
 def impact(time, impulse=1e-3, lost=1e-5):
-    details = {
-        "approach_speed": 0.9,
-        "separation_speed": 0.45,
-        "impulse": impulse,
-        "energy_lost": lost,
-        "place": 0.028,
-    }
-    return Event(time, "impact", "strike", details)
+    return Interval(time, time, 0.028, 0.028, 0.9, 0.45, impulse, lost, inf)
 
 
-def begins(time):
-    return Event(time, "contact begins", "strike", {"approach_speed": 1e-4, "place": 0.027})
-
-
-def ends(time):
-    return Event(time, "contact ends", "strike", {"impulse": 4e-3, "energy_lost": 0.0})
+def lasting(begin, end=inf):
+    return Interval(begin, end, 0.027, 0.027, 1e-4, impulse=4e-3)
 
 
 def test_an_impact_is_a_contact_without_duration(rigid):
-    (only,) = strikes(replace(rigid, events=(impact(0.5),)), "strike")
+    (only,) = strikes(results.touched(rigid, impact(0.5)), "strike")
     assert (only.begin, only.end, only.contacts, only.ended) == (0.5, 0.5, 1, True)
     assert (only.impulse, only.energy_lost) == (1e-3, 1e-5)
     assert (only.approach_speed, only.place) == (0.9, 0.028)
@@ -48,8 +37,8 @@ def test_an_impact_is_a_contact_without_duration(rigid):
 
 
 def test_a_burst_of_impacts_and_the_pushing_after_are_one_strike(rigid):
-    burst = (impact(0.5), impact(0.501), impact(0.5012), begins(0.5013), ends(0.51))
-    (only,) = strikes(replace(rigid, events=burst), "strike")
+    burst = (impact(0.5), impact(0.501), impact(0.5012), lasting(0.5013, 0.51))
+    (only,) = strikes(results.touched(rigid, *burst), "strike")
     assert (only.begin, only.end, only.contacts) == (0.5, 0.51, 4)
     assert only.impulse == pytest.approx(7e-3)
     assert only.energy_lost == pytest.approx(3e-5)
@@ -61,36 +50,36 @@ def test_impacts_a_quarter_turn_apart_are_two_strikes(rigid):
     quarter = pi / 2 / results.SPEED
     for wait, count in ((0.99 * quarter, 1), (1.01 * quarter, 2)):
         pair = (impact(0.5), impact(0.5 + wait))
-        assert len(strikes(replace(rigid, events=pair), "strike")) == count
+        assert len(strikes(results.touched(rigid, *pair), "strike")) == count
 
 
 def test_an_impact_does_not_end_a_contact_that_lasts(rigid):
-    events = (begins(0.5), impact(0.505), ends(0.51))
-    (only,) = strikes(replace(rigid, events=events), "strike")
+    events = (lasting(0.5, 0.51), impact(0.505))
+    (only,) = strikes(results.touched(rigid, *events), "strike")
     assert (only.begin, only.end, only.contacts) == (0.5, 0.51, 2)
     assert only.impulse == pytest.approx(5e-3)
 
 
 def test_an_impact_in_a_contact_that_lasts_to_the_end_does_not_end_it(rigid):
-    (only,) = strikes(replace(rigid, events=(begins(2.5), impact(2.505))), "strike")
+    (only,) = strikes(results.touched(rigid, lasting(2.5), impact(2.505)), "strike")
     assert not only.ended
     assert only.end == rigid.time[-1]
     assert isnan(only.impulse)
 
 
 def test_impacts_of_two_laps_are_two_strikes(rigid):
-    single = replace(rigid, events=(impact(0.5), impact(2.5)))
+    single = results.touched(rigid, impact(0.5), impact(2.5))
     assert [strike.lap for strike in strikes(single, "strike")] == [1, 4]
 
 
 def test_an_unbounded_force_is_not_known(rigid):
-    hit = replace(rigid, events=(impact(0.5),), engine="lagrangian")
+    hit = replace(results.touched(rigid, impact(0.5)), engine="lagrangian")
     assert "not known" in comparison_text(compare(rigid, hit))
 
 
 def test_the_lever_figure_ticks_impacts(rigid):
     burst = (impact(0.5), impact(0.501))
-    (axes, *_) = lever_figure(replace(rigid, events=burst)).axes
+    (axes, *_) = lever_figure(results.touched(rigid, *burst)).axes
     (ticks,) = (line for line in axes.lines if line.get_label() == "impacts")
     np.testing.assert_allclose(ticks.get_xdata(), [0.5, 0.501])
     (axes, *_) = lever_figure(rigid).axes
@@ -98,7 +87,7 @@ def test_the_lever_figure_ticks_impacts(rigid):
 
 
 def test_impacts_survive_saving_and_are_told(rigid, tmp_path):
-    hit = replace(rigid, events=(impact(0.5),))
+    hit = results.touched(rigid, impact(0.5))
     save(hit, tmp_path)
     assert load(tmp_path).events == hit.events
     assert "0.50000 s" in run_text(hit)

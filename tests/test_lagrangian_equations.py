@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import brentq
 
 from exudyn_flexlink.engines.lagrangian import equations
-from exudyn_flexlink.engines.lagrangian.compiled import fingerprint
+from exudyn_flexlink.engines.lagrangian.compiled import PREFIX, fingerprint
 from exudyn_flexlink.engines.lagrangian.dense import eliminate
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.loading import load_scene
@@ -217,7 +217,8 @@ def test_compiled_code_is_dropped_when_any_of_its_sources_changes(tmp_path):
     assert fingerprint(tmp_path) == before
     (tmp_path / "two.py").write_text("x\n@compiled\nanother z")
     assert fingerprint(tmp_path) != before
-    dispatcher = equations.state_rate
-    if hasattr(dispatcher, "_cache"):
-        folder = Path(equations.__file__).parent
-        assert dispatcher._cache._cache_file._source_stamp == fingerprint(folder)
+    beside = tmp_path / "beside"
+    beside.write_text("another constant")
+    assert fingerprint(tmp_path, [beside]) != fingerprint(tmp_path)
+    if hasattr(equations.state_rate, "stats") and equations.state_rate.stats.cache_path:
+        assert PREFIX in equations.state_rate.stats.cache_path

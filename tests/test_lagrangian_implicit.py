@@ -19,12 +19,12 @@ from exudyn_flexlink.curves import (
     evaluator,
 )
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian.collocation import radau
+from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.course import _ramp
-from exudyn_flexlink.engines.lagrangian.events import Loop
-from exudyn_flexlink.engines.lagrangian.marching import March
 from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, packed_piece, place_on
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
+from exudyn_flexlink.integrate.collocation import radau
+from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Ramp
 from exudyn_flexlink.observables import deviation
@@ -32,6 +32,7 @@ from exudyn_flexlink.storage import read_series
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
+EXPLICIT = ("solver.integrator=dop853", "accuracy.tolerance=1e-8")
 FIVE = ("bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 STRIKE = ("no_clearance.yaml", *FIVE, "run.turns=0.53", "run.sample=1 ms")
 
@@ -69,11 +70,13 @@ def lever_alone(steps: int, damping_ratio: float) -> tuple[float, float]:
         "run={duration: 0.04, sample: 0.04}",
     )
     run = prepare(load_scene(MODELS / "rigid.yaml", settings))
-    assert isinstance(run.loop, March)
-    run.loop.control = run.loop.control._replace(tolerance=1e30, longest=0.04 / steps, turn=inf)
-    run.loop.first_step = 1.0
+    assert isinstance(run.stepper, CompiledStepper)
+    run.stepper.control = run.stepper.control._replace(
+        tolerance=1e30, longest=0.04 / steps, turn=inf
+    )
+    run.stepper.first_step = 1.0
     assert solve(run) == ""
-    assert run.loop.steps == steps
+    assert run.stepper.steps == steps
     found = run.recorder.samples.motion[-1].q[-1]
     omega, t = 2 * np.pi * 40, 0.04
     root = np.sqrt(complex(damping_ratio**2 - 1))
@@ -222,7 +225,7 @@ def test_energies_are_those_of_the_stages_as_solved(tolerance: float, part: floa
 
 
 def test_events_are_those_of_the_explicit_method() -> None:
-    ours, other = run("accuracy.tolerance=1e-10"), run("accuracy.relative_tolerance=1e-11")
+    ours, other = run("accuracy.tolerance=1e-10"), run(*EXPLICIT)
     assert ours.settings["integrator"] == "Radau IIA of order 9"
     assert other.settings["integrator"] == "DOP853"
     assert len(ours.events) == len(other.events) >= 4
@@ -249,8 +252,8 @@ def test_a_ramp_and_a_torque_are_met() -> None:
     for drive, more in ((ramp, ()), (torque, ("gravity=[1, -9.81]",))):
         settings = (drive, "bodies.link.rods=3", "run={duration: 0.2, sample: 1 ms}", *more)
         runs = [
-            simulate(load_scene(MODELS / "smooth.yaml", [*settings, accuracy]), "lagrangian")
-            for accuracy in ("accuracy.tolerance=1e-8", "accuracy.relative_tolerance=1e-11")
+            simulate(load_scene(MODELS / "smooth.yaml", [*settings, *own]), "lagrangian")
+            for own in (["accuracy.tolerance=1e-8"], EXPLICIT)
         ]
         assert np.abs(runs[0].poses - runs[1].poses).max() < 1e-8 / 0.07
         for name, force in runs[0].joint_forces.items():
@@ -261,20 +264,30 @@ def test_a_ramp_and_a_torque_are_met() -> None:
 
 @pytest.mark.parametrize(
     "setting",
-    ["accuracy.absolute_tolerance=1e-9",
+    ["solver.integrator=dop853",
      "contacts.strike.law={type: impulse, restitution: 0.5}",
      "accuracy={step: 1e-4}"],
 )  # fmt: skip
 @pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml", "supported.yaml"])
-def test_local_tolerances_steps_and_impulses_stay_with_the_explicit_method(
+def test_steps_and_impulses_are_for_the_explicit_method_and_who_asks_for_it(
     model: str, setting: str
 ) -> None:
-    assert isinstance(prepare(load_scene(MODELS / model, [setting])).loop, Loop)
+    assert isinstance(prepare(load_scene(MODELS / model, [setting])).stepper, ExplicitStepper)
 
 
 @pytest.mark.parametrize("model", ["clearance.yaml", "clearance_friction.yaml", "supported.yaml"])
 def test_walls_are_for_the_implicit_method(model: str) -> None:
-    assert isinstance(prepare(load_scene(MODELS / model)).loop, March)
+    assert isinstance(prepare(load_scene(MODELS / model)).stepper, CompiledStepper)
+
+
+def test_to_compile_is_a_phase_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solver time of the first run is that of the second."""
+    scene = load_scene(MODELS / "rigid.yaml", ["run.turns=0.01"])
+    assert "compile" not in simulate(scene, "lagrangian").timings
+    module = sys.modules["exudyn_flexlink.engines.lagrangian.run"]
+    monkeypatch.setattr(module, "compilation", lambda _: "once")
+    timings = simulate(scene, "lagrangian").timings
+    assert list(timings) == ["prepare", "compile", "solve", "process"]
 
 
 def test_a_dead_centre_ends_the_run_and_says_so() -> None:

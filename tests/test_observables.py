@@ -1,16 +1,18 @@
 from dataclasses import replace
-from math import isnan, pi
+from math import inf, isnan, pi
 
 import numpy as np
 import pytest
 import results
 
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import (
     LeverResponse,
     crank_angle,
     crank_joint,
     joint_angle,
+    judged_points,
     laps,
     lever_response,
     path,
@@ -29,14 +31,6 @@ NONE = Extremes(np.zeros(0), np.zeros(0))
 @pytest.fixture(scope="module")
 def rigid():
     return results.rigid_link()
-
-
-def with_events(result, *events):
-    return replace(result, events=events)
-
-
-def event(time, kind, **details):
-    return Event(time, kind, "strike", details)
 
 
 # --- crank and laps
@@ -104,6 +98,21 @@ def test_watched_point_strikes(rigid):
 def test_watched_point_without_contact():
     assert watched_point(results.pendulum().scene) == "rod.end"
     assert watched_point(results.slider().scene) == "block.nose"
+    pendulum = load_scene(results.MODEL.parent / "textbook" / "double_pendulum.yaml")
+    assert watched_point(pendulum) == "lower.b"  # the free end, not the elbow
+    on_its_pivot = {"bodies": {"upper": pendulum.bodies["upper"]}}
+    on_its_pivot["joints"] = {"pivot": pendulum.joints["pivot"]}
+    initial = type(pendulum.initial)()
+    alone = pendulum.changed(**on_its_pivot, initial=initial)
+    assert watched_point(alone) == "upper.b"  # not the first named one, which never moves
+
+
+def test_a_point_that_the_scene_names_is_watched_and_judges_alone():
+    scene = load_scene(results.MODEL, ["outputs.watch=guide.end"])
+    assert watched_point(scene) == "guide.end"
+    assert judged_points(scene) == ("guide.end",)
+    every = judged_points(load_scene(results.MODEL))
+    assert {"guide.start", "link.start", "link.end", "lever.end", "lever.centre"} < set(every)
 
 
 def test_path_of_a_straight_link_is_the_closed_form(rigid):
@@ -178,44 +187,48 @@ def test_contacts_of_one_burst_are_one_strike(rigid):
 
 
 def test_a_contact_that_lasts_to_the_end_is_not_ended(rigid):
-    (only,) = strikes(with_events(rigid, event(2.5, "contact begins")), "strike")
+    lasting = Interval(2.5, place=0.02, approach_speed=0.3, impulse=1e-3)
+    (only,) = strikes(results.touched(rigid, lasting), "strike")
     assert not only.ended
     assert only.end == rigid.time[-1]
     assert isnan(only.impulse)
-    assert isnan(only.approach_speed)
-    assert only.place == pytest.approx(np.interp(2.5, rigid.time, rigid.contacts["strike"].place))
+    assert (only.approach_speed, only.place) == (0.3, 0.02)
 
 
 def test_leaving_the_face_ends_a_contact(rigid):
-    slid = (event(1.0, "contact begins"), event(1.1, "leaves the face", impulse=1e-3))
-    (only,) = strikes(with_events(rigid, *slid), "strike")
+    slid = Interval(1.0, 1.1, impulse=1e-3, slides_off=True)
+    (only,) = strikes(results.touched(rigid, slid), "strike")
     assert (only.end, only.impulse, only.ended) == (1.1, 1e-3, True)
-
-
-def test_an_end_that_follows_leaving_is_counted_once(rigid):
-    slid = (
-        event(1.0, "contact begins"),
-        event(1.1, "leaves the face", impulse=1e-3),
-        event(1.1, "contact ends", impulse=1e-3),
-    )
-    (only,) = strikes(with_events(rigid, *slid), "strike")
-    assert only.impulse == 1e-3
 
 
 def test_a_quarter_turn_parts_two_strikes(rigid):
     quarter = pi / 2 / results.SPEED
     for wait, count in ((0.99 * quarter, 1), (1.01 * quarter, 2)):
-        pair = [
-            event(t, kind)
-            for begin in (0.5, 0.51 + wait)
-            for t, kind in ((begin, "contact begins"), (begin + 0.01, "contact ends"))
-        ]
-        assert len(strikes(with_events(rigid, *pair), "strike")) == count
+        pair = [Interval(begin, begin + 0.01) for begin in (0.5, 0.51 + wait)]
+        assert len(strikes(results.touched(rigid, *pair), "strike")) == count
 
 
-def test_events_of_others_do_not_count(rigid):
-    other = Event(0.2, "contact begins", "elsewhere")
-    assert strikes(with_events(rigid, other), "strike") == []
+def test_events_tell_what_intervals_hold(rigid):
+    ended = Interval(1.0, 1.1, 0.02, 0.03, 0.9, 0.4, 1e-3, 1e-5, 2.0, slides_off=True)
+    impact = Interval(1.2, 1.2, 0.02, 0.02, 0.9, 0.4, 1e-3, 1e-5, inf, motor_work=1e-6)
+    lap, lasting = Event(0.9, "lap", "pin", {"lap": 2.0}), Interval(1.3, place=0.01)
+    found = replace(results.touched(rigid, lasting, impact, ended), laps=(lap,)).events
+    assert [(event.time, event.kind) for event in found] == [
+        (0.9, "lap"),
+        (1.0, "contact begins"),
+        (1.1, "leaves the face"),
+        (1.2, "impact"),
+        (1.3, "contact begins"),
+    ]
+    assert found[1].details == {"approach_speed": 0.9, "place": 0.02}
+    assert found[2].details == {
+        "place": 0.03,
+        "separation_speed": 0.4,
+        "impulse": 1e-3,
+        "energy_lost": 1e-5,
+        "peak_force": 2.0,
+    }
+    assert found[3].details["motor_work"] == 1e-6
 
 
 def test_strikes_of_an_unknown_contact(rigid):

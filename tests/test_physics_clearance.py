@@ -143,4 +143,4 @@ def test_the_link_stays_in_its_guide_at_high_speed():
     result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
     assert result.outcome.completed
     # Of four turns, as the Lagrangian has it, too, at a tolerance of 1e-6 m.
-    assert result.sleeves["sleeve"].deepest == pytest.approx(5.01184e-4, abs=1e-8)
+    assert result.sleeves["sleeve"].deepest == pytest.approx(5.01184e-4, abs=1e-6)

@@ -1,6 +1,7 @@
 """Laws of nature: impacts of a point on a face."""
 
 from math import sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +19,11 @@ from test_physics_tools import (
 )
 
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import common_times, separation
 
 G = 9.81
+MODELS = Path(__file__).parents[1] / "models"
 
 # A point mass at the end of a light arm, falling on a rod that is welded to the ground.
 HAMMER = """
@@ -162,11 +166,14 @@ def test_angular_momentum_about_the_pivot_survives_an_internal_impact():
 
 
 def test_warning_where_a_fixed_step_is_long_for_the_contact():
-    """Half a period is 4.4 ms: nine steps are few, two are too few and not taken."""
-    few = simulate(scene(HAMMER.replace("tolerance: 1.0e-4", "step: 5.0e-4")))
-    assert any("steps per contact" in warning for warning in few.warnings)
-    none = simulate(scene(HAMMER.replace("tolerance: 1.0e-4", "step: 2.0e-3")))
-    assert any("in contact they were" in warning for warning in none.warnings)
+    """Half a period is 4.4 ms: neither nine steps nor two are taken, but those asked for."""
+    text = HAMMER.replace("tolerance: 1.0e-4", "step: 5.0e-4")
+    few = simulate(scene(text, "solver.steps_per_contact=9"))
+    assert any("raise 'solver.steps_per_contact'" in warning for warning in few.warnings)
+    for step in ("5.0e-4", "2.0e-3"):
+        none = simulate(scene(text.replace("5.0e-4", step)))
+        assert none.checks.steps_per_contact == 60
+        assert any("in contact they were" in warning for warning in none.warnings)
     fine = HAMMER.replace("tolerance: 1.0e-4", "step: 5.0e-5")
     assert simulate(scene(fine)).warnings == ()
 
@@ -207,3 +214,15 @@ accuracy: {{tolerance: 2.0e-5}}
     np.testing.assert_allclose(result.contacts["rub"].force[later][1:], 0, atol=1e-12)
     assert result.checks.energy_residual < 1e-2 * result.checks.largest_kinetic_energy
     assert velocity(result, "finger.end").shape == (len(result.time), 2)
+
+
+def test_a_contact_is_resolved_whatever_the_fixed_step():
+    """With 0.2 ms it was, with 0.1 ms, six steps for the strike, S was 1.6e-4 m off.
+
+    What is left, 1.4e-5 m, is that of 60 steps for the strike.
+    """
+    rigid, short = MODELS / "rigid.yaml", "run.turns=0.6"
+    right = simulate(load_scene(rigid, [short, "accuracy.tolerance=1e-8"]))
+    for step in (2e-4, 1e-4, 5e-5, 3.2e-5):
+        run = simulate(load_scene(rigid, [short, f"accuracy.step={step}"]), measure=False)
+        assert separation(run, right, common_times(right, run)).max() < 2e-5

@@ -8,9 +8,11 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines.coasting import SWING
-from exudyn_flexlink.engines.exudyn.minimal.collocation import WEIGHTS, A, C
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import Pressing
-from exudyn_flexlink.engines.exudyn.minimal.radau import Evaluation, Radau, State
+from exudyn_flexlink.integrate.collocation import WEIGHTS, A, C
+from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
+from exudyn_flexlink.integrate.radau import Lasting, Radau
+
+LASTING = Lasting(SWING, 0.25 * SWING)
 
 
 class Oscillator:
@@ -70,7 +72,7 @@ class LetGo(Pressed):
 
 def advance(problem, q, v, h, count):
     """State after `count` steps, and the steps."""
-    radau = Radau(problem, SWING, np.zeros((len(q), len(q))))
+    radau = Radau(problem, LASTING, np.zeros((len(q), len(q))))
     at = problem.evaluate(0.0, q, v)
     state = State(q, v, np.linalg.solve(at.mass, at.force))
     steps = []
@@ -143,7 +145,7 @@ def test_what_a_contact_no_longer_damps_counts_as_error():
             y = creeping(begin)
             at = problem.evaluate(begin, y[:1], y[1:])
             state = State(y[:1], y[1:], at.force / 1e-3)
-            step = Radau(problem, SWING, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
+            step = Radau(problem, LASTING, np.zeros((1, 1))).step(begin, h, at, state, 1e-12)
             off = step.finish[:2] - solve_ivp(rates, (begin, begin + h), y, **exactly).y[:, -1:]
             if step.error <= good_enough:
                 assert max(abs(off[0, 0]), SWING * abs(off[1, 0])) <= good_enough

@@ -161,5 +161,6 @@ contacts:
     assembly = assemble_scene(found)
     expected = pi * (0.1 / 0.5**2 / 2.5e3) ** 0.5  # pi sqrt(m/k), m = J/l^2
     assert half_period(assembly, assembly.mechanism.contacts[0]) == pytest.approx(expected)
-    assert contact_step(found, assembly) == pytest.approx(expected / 60)
+    # As the engine: an impact that loses nothing takes twice the 60 steps of others.
+    assert contact_step(found, assembly) == pytest.approx(expected / 120)
     assert contact_step(scene(), assemble_scene(scene())) == np.inf

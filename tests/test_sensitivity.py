@@ -10,6 +10,7 @@ import results
 from exudyn_flexlink.observables import State
 from exudyn_flexlink.report import sensitivity_text
 from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.sensitivity import growth_rate, measured_error, run_statistics, sensitivity
 
 RATE, SEED = 14.0, 1e-9  # 1/s, m: a factor of 1e6 in a second
@@ -152,6 +153,31 @@ def test_parts_of_the_time_in_contact():
     assert early.contact["sleeve"].fractions[State.FREE] == pytest.approx(1)
 
 
+# --- which points judge
+
+
+def swinging(by=0.0):
+    """A pendulum of 0.2 m, whose start is pinned, turned by an angle (rad)."""
+    run = results.pendulum()
+    return replace(run, poses=run.poses + np.array([0.0, 0.0, by]))
+
+
+def test_all_named_points_judge_not_the_pivot_alone():
+    found = measured_error(swinging(), swinging(1e-4), 10.0)
+    assert found.points == ("rod.end", "rod.start", "rod.centre")
+    assert found.worst == "rod.end"
+    assert found.largest == pytest.approx(1.5 / 9 * 2e-5, rel=1e-3)
+
+
+def test_a_chosen_point_judges_alone():
+    def watching(run):
+        return replace(run, scene=run.scene.changed(outputs=Outputs(watch="rod.centre")))
+
+    found = measured_error(watching(swinging()), watching(swinging(1e-4)), 10.0)
+    assert found.points == ("rod.centre",)
+    assert found.largest == pytest.approx(1.5 / 9 * 1e-5, rel=1e-3)
+
+
 # --- what is said
 
 
@@ -160,8 +186,9 @@ def test_what_is_said_of_runs_that_part():
     moved = tilting.poses.copy()
     moved[:, :, 0] += np.minimum(SEED * np.exp(RATE * tilting.time), 1e-2)[:, None]
     said = sensitivity_text(sensitivity(tilting, replace(tilting, poses=moved), 1e-4))
-    assert "link.end can be trusted pointwise up to t = 0.82" in said
-    assert "Beyond it trust statistics only." in said
+    assert said.startswith("All 6 named points can be trusted instant by instant up to t = 0.82")
+    assert "differs by more than 0.0001 m, 0.01 m at most in " in said
+    assert "trust statistics only." in said
     assert "like exp(14 t): tenfold every 0.16 s" in said
     rows = [line.split() for line in said.splitlines()]
     assert next(row for row in rows if row[:2] == ["sleeve:", "touches"])[2:] == ["10", "10"]
@@ -169,15 +196,24 @@ def test_what_is_said_of_runs_that_part():
 
 
 def test_what_is_said_of_runs_that_agree():
+    said = sensitivity_text(sensitivity(moving(), shifted(3e-9), 1e-4))
+    assert said == (
+        "Both named points can be trusted to the end, t = 1 s: a neighbouring run differs by "
+        "3e-09 m at most in block.nose."
+    )
+    assert "0.0001" not in said  # a limit is no measurement
+
+
+def test_points_that_stand_still_tell_nothing():
     said = sensitivity_text(sensitivity(still(), still(), 1e-4))
-    assert said.startswith("block.nose can be trusted to 0 m throughout, to t = 1 s")
-    assert "\n" not in said
+    assert said == "Nothing is told of both named points, which stand still."
+    assert measured_error(still(), still(), 0.1).missing == "both named points stand still"
 
 
 @pytest.mark.parametrize(("factor", "times"), [(0.25, 2.0), (0.1, 1.5 / 0.9), (10.0, 1.5 / 9)])
 def test_the_distance_of_a_neighbour_tells_the_error(factor, times):
     found = measured_error(moving(), shifted(3e-6), factor)
-    assert found.points == ("block.nose",)
+    assert found.points == ("block.nose", "block.centre")
     assert found.limit == moving().scene.accuracy.tolerance == 1e-5
     assert found.largest == pytest.approx(times * 3e-6)
     assert (found.exceeds_from, found.stopped, found.missing) == (None, None, "")
@@ -201,7 +237,7 @@ def test_without_a_tolerance_errors_are_told_where_one_sees_them():
 
 
 def test_nothing_is_measured_after_a_neighbour_stopped():
-    found = measured_error(still(), results.first_samples(still(), 31), 10.0)
+    found = measured_error(moving(), results.first_samples(moving(), 31), 10.0)
     assert found.stopped == pytest.approx(0.3)
     assert found.exceeds_from is None
 

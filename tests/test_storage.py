@@ -165,25 +165,43 @@ def test_a_row_for_every_touch(tilting, tilted):
         "energy_lost_J",
         "peak_force_N",
         "approach_speed_m_per_s",
+        "place_m",
+        "penetration_m",
+        "ended",
     )
     sleeve = tilting.sleeves["sleeve"]
     np.testing.assert_allclose(table["begin_s"], sleeve.touches.begin, rtol=1e-11)
     np.testing.assert_allclose(table["crank_angle_rad"], results.SPEED * sleeve.touches.begin)
+    assert np.all(table["ended"] == 1)
     first = sleeve.pairs[int(table["pair"][0]) - 1]  # in lap 2 the link tilts upwards first
     assert first == "sleeve: rod 1 on upper corner of the end"
+
+
+def test_a_touch_that_lasts_has_no_end_and_comes_back_so(tilting, tmp_path):
+    """Its row in the table ends with the run, and says that the touch does not."""
+    before = len(tilting.time) * 13 // 32  # a quarter of lap 2, in which a corner is touched
+    part = results.first_samples(tilting, before)
+    save(part, tmp_path)
+    back = load(tmp_path)
+    assert_same(part, back)
+    assert np.isinf(back.sleeves["sleeve"].touches.end).tolist() == [False, True]
+    table = np.genfromtxt(tmp_path / "touches_sleeve.csv", delimiter=",", names=True)
+    assert table["ended"].tolist() == [1, 0]
+    assert table["end_s"][-1] == pytest.approx(part.time[-1])
 
 
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("pair", np.zeros(10)),
-        ("pair", np.full(10, 8)),
-        ("pair", np.full(10, -1)),
-        ("begin", np.zeros(9)),
-        ("begin", np.zeros(10, dtype=int)),
-        ("end", np.zeros((10, 1))),
+        ("touches_pair", np.zeros(10)),
+        ("touches_pair", np.full(10, 8)),
+        ("touches_pair", np.full(10, -1)),
+        ("touches_begin", np.zeros(9)),
+        ("touches_begin", np.zeros(10, dtype=int)),
+        ("touches_end", np.zeros((10, 1))),
+        ("touches_slides_off", np.zeros(10)),
         ("force", np.zeros((801, 7))),
-        ("impulse", None),
+        ("touches_impulse", None),
     ],
 )
 def test_touches_that_do_not_fit(tilted, key, value):
@@ -284,7 +302,7 @@ def test_other_format(copy):
         {"names": []},
         {"checks": {"steps": 1}},
         {"outcome": {}},
-        {"events": [{"time": 1}]},
+        {"laps": [{"time": 1}]},
         {"part_names": ["one"]},
     ],
 )

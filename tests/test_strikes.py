@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from random_strikes import RIGHT, draw, judge
 
-from exudyn_flexlink.compare import common_times, separation
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.clock import CLOCK, instant
-from exudyn_flexlink.engines.guards import multiplying
+from exudyn_flexlink.engines.diagnostics.amplification import multiplying
+from exudyn_flexlink.integrate.clock import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import lever_response
+from exudyn_flexlink.observables import common_times, lever_response, separation
 from exudyn_flexlink.result import Result
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
@@ -66,6 +65,10 @@ DEEP = (  # S was 1.5 tolerances off
         pytest.param(tuple(draw(np.random.default_rng([1, 130]))), id="random 130"),
         # Of seed 2: 1.3 tolerances, as a force leapt between two stages.
         pytest.param(tuple(draw(np.random.default_rng([2, 92]))), id="random 92"),
+        # Of seeds 3 and 4: S of the Lagrangian was 1.5 and 1.9 tolerances off, as its iteration
+        # ended before the face, which turns as the point creeps along, was done with.
+        pytest.param(tuple(draw(np.random.default_rng([3, 199]))), id="random 199"),
+        pytest.param(tuple(draw(np.random.default_rng([4, 33]))), id="random 33"),
     ],
 )
 def test_a_point_that_creeps_and_lifts_off_keeps_the_tolerance(settings: tuple[str, ...]) -> None:
@@ -119,7 +122,7 @@ def off_exact(result: Result) -> float:
     exact = slow(SLOW[0], "lagrangian", "accuracy.tolerance=1e-9")
     time = common_times(result, exact)
     points = ("link.end", "lever.end")
-    return max(float(separation(result, exact, time, point).max()) for point in points)
+    return max(float(separation(result, exact, time, [point]).max()) for point in points)
 
 
 def test_a_contact_that_begins_a_hair_early_does_not_end_at_once() -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import results
 
+from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import (
     TWO_POINTS,
@@ -22,7 +23,7 @@ from exudyn_flexlink.observables import (
     perturbation,
     sleeves_with_play,
 )
-from exudyn_flexlink.result import SleeveHistory, Touches
+from exudyn_flexlink.result import SleeveHistory
 
 LAP = 2 * pi / results.SPEED  # s
 # Where the sine of the crank angle must be beyond for a point to touch: see results.tilting_link.
@@ -42,10 +43,18 @@ def tilting():
 def made(*touches, sides=(1.0, -1.0, 1.0, -1.0), end=1.0):
     """A run with touches (pair, begin, end); impulse 1, 2, 3 .. N s, each loses 0.5 J."""
     base = results.slider()
-    columns = np.array(touches, dtype=float).reshape(-1, 3).T
-    count = np.arange(1.0, len(touches) + 1)
-    found = Touches(columns[0].astype(int), columns[1], columns[2], count, 0.5 + 0 * count,
-                    10 * count, count)  # fmt: skip
+    found = Intervals.of(
+        Interval(
+            begin,
+            until,
+            pair=pair,
+            impulse=float(i),
+            energy_lost=0.5,
+            peak_force=10.0 * i,
+            approach_speed=float(i),
+        )
+        for i, (pair, begin, until) in enumerate(touches, start=1)
+    )
     names = tuple(f"sleeve: pair {k}" for k in range(len(sides)))
     sleeve = SleeveHistory(names, sides, np.zeros((len(base.time), len(sides))), found, 0.0)
     return replace(base, sleeves={"sleeve": sleeve}, time=base.time * end)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exudyn_flexlink.engines.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 
 RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])
 ENDS = np.array([0.0, 1.0])

@@ -4,7 +4,7 @@ No engine here: whoever starts a study hands in what solves a scene.
 """
 
 from exudyn_flexlink.accuracy.advice import Advice, advise, dominating, needed, rods_needed
-from exudyn_flexlink.accuracy.errors import Error, Errors, Horizon, agreement, errors
+from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors
 from exudyn_flexlink.accuracy.judging import NothingRunError, Point, Source, Study, judge
 from exudyn_flexlink.accuracy.methods import BEAM, Method, methods_of
 from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved
@@ -15,7 +15,6 @@ __all__ = [
     "BEAM",
     "STIFFER",
     "Advice",
-    "Error",
     "Errors",
     "Horizon",
     "Method",

@@ -35,7 +35,7 @@ def advise(study: Study) -> Advice:
         min(fit, key=lambda p: p.processor, default=None),
         min(rods, key=lambda p: (p.claimed, p.processor), default=None),
         _limit(study.sources, study.target),
-        study.target < max(study.floor, study.tip_floor),
+        study.target < study.floor,
     )
 
 
@@ -53,21 +53,21 @@ def _loosest(points: Sequence[Point], method: Method, target: float) -> Point | 
 
 
 def _limit(sources: Sequence[Source], target: float) -> Source | None:
-    model = [s for s in sources if s.kind != "time" and s.errors.worst > target and not s.at_most]
-    return max(model, key=lambda s: s.errors.worst, default=None)
+    model = [s for s in sources if s.kind != "time" and s.errors.largest > target and not s.at_most]
+    return max(model, key=lambda s: s.errors.largest, default=None)
 
 
 def dominating(sources: Sequence[Source]) -> Source | None:
     """Return the largest source of error; None if there are not two to compare, or all are 0."""
     if len(sources) < 2:
         return None
-    largest = max(sources, key=lambda s: s.errors.worst)
-    return largest if largest.errors.worst > 0 else None
+    largest = max(sources, key=lambda s: s.errors.largest)
+    return largest if largest.errors.largest > 0 else None
 
 
 def needed(value: float, source: Source, target: float) -> float:
     """Return the number of rods, or the stiffness, at which a source falls to the target."""
-    return float(value * (source.errors.worst / target) ** (1 / source.order))
+    return float(value * (source.errors.largest / target) ** (1 / source.order))
 
 
 def rods_needed(rods: int, source: Source, target: float) -> int:

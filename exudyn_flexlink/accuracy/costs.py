@@ -8,7 +8,7 @@ from math import inf, log
 from exudyn_flexlink.accuracy.methods import Method
 from exudyn_flexlink.accuracy.runs import Solved
 
-SLOPES = {"tolerance": 0.5, "step": 1.0, "relative_tolerance": 0.2}
+SLOPES = {"tolerance": 0.5, "step": 1.0}
 """How cost grows as a knob is turned down, before two runs show it: a second-order method."""
 
 STEEPEST = 1.0

@@ -1,51 +1,44 @@
-"""How far one run is from another: the watched point S, and the tips of what it strikes."""
+"""How far one run is from another, in all points by which runs are judged."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import common_times, horizon, parting_limit, separation
-from exudyn_flexlink.observables import lever_response, struck_bodies
+from exudyn_flexlink.observables import (
+    common_points,
+    common_times,
+    farthest,
+    horizon,
+    lever_response,
+    parting_limit,
+    separations,
+    struck_bodies,
+)
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 SURE = 0.03  # of the limit at which runs have parted: up to there errors are judged
 
 
 @dataclass(frozen=True)
-class Error:
-    """Distance of a point from where it should be, m."""
+class Errors:
+    """Distance (m) of points from where they should be, of the one that is farthest off.
+
+    `largest` is that of the point `worst`; `rms` is over time, at every instant of the point that
+    is farthest off then; `levers` are differences of the largest absolute angle of struck bodies,
+    rad.
+    """
 
     rms: float
     largest: float
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Errors of the watched point and of the tips (None: nothing is struck); `levers` by body.
-
-    `levers` are differences of the largest absolute angle of struck bodies, rad.
-    """
-
-    point: Error
-    tip: Error | None
+    worst: str
     levers: dict[str, float]
-
-    @property
-    def worst(self) -> float:
-        """The larger of the largest errors, m: what a tolerance promises."""
-        return max(self.point.largest, self.tip.largest if self.tip else 0.0)
 
     def times(self, factor: float) -> Errors:
         """Return these errors times a factor."""
-        tip = self.tip and Error(factor * self.tip.rms, factor * self.tip.largest)
-        point = Error(factor * self.point.rms, factor * self.point.largest)
-        return Errors(point, tip, {body: factor * x for body, x in self.levers.items()})
+        levers = {body: factor * x for body, x in self.levers.items()}
+        return replace(self, rms=factor * self.rms, largest=factor * self.largest, levers=levers)
 
 
 @dataclass(frozen=True)
@@ -61,19 +54,19 @@ class Horizon:
     limit: float
 
 
-def errors(result: Result, reference: Result, until: float, struck: Sequence[str]) -> Errors:
-    """Errors of a run up to `until` (s); `struck` are the tips to look at: see `struck_tips`."""
+def errors(result: Result, reference: Result, until: float) -> Errors:
+    """Errors of a run up to `until` (s)."""
     time = common_times(reference, result)
     time = time[time <= until]
-    off = separation(result, reference, time)
-    tip = [separation(result, reference, time, point) for point in struck]
+    points = common_points(reference, result)
+    each = separations(result, reference, time, points)
+    apart = each.max(axis=1)
     return Errors(
-        _error(off), _error(np.max(tip, axis=0)) if tip else None, _peaks(result, reference, until)
+        float(np.sqrt(np.mean(apart**2))),
+        float(apart.max()),
+        farthest(points, each.max(axis=0)),
+        _peaks(result, reference, until),
     )
-
-
-def _error(apart: FloatArray) -> Error:
-    return Error(float(np.sqrt(np.mean(apart**2))), float(apart.max()))
 
 
 def _peaks(result: Result, reference: Result, until: float) -> dict[str, float]:

@@ -17,11 +17,10 @@ from exudyn_flexlink.accuracy.sources import (
     extrapolated,
     rod_order,
 )
-from exudyn_flexlink.observables import struck_tips, watched_point
+from exudyn_flexlink.observables import STILL, judged_points, room
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
-STILL = 1e-13  # m, rad: rounding
 ROUNDING = 1e-15  # m: nobody knows a position better
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
 
@@ -41,7 +40,7 @@ class Point:
     @property
     def below_floor(self) -> bool:
         """Whether the references do not agree well enough to tell this error."""
-        return self.claimed > self.errors.worst
+        return self.claimed > self.errors.largest
 
     @property
     def told(self) -> str:
@@ -71,22 +70,20 @@ class Study:
 
     `reference` and `check` are what errors are judged by and what that was held against, in words
     (`check` empty: nothing); `independent`: by other equations of motion or another formulation.
-    `floor` (m) is their distance in the watched point, `tip_floor` in tips: smaller errors can't be
-    told. `until` (s) is up to when errors
-    are judged, `horizon` why that is not the end.
+    `floor` (m) is their distance: smaller errors can't be told. `until` (s) is up to when errors
+    are judged, `horizon` why that is not the end; `points` of the figure are settings that were
+    run, `judged_by` the points of the mechanism whose errors they are.
     """
 
     scene: Scene
     target: float
-    point: str
-    tips: tuple[str, ...]
+    judged_by: tuple[str, ...]
     end: float
     reference: str
     reference_processor: float
     check: str
     independent: bool
     floor: float
-    tip_floor: float
     horizon: Horizon | None
     points: tuple[Point, ...]
     own: Point | None
@@ -111,7 +108,6 @@ class Bench:
     truth: Trial
     check: Trial | None
     independent: bool
-    struck: tuple[str, ...]
     horizon: Horizon | None
 
     @property
@@ -120,18 +116,16 @@ class Bench:
         return float(self.truth.result.time[-1])
 
     @cached_property
-    def floors(self) -> tuple[float, float]:
-        """Distance of reference and check, m, in the watched point and in tips; 0 without one."""
+    def floor(self) -> float:
+        """Distance of reference and check, m; 0 without one."""
         if self.check is None:
-            return 0.0, 0.0
-        apart = self.errors(self.check.result)
-        tip = apart.tip.largest if apart.tip else 0.0
-        return max(apart.point.largest, ROUNDING), max(tip, ROUNDING)
+            return 0.0
+        return max(self.errors(self.check.result).largest, ROUNDING)
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
         """Errors of a run as far as any are judged, by the reference or another run."""
         until = self.end if self.horizon is None else self.horizon.sure
-        return errors(result, reference or self.truth.result, until, self.struck)
+        return errors(result, reference or self.truth.result, until)
 
 
 def judge(runs: Runs) -> Study:
@@ -148,15 +142,13 @@ def judge(runs: Runs) -> Study:
     return Study(
         scene=runs.scene,
         target=runs.target,
-        point=watched_point(runs.scene),
-        tips=bench.struck,
+        judged_by=judged_points(runs.scene),
         end=bench.end,
         reference=truth.method.told(truth.value),
         reference_processor=truth.processor,
         check="" if check is None else check.method.told(check.value),
         independent=bench.independent,
-        floor=bench.floors[0],
-        tip_floor=bench.floors[1],
+        floor=bench.floor,
         horizon=bench.horizon,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
         own=own,
@@ -176,11 +168,10 @@ def _bench(runs: Runs) -> Bench:
     truth = _reference(runs)
     if truth is None:
         raise NothingRunError(_why_nothing(runs))
-    struck = tuple(struck_tips(truth.result))
     others = [trial for trial in runs.trials if trial is not truth]
-    check, independent = _check(truth, others, struck)
+    check, independent = _check(truth, others)
     horizon = agreement(truth.result, check.result) if check else None
-    return Bench(truth, check, independent, struck, horizon)
+    return Bench(truth, check, independent, horizon)
 
 
 def _reference(runs: Runs) -> Trial | None:
@@ -201,15 +192,13 @@ def _why_nothing(runs: Runs) -> str:
     return "no two runs ended, so there is nothing to compare\n" + "\n".join(why)
 
 
-def _check(
-    truth: Trial, others: Sequence[Trial], struck: Sequence[str]
-) -> tuple[Trial | None, bool]:
+def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:
     """Find what the reference is held against: the independent run nearest to it, or any run."""
     rods = [t for t in others if t.method.of_rods]
     independent = [t for t in rods if _independent(t.method, truth.method)]
     end = float(truth.result.time[-1])
     far = [
-        (errors(t.result, truth.result, end, struck).worst, i, t)
+        (errors(t.result, truth.result, end).largest, i, t)
         for i, t in enumerate(independent or rods)
     ]
     return (min(far)[2] if far else None), bool(independent)
@@ -223,7 +212,7 @@ def _independent(one: Method, other: Method) -> bool:
 def _point(trial: Trial, bench: Bench) -> Point:
     found = bench.errors(trial.result)
     steps = trial.result.checks.steps
-    claimed = max(found.worst, *bench.floors)
+    claimed = max(found.largest, bench.floor)
     return Point(
         trial.method, trial.value, trial.processor, len(trial.times), steps, found, claimed
     )
@@ -263,8 +252,8 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
         ratio, order = factors[kind]
         base = varied.base
         apart = bench.errors(varied.changed, base.result)
-        in_time = max(bench.floors) if base is bench.truth else bench.errors(base.result).worst
-        at_most = apart.worst < TRUSTED * in_time
+        in_time = bench.floor if base is bench.truth else bench.errors(base.result).largest
+        at_most = apart.largest < TRUSTED * in_time
         estimate = apart.times(extrapolated(ratio, order))
         found.append(
             Source(kind, estimate, order, at_most, varied.processor / varied.base.processor)
@@ -277,4 +266,4 @@ def _of_rods(scene: Scene) -> tuple[float, float]:
 
 
 def _moves(result: Result) -> bool:
-    return bool((abs(result.poses - result.poses[0]) > STILL).any())
+    return room(result, judged_points(result.scene)) > STILL

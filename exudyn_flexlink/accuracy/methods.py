@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil, log10
 from typing import Any, Literal
 
 from exudyn_flexlink.scene import Scene
 
-Knob = Literal["tolerance", "step", "relative_tolerance"]
+Knob = Literal["tolerance", "step"]
 
 BEAM = "beam"  # the one formulation whose link is not made of rods
 TITLES = {"exudyn": "Exudyn", "lagrangian": "Lagrangian"}
 LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
 COARSEST = 1e-3  # m: a ladder reaches up to it about, so that every method has cheap rungs
-LEAST_LOCAL = 1e-10
 USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
 RUNGS_OF_STEPS = 6
-USUAL_LOCAL = 1e-6  # relative tolerance of one step
-SMALLER = 1e-2  # times the relative tolerance: the absolute one
-REFERENCE: Mapping[Knob, float] = {"tolerance": 1e-12, "relative_tolerance": 1e-11}
-"""Of the run against which everything else is judged, by what is varied: 100 times finer than the
+REFERENCE = 1e-12
+"""Tolerance (m) of the run against which everything else is judged: 100 times finer than the
 finest rung, or more. The smooth method at 1e-12 m leaves 2e-13 m over the paper's two turns."""
 
 _OF_THE_METHOD = ("formulation", "elements")
@@ -29,7 +26,7 @@ _OF_THE_METHOD = ("formulation", "elements")
 
 @dataclass(frozen=True)
 class Method:
-    """A way to solve a scene, up to one number: a tolerance (m), a step (s) or a local tolerance.
+    """A way to solve a scene, up to one number: a tolerance (m) or a step (s).
 
     `settings` are keys of the scene's solver that make it this method. `of_rods` is False where
     the link is another model than the scene's rods, so that no setting leads to their motion.
@@ -43,47 +40,32 @@ class Method:
 
     def at(self, scene: Scene, value: float) -> Scene:
         """Return the scene solved by this method at a value of its knob."""
-        accuracy = self.accuracy(value)
-        if self.knob == "relative_tolerance":  # a scene also has to say one of these
-            accuracy["tolerance"] = scene.accuracy.tolerance or USUAL_TOLERANCE
         given = scene.solver.model_dump(exclude_unset=True)
         solver = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
         if self.settings.get("formulation") == BEAM and "elements" in given:
             solver["elements"] = given["elements"]
         return scene.changed(
-            accuracy=type(scene.accuracy).model_validate(accuracy),
+            accuracy=type(scene.accuracy).model_validate({self.knob: value}),
             solver=type(scene.solver).model_validate({**solver, **self.settings}),
         )
 
-    def accuracy(self, value: float) -> dict[str, float]:
-        """Return the keys of a scene's accuracy that set the knob to a value."""
-        local = {"absolute_tolerance": SMALLER * value} if self.knob == "relative_tolerance" else {}
-        return {self.knob: value, **local}
-
     def set_to(self, value: float) -> str:
         """Say the knob at a value, such as 'tolerance 1e-05 m'."""
-        names = {"relative_tolerance": ("rtol", ""), "step": ("step", " s")}
-        name, unit = names.get(self.knob, ("tolerance", " m"))
-        return f"{name} {value:.2g}{unit}"
+        return f"{self.knob} {value:.2g}{' s' if self.knob == 'step' else ' m'}"
 
     def told(self, value: float) -> str:
         """Say the method at a value, such as 'Exudyn, redundant, tolerance 1e-05 m'."""
         return f"{self.name.removesuffix(', fixed step')}, {self.set_to(value)}"
 
 
-def methods_of(
-    scene: Scene, formulations: Mapping[str, Sequence[str]], local: Collection[str] = ()
-) -> list[Method]:
+def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[Method]:
     """List the methods worth a try, that of the model's own settings first.
 
     `formulations` names, for each engine, the formulations that represent the scene, the one that
-    the engine picks first; empty for an engine without a choice. `local` are engines that obey no
-    tolerance of the whole motion, but that of one step.
+    the engine picks first; empty for an engine without a choice.
     """
     found = [
-        method
-        for engine, names in formulations.items()
-        for method in _of_engine(engine, names, "relative_tolerance" if engine in local else None)
+        method for engine, names in formulations.items() for method in _of_engine(engine, names)
     ]
     if "exudyn" in formulations:
         found.append(_fixed_step(formulations["exudyn"]))
@@ -91,12 +73,12 @@ def methods_of(
     return sorted(found, key=lambda method: method is not own)
 
 
-def _of_engine(engine: str, formulations: Sequence[str], knob: Knob | None) -> list[Method]:
-    title, knob = TITLES.get(engine, engine), knob or "tolerance"
+def _of_engine(engine: str, formulations: Sequence[str]) -> list[Method]:
+    title = TITLES.get(engine, engine)
     if not formulations:
-        return [Method(title, engine, knob)]
+        return [Method(title, engine)]
     return [
-        Method(f"{title}, {name}", engine, knob, {"formulation": name}, name != BEAM)
+        Method(f"{title}, {name}", engine, "tolerance", {"formulation": name}, name != BEAM)
         for name in formulations
     ]
 
@@ -120,8 +102,6 @@ def own_value(scene: Scene, method: Method) -> float | None:
     """Value of the method's knob that the model gives, or a usual one; None: unknown."""
     if method.knob == "step":
         return scene.accuracy.step
-    if method.knob == "relative_tolerance":
-        return scene.accuracy.relative_tolerance or USUAL_LOCAL
     return scene.accuracy.tolerance or USUAL_TOLERANCE
 
 
@@ -132,10 +112,7 @@ def ladder(knob: Knob, own: float, target: float) -> list[float]:
     """
     if knob == "step":
         return [own * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
-    if knob == "relative_tolerance":
-        top, least = 2, LEAST_LOCAL
-    else:
-        top = max(1, ceil(log10(target / own) - 1e-9), round(log10(COARSEST / own)))
-        least = min(LEAST_TOLERANCE, target / 10)
+    top = max(1, ceil(log10(target / own) - 1e-9), round(log10(COARSEST / own)))
+    least = min(LEAST_TOLERANCE, target / 10)
     count = top + max(0, int(log10(own / least) + 1e-9))
     return [own * 10.0 ** (top - k) for k in range(count + 1)]

@@ -204,11 +204,11 @@ class Studying:
         own = self.runs.of(method)[0] if method and self.runs.of(method) else None
         if method is None or own is None:
             return
-        label = f"{method.told(REFERENCE[method.knob])}, reference"
+        label = f"{method.told(REFERENCE)}, reference"
         if REFERENCE_COST * own.wall > self.left:
             self._leave_out(label, REFERENCE_COST * own.wall)
             return
-        value = REFERENCE[method.knob]
+        value = REFERENCE
         scene = method.at(self.runs.scene, value)
         solved = self._solved(scene, method, label)
         if solved is not None:

@@ -18,9 +18,11 @@ from typing import Any
 from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
 from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.ending import Ending, ended_by_signals
+from exudyn_flexlink.cli.figures import add_figures, idle_options
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
@@ -48,7 +50,8 @@ def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
         try:
             options = _parser().parse_args(arguments)
             options.ending = ending
-            code: int = options.command(options)
+            idle = idle_options(options)
+            code: int = complain(idle, BAD_INPUT) if idle else options.command(options)
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
@@ -109,15 +112,22 @@ def _add_simulate(commands: Any) -> None:
     )
     _add_model(parser)
     _add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
-    _add_tolerances(parser)
     _add_impact(parser)
     _add_without(parser)
     parser.add_argument(
         "--horizon",
         action=argparse.BooleanOptionalAction,
-        help="make a second, neighbouring run, and say up to when S can be trusted pointwise; "
+        help="make a second, neighbouring run, and say up to when points can be trusted; "
         "left out: make one where contacts multiply errors, and say when they outgrow the "
         "tolerance; --no-horizon: make none",
+    )
+    parser.add_argument(
+        "--retries",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="make a run again whose numbers are doubtful (energy, joints, impacts), up to N "
+        "times, each time ten times as accurate; left out: it warns",
     )
     _add_output(parser, "runs/<name of the model>")
 
@@ -139,9 +149,8 @@ def _add_compare(commands: Any) -> None:
         "--tolerance",
         type=_length,
         metavar="M",
-        help="end with code 1 if the watched point differs by more, m, up to the horizon",
+        help="end with code 1 if a point differs by more, m, up to the horizon",
     )
-    _add_tolerances(parser)
     _add_impact(parser, "; impulse is for the Lagrangian alone")
     _add_without(parser, "compare the model with itself without the effect, in one engine: ")
     _add_engine(parser, "the engine of '--without'; default: exudyn", None)
@@ -157,6 +166,7 @@ def _add_accuracy(commands: Any) -> None:
         """\
         exudyn-flexlink accuracy models/smooth.yaml
         exudyn-flexlink accuracy models/no_clearance.yaml --set run.turns=2 --target 1e-5
+        exudyn-flexlink accuracy models/no_clearance.yaml --watch link.end
         exudyn-flexlink accuracy models/clearance.yaml --set run.turns=0.5 --budget 300""",
     )
     _add_model(parser)
@@ -195,6 +205,16 @@ def _length(text: str) -> float:
 _length.__name__ = "length in m"  # what argparse calls it in its complaint
 
 
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise ValueError(text)
+    return value
+
+
+_count.__name__ = "number"
+
+
 def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:
     parser.add_argument(
         "--impact",
@@ -229,21 +249,6 @@ def _effects(text: str) -> list[str]:
     return names
 
 
-def _add_tolerances(parser: argparse.ArgumentParser) -> None:
-    """Add short names for two settings of the Lagrangian's explicit method."""
-    for option, key in (("--rtol", "relative_tolerance"), ("--atol", "absolute_tolerance")):
-        parser.add_argument(
-            option,
-            dest="settings",
-            action="append",
-            default=[],
-            type=f"accuracy.{key}={{}}".format,
-            metavar="NUMBER",
-            help=f"short for --set accuracy.{key}=NUMBER: of one step of the Lagrangian, by its "
-            "explicit method",
-        )
-
-
 def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help=f"where to write; default: {default}"
@@ -254,6 +259,7 @@ def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
         "complete result by an incomplete one",
     )
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_figures(parser)
     parser.add_argument(
         "--quiet", action="store_true", help="no progress and no summary; warnings stay"
     )
@@ -283,10 +289,12 @@ def _add_plot(commands: Any) -> None:
         "draw the figures of a saved run again",
         """\
         exudyn-flexlink plot runs/no_clearance
-        exudyn-flexlink plot runs/no_clearance --out figures""",
+        exudyn-flexlink plot runs/no_clearance --out figures
+        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print""",
     )
     parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to; default: that folder")
+    add_figures(parser)
     _add_force(parser, "replace also figures that no run drew, or that were changed since")
 
 
@@ -323,7 +331,8 @@ def _command(
 
 
 def _add_model(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="MODEL", help="model file, YAML")
+    about = "model file, YAML; or the name of a model that comes with the program"
+    parser.add_argument("model", type=_model, metavar="MODEL", help=about)
     parser.add_argument(
         "--set",
         dest="settings",
@@ -333,7 +342,26 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
         help="replace a value of the model, such as run.turns=2; may be repeated",
     )
     parser.add_argument(
+        "--watch",
+        dest="settings",
+        action="append",
+        type="outputs.watch={}".format,
+        metavar="BODY.POINT",
+        help="show this point, and judge errors by it alone, not by all named points; short for "
+        "--set outputs.watch=BODY.POINT",
+    )
+    parser.add_argument(
         "--allow-outside",
         action="store_true",
         help="let the model read CSV files outside its own folder",
     )
+
+
+def _model(text: str) -> Path:
+    """Return a file, or that of a model by its name where there is no such file."""
+    path = Path(text)
+    if path.suffix or path.exists():
+        return path
+    from exudyn_flexlink.shipped import model_file
+
+    return model_file(text) or path

@@ -7,7 +7,8 @@ import json
 import os
 from pathlib import Path
 
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, tell
+from exudyn_flexlink.cli.figures import look_of, why_not
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, tell
 
 
 def check_command(options: argparse.Namespace) -> int:
@@ -28,16 +29,17 @@ def check_command(options: argparse.Namespace) -> int:
 
 def plot_command(options: argparse.Namespace) -> int:
     """Draw the figures of a saved run again; returns the exit code."""
-    from exudyn_flexlink.plots import save_figures
     from exudyn_flexlink.storage import StorageError, load, staged_files
 
     folder: Path = options.out or options.run
     try:
         result = load(options.run)
         with staged_files(folder, force=options.force) as staged:
-            save_figures(result, staged)
+            look_of(options).save_run(result, staged)
     except StorageError as error:
         return complain(str(error), BAD_INPUT)
+    except Exception as error:  # a mistake of the program: the run itself is sound
+        return complain(f"no figures: {why_not(error)}; please report it", FAILED)
     print(f"Figures written to {folder}{os.sep}")
     return DONE
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import (
     LAGRANGIAN_ALONE,
@@ -24,13 +26,12 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     complain,
-    drawn,
     names_in,
     tell,
 )
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.compare import Comparison
+    from exudyn_flexlink.comparison import Comparison
     from exudyn_flexlink.result import Result
     from exudyn_flexlink.scene import Scene
 
@@ -87,8 +88,8 @@ def _both_engines(options: argparse.Namespace) -> Found:
         NothingToCompareError: interrupted before there was anything of both.
 
     """
-    from exudyn_flexlink.compare import compare
-    from exudyn_flexlink.engines.neighbours import retuned
+    from exudyn_flexlink.comparison import compare
+    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import require_length
 
     scene = read_scene(options, options.impact)
@@ -125,8 +126,8 @@ def _without_effects(options: argparse.Namespace) -> Found:
         NothingToCompareError: interrupted before there was anything of both.
 
     """
-    from exudyn_flexlink.compare import compare_variants
-    from exudyn_flexlink.engines.neighbours import retuned
+    from exudyn_flexlink.comparison import compare_variants
+    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import load_scene, require_length
 
     engine = options.engine or "exudyn"
@@ -217,30 +218,27 @@ class Runs:
 
 def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, which Ctrl-C does not hinder, then figures; returns the code, see `drawn`."""
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save_comparison
 
     compared = found.comparison
     both = (compared.first, compared.second)
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         for result, place in places:
-            write(result, place, figures=False)
+            write(result, place, None)
         save_comparison(compared, folder, options.tolerance, whole=found.whole)
-    if patient.pressed or not found.whole or options.no_plots:
-        return INTERRUPTED if patient.pressed else DONE
-    return drawn(folder, lambda: _draw(compared, folder, places))
+    if ctrl_c.pending or not found.whole or options.no_plots:
+        return INTERRUPTED if ctrl_c.pending else DONE
+    return drawn(folder, lambda: _draw(compared, folder, places, look_of(options)))
 
 
-def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]]) -> None:
-    from exudyn_flexlink.plots import comparison, save_figures
+def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]], look: Look) -> None:
+    from exudyn_flexlink.plots import comparison
 
     for result, place in places:
-        save_figures(result, place)
-    figure = comparison(found)
-    if figure is not None:
-        figure.savefig(folder / "comparison.png", dpi=150)
+        look.save_run(result, place)
+    look.save(comparison, found, folder, "comparison")
 
 
 def _tell(found: Comparison, target: Path, options: argparse.Namespace, drew: int) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain
 
 
@@ -33,17 +34,16 @@ class Place:
             StorageError: the target can't be written; see `staged_folder`.
 
         """
-        from exudyn_flexlink.engines.interrupts import patience
         from exudyn_flexlink.storage import KeptBesideError, staged_folder
 
-        with patience() as patient:
+        with deferrable_interrupts() as ctrl_c:
             try:
                 with staged_folder(self.target, force=force) as folder:
                     yield folder
-                    patient.hold()
+                    ctrl_c.defer()
             except KeptBesideError as error:
                 self.target, self._why = error.folder, str(error)
-        self._pressed = patient.pressed
+        self._pressed = ctrl_c.pending
 
 
 def place_of(options: argparse.Namespace, suffix: str = "") -> Place:

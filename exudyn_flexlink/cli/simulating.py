@@ -8,6 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -15,7 +17,6 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     complain,
-    drawn,
     names_in,
     progress_bar,
     tell,
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.scene import Scene
 
 LAGRANGIAN_ALONE = (
-    "relative and absolute tolerance are for '--engine lagrangian'; "
-    "for Exudyn set accuracy.tolerance"
+    "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its formulation's"
 )
 
 
@@ -65,7 +65,7 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
     from exudyn_flexlink.engines.interrupts import LateInterruptError
 
     try:
-        return run(scene, options.engine, options), False
+        return run(scene, options.engine, options, retries=options.retries), False
     except LateInterruptError as error:
         return error.result, True
 
@@ -82,7 +82,8 @@ def _write(
 ) -> int:
     """Write a run; returns the exit code. One who did not wait waits for no figures."""
     skipped = options.no_plots or late or options.ending.asked
-    code = write(result, folder, figures=figures and not skipped)
+    look = look_of(options) if figures and not skipped else None
+    code = write(result, folder, look)
     return code or (INTERRUPTED if late else DONE)
 
 
@@ -111,7 +112,7 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
     from exudyn_flexlink.sensitivity import sensitivity
 
     try:
-        with progress_bar(options.quiet, "again, to measure errors") as progress:
+        with progress_bar(options.quiet, "again, to measure errors") as progress, ends_runs():
             found = engines.measured(result, progress)
     except LateInterruptError as error:
         return error.result, "", True
@@ -122,11 +123,9 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
 
 def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     """Tell whether a setting of the command line means nothing to Exudyn."""
-    keys = ("accuracy.relative_tolerance", "accuracy.absolute_tolerance")
-    whole = "relative_tolerance:", "absolute_tolerance:"
     return any(
-        setting.startswith(keys)
-        or (setting.startswith("accuracy=") and any(key in setting for key in whole))
+        setting.startswith("solver.integrator")
+        or (setting.startswith("solver=") and "integrator:" in setting)
         for setting in options.settings
     )
 
@@ -182,8 +181,14 @@ COMPILING = {
 }
 
 
-def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "simulating") -> Result:
-    """Run an engine, and show its progress: `what` is going on.
+def run(
+    scene: Scene,
+    engine: str,
+    options: argparse.Namespace,
+    what: str = "simulating",
+    retries: int = 0,
+) -> Result:
+    """Run an engine, and show its progress: `what` is going on; for `retries` see `simulate`.
 
     Raises:
         SceneError: the engine can't represent what the scene asks for; shown where it stands.
@@ -199,8 +204,8 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         if compiles != "none":
             complain(f"hint: {COMPILING[compiles]}")
         before = "" if compiles == "none" else "compiling"
-        with progress_bar(options.quiet, what, before) as progress:
-            return engines.simulate(scene, engine, progress, measure=False)
+        with progress_bar(options.quiet, what, before) as progress, ends_runs():
+            return engines.simulate(scene, engine, progress, measure=False, retries=retries)
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
         why = f"; '--impact {options.impact}' asks for it" if asked else ""
@@ -208,8 +213,8 @@ def run(scene: Scene, engine: str, options: argparse.Namespace, what: str = "sim
         raise SceneError(scene.document, [mistake]) from error
 
 
-def write(result: Result, folder: Path, *, figures: bool) -> int:
-    """Save a run, and draw its figures, into a folder; returns the exit code, see `drawn`.
+def write(result: Result, folder: Path, look: Look | None) -> int:
+    """Save a run, and draw its figures, if they have a look; returns the exit code, see `drawn`.
 
     Ctrl-C does not keep the run from being saved.
 
@@ -217,21 +222,14 @@ def write(result: Result, folder: Path, *, figures: bool) -> int:
         StorageError: the folder can't be written.
 
     """
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.storage import save
 
-    with patience() as patient:
-        patient.hold()
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
         save(result, folder)
-    if patient.pressed or not figures:
-        return INTERRUPTED if patient.pressed else DONE
-
-    def draw() -> None:
-        from exudyn_flexlink.plots import save_figures
-
-        save_figures(result, folder)
-
-    return drawn(folder, draw)
+    if ctrl_c.pending or look is None:
+        return INTERRUPTED if ctrl_c.pending else DONE
+    return drawn(folder, lambda: look.save_run(result, folder))
 
 
 def _tell(result: Result, target: Path, told: str, quiet: bool, code: int) -> int:

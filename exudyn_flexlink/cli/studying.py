@@ -11,6 +11,8 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
@@ -21,7 +23,6 @@ from exudyn_flexlink.cli.terminal import (
     Bar,
     Lines,
     complain,
-    drawn,
     names_in,
     progress_bar,
     tell,
@@ -42,7 +43,6 @@ SAFETY = 2.0
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     from exudyn_flexlink.accuracy import NothingRunError, judge
-    from exudyn_flexlink.engines.interrupts import patience
     from exudyn_flexlink.loading import ImpossibleLengthError, require_length
     from exudyn_flexlink.report import recommendation
     from exudyn_flexlink.source import SceneError
@@ -55,13 +55,13 @@ def accuracy_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written(force=options.force) as folder:
             runs = _runs(scene, options)
-            with patience() as patient:
-                patient.hold()
+            with deferrable_interrupts() as ctrl_c:
+                ctrl_c.defer()
                 found = judge(runs)
                 save_accuracy(found, recommendation(found), folder)
-            code = INTERRUPTED if patient.pressed else DONE
+            code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
-                code = drawn(folder, lambda: _draw(found, folder))
+                code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
     except (SceneError, StorageError, ImpossibleLengthError) as error:
         return complain(str(error), BAD_INPUT)
     except NothingRunError as error:
@@ -83,7 +83,6 @@ def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
     methods: list[Method] = methods_of(
         scene,
         {engine: engines.formulations(scene, engine) for engine in ENGINES},
-        [engine for engine in ENGINES if not engines.takes_tolerance(scene, engine)],
     )
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:
@@ -109,7 +108,8 @@ class Solver:
         watch = Watch(allowed, self._show)
         began = time.process_time()
         try:
-            result = engines.simulate(scene, engine, watch, measure=False)
+            with ends_runs():
+                result = engines.simulate(scene, engine, watch, measure=False)
         except LateInterruptError as error:
             if not watch.given_up:
                 raise
@@ -159,10 +159,10 @@ class Watch:
             signal.raise_signal(signal.SIGINT)
 
 
-def _draw(found: Study, folder: Path) -> None:
+def _draw(found: Study, folder: Path, look: Look) -> None:
     from exudyn_flexlink.plots import work_precision
 
-    work_precision(found).savefig(folder / "accuracy.png", dpi=150)
+    look.save(work_precision, found, folder, "accuracy")
 
 
 def _tell(found: Study, target: Path, options: argparse.Namespace, code: int) -> int:

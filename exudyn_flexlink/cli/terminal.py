@@ -8,7 +8,7 @@ import shutil
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TextIO
@@ -92,33 +92,6 @@ def names_in(folder: Path) -> list[str]:
     from exudyn_flexlink.storage import own_files
 
     return sorted(own_files(folder))
-
-
-def drawn(folder: Path, draw: Callable[[], Any]) -> int:
-    """Draw figures into a folder beside the numbers, which no failure of a figure may cost.
-
-    Returns the exit code: `DONE`; with no figure left, `INTERRUPTED` if the user did not wait for
-    them, and `FAILED` if they can't be drawn, which is said.
-    """
-    try:
-        draw()
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    except Exception as error:  # a mistake of the program, too: the run may have taken hours
-        code = complain(f"no figures: {_why(error)}; the numbers are kept", FAILED)
-    else:
-        return DONE
-    for file in folder.rglob("*.png"):  # the last may be half a figure
-        file.unlink()
-    return code
-
-
-def _why(error: Exception) -> str:
-    if isinstance(error, MemoryError):
-        return "not enough memory"
-    if isinstance(error, OSError):
-        return f"they can't be written: {error.strerror or error}"
-    return f"they can't be drawn: {type(error).__name__}: {error}"
 
 
 @contextmanager

@@ -8,9 +8,10 @@ from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
-from exudyn_flexlink.engines.interrupts import LateInterruptError, patience
-from exudyn_flexlink.engines.mending import guarded
-from exudyn_flexlink.engines.neighbours import Measured, measured_by, unmeasured
+from exudyn_flexlink.engines.diagnostics import diagnosed
+from exudyn_flexlink.engines.diagnostics.neighbour import Measured, measured_by, unmeasured
+from exudyn_flexlink.engines.diagnostics.retries import retried
+from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -33,16 +34,23 @@ class NotRepresentableError(ValueError):
 
 
 def simulate(
-    scene: Scene, engine: str = "exudyn", progress: Progress | None = None, *, measure: bool = True
+    scene: Scene,
+    engine: str = "exudyn",
+    progress: Progress | None = None,
+    *,
+    measure: bool = True,
+    retries: int = 0,
 ) -> Result:
     """Simulate a scene. A run that fails is a Result too: see ``Result.outcome``.
 
-    So is one that Ctrl-C ends while it is solved, in the main thread. One whose own numbers are
-    wrong is made again, more accurately: see `mending`. Where contacts multiply errors, a second
-    run tells how large they are (see `measured`), unless `measure` is False.
+    So is one that is asked to end while it is solved (see `interrupts`). A run whose own numbers
+    are doubtful says so in its warnings, and is made again up to `retries` times, each time ten
+    times as accurate. Where steps alone do not keep the tolerance, since contacts multiply errors
+    or the method only aims at it, a second run tells how large the error is (see `measured`),
+    unless `measure` is False.
 
     Raises:
-        LateInterruptError: Ctrl-C came after that; the result, which is whole, is in it.
+        LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
         ValueError: there is no such engine.
@@ -52,10 +60,10 @@ def simulate(
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     run = import_module(ENGINES[engine]).run
     # Matrices are small: numpy's threads would wait for one another most of the time.
-    with patience() as patient, threadpool_limits(limits=1, user_api="blas"):
-        result, interrupted = guarded(run(scene, progress), lambda finer: run(finer, progress))
-    result = unmeasured(result)
-    if (patient.pressed or interrupted) and result.outcome.completed:
+    with deferrable_interrupts() as ctrl_c, threadpool_limits(limits=1, user_api="blas"):
+        result, interrupted = retried(run(scene, progress), lambda x: run(x, progress), retries)
+    result = unmeasured(diagnosed(result))
+    if (ctrl_c.pending or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
     return measured(result, progress).result if measure and result.error else result
 
@@ -83,17 +91,6 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
     """
     offered = getattr(import_module(ENGINES[engine]), "formulations", None)
     return () if offered is None else tuple(offered(scene))
-
-
-def takes_tolerance(scene: Scene, engine: str) -> bool:
-    """Tell whether an engine obeys a scene's tolerance; if not, local tolerances are its knob.
-
-    Raises:
-        SceneError: the scene can't be put together (never after `load_scene`).
-
-    """
-    tells = getattr(import_module(ENGINES[engine]), "takes_tolerance", None)
-    return True if tells is None else bool(tells(scene))
 
 
 def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:

@@ -6,10 +6,6 @@ from exudyn_flexlink.mechanism import Mechanism, swing_times
 
 SWING = 4e-3  # s: 1/omega of a lever at 40 Hz, the least that is counted
 KEPT = 0.1  # of a run: for how much of it a guide that turns freely keeps what the solver leaves
-# m, of the tip of a lever at 40 Hz: what formulation `redundant` leaves with 60 steps for a strike,
-# whatever the tolerance. Measured: models/rigid.yaml, a turn, 1e-4 to 1e-6 m: 8e-6 to 1.4e-5; with
-# 120 steps 3e-7 to 7e-6.
-LEFT, STEPS = 2e-5, 60
 
 
 def coasting(mechanism: Mechanism, end: float) -> float:
@@ -25,13 +21,3 @@ def keeping(mechanism: Mechanism, end: float) -> float:
     need not: its order makes those of the slow guide far smaller than estimated.
     """
     return KEPT * end if mechanism.slots and not mechanism.speed_motors else 0.0
-
-
-def left_by_strikes(mechanism: Mechanism, end: float, steps: float) -> float:
-    """Roughly, the error (m) of tips after strikes that last for so many `steps`; 0 without lever.
-
-    `end` (s) is that of the run.
-    """
-    if not swing_times(mechanism):
-        return 0.0
-    return LEFT * (STEPS / steps) ** 2 * coasting(mechanism, end) / SWING

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import FaceContact, Mechanism, approach
 from exudyn_flexlink.observables import Watched
-from exudyn_flexlink.result import Event, Extremes
+from exudyn_flexlink.result import Extremes
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -43,7 +42,7 @@ class ExtremeSeeker:
         for k, contact in enumerate(contacts):
             if isinstance(contact.law, RestitutionPenalty):
                 self._laws.setdefault(contact.law, []).append(k)
-        self._peaks: dict[int, Extremes] = {}
+        self._peaks: dict[int, tuple[Extremes, Extremes]] = {}
 
     def take(
         self,
@@ -110,11 +109,16 @@ class ExtremeSeeker:
             self._pressed[k].append(tuple(own))
             self.deepest[k] = max(self.deepest[k], float(own[3].max()))
 
-    def peak_force(self, contact: int, begin: float, end: float) -> float:
-        """Largest force (N) of a contact from `begin` to `end` (s), once all steps are taken."""
+    def peaks(self, contact: int, begin: float, end: float) -> tuple[float, float]:
+        """Largest force (N) and penetration (m) of a contact from `begin` to `end` (s).
+
+        Once all steps are taken.
+        """
         if contact not in self._peaks:
-            self._peaks[contact] = self._of_contact(contact)[0]
-        return float(self._peaks[contact].between(begin, end).value.max(initial=0.0))
+            self._peaks[contact] = self._of_contact(contact)
+        within = (own.between(begin, end).value for own in self._peaks[contact])
+        force, depth = (float(values.max(initial=0.0)) for values in within)
+        return force, depth
 
     def _of_contact(self, k: int) -> tuple[Extremes, Extremes]:
         """Largest force and penetration of a contact, of every step in which it presses."""
@@ -133,17 +137,3 @@ class ExtremeSeeker:
                 force, depth = self._of_contact(k)
                 found |= dict(zip(Watched.of_contact(contact.name), (force, depth), strict=True))
         return found
-
-    def with_peaks(self, events: Sequence[Event]) -> tuple[Event, ...]:
-        """Return a run's events in order of time, with peak forces from within its steps."""
-        numbers = {contact.name: k for k, contact in enumerate(self.contacts)}
-        begun: dict[str, float] = {}
-        told = sorted(events, key=lambda event: event.time)
-        for i, event in enumerate(told):
-            if event.kind == "contact begins":
-                begun[event.name] = event.time
-            elif "peak_force" in event.details and event.name in begun:
-                peak = self.peak_force(numbers[event.name], begun[event.name], event.time)
-                peak = max(peak, event.details["peak_force"])
-                told[i] = replace(event, details={**event.details, "peak_force": peak})
-        return tuple(told)

@@ -1,77 +1,71 @@
-"""Ctrl-C ends a run after the step that is under way, and never loses what was computed."""
+"""How a run is asked to end before its time: by whoever calls, never by signals taken here.
+
+The command line gives means to ask (`stopped_by`), made of Ctrl-C. From Python there are none:
+Ctrl-C raises `KeyboardInterrupt` as everywhere.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from signal import SIG_DFL, SIGINT, getsignal, signal
-from types import FrameType
-from typing import Any
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Protocol
 
 from exudyn_flexlink.result import Result
 
 
 class LateInterruptError(KeyboardInterrupt):
-    """Ctrl-C came when a run was solved to its end, and only being put together: `result`."""
+    """The request came when a run was solved to its end, and only being put together: `result`."""
 
     def __init__(self, result: Result) -> None:
         super().__init__()
         self.result = result
 
 
-class Patience:
-    """A handler of Ctrl-C that hands it on to the one `before`, until it has to hold it back."""
+class Deferred(Protocol):
+    """Tells whether the user asked for the end while the result was put together."""
 
-    def __init__(self, before: Any) -> None:
-        self._before = before
-        self._holds = False
-        self.pressed = False
-        """Whether Ctrl-C was held back."""
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        """Take a Ctrl-C."""
-        if self._holds:
-            self.pressed = True
-        elif callable(self._before):
-            self._before(number, frame)
-        elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
-            raise KeyboardInterrupt
-
-    def hold(self) -> None:
-        """From now on, only take note."""
-        self._holds = True
+    pending: bool
 
 
-@contextmanager
-def patience() -> Iterator[Patience]:
-    """Let Ctrl-C do what it did before until `hold` is called; then it is only taken note of."""
-    before = getsignal(SIGINT)
-    patient = Patience(before)
-    try:
-        signal(SIGINT, patient)
-    except ValueError:  # not the main thread: Ctrl-C is not ours
-        yield patient
-        return
-    try:
-        yield patient
-    finally:
-        signal(SIGINT, SIG_DFL if before is None else before)
+@dataclass
+class _NeverAsked:
+    pending: bool = False
 
 
-@contextmanager
-def interrupts(end: Callable[[], None]) -> Iterator[None]:
-    """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
+@dataclass(frozen=True)
+class Stopping:
+    """Means to end a run: both are entered by the run itself.
 
-    What follows in `simulate` puts the result together: there Ctrl-C is held back.
+    Inside `interrupts` the request calls a function, which ends the solve after the step under way;
+    inside `deferrable_interrupts` and after that it is only taken note of.
     """
-    try:
-        before = signal(SIGINT, lambda *_: end())
-    except ValueError:  # not the main thread: Ctrl-C is not ours
-        yield
-        return
+
+    interrupts: Callable[[Callable[[], None]], AbstractContextManager[None]]
+    deferrable_interrupts: Callable[[], AbstractContextManager[Deferred]]
+
+
+_given: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
+
+
+@contextmanager
+def stopped_by(means: Stopping) -> Iterator[None]:
+    """Give means to end the runs that are made inside."""
+    token = _given.set(means)
     try:
         yield
     finally:
-        if isinstance(before, Patience):
-            before.hold()
-        signal(SIGINT, before)
+        _given.reset(token)
+
+
+def interrupts(end: Callable[[], None]) -> AbstractContextManager[None]:
+    """Let a request to end call `end`, where the caller gave means to ask."""
+    means = _given.get()
+    return nullcontext() if means is None else means.interrupts(end)
+
+
+def deferrable_interrupts() -> AbstractContextManager[Deferred]:
+    """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
+    means = _given.get()
+    return nullcontext(_NeverAsked()) if means is None else means.deferrable_interrupts()

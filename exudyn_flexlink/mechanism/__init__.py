@@ -43,6 +43,15 @@ from exudyn_flexlink.mechanism.model import (
     Slot,
     Weld,
 )
+from exudyn_flexlink.mechanism.paces import (
+    Pace,
+    contact_step,
+    half_period,
+    pace_of_strike,
+    pace_of_wall,
+    paces,
+    wall_half_period,
+)
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
 from exudyn_flexlink.mechanism.sampling import (
@@ -52,21 +61,16 @@ from exudyn_flexlink.mechanism.sampling import (
     wanted_interval,
 )
 from exudyn_flexlink.mechanism.schedule import (
-    WALL_SHARE,
     TurnGoal,
-    contact_step,
     cut_short,
     end_of_run,
     formulation,
-    half_period,
     turn_goal,
-    wall_half_period,
 )
 from exudyn_flexlink.mechanism.tracks import build_curves
 
 __all__ = [
     "GROUND",
-    "WALL_SHARE",
     "Anchor",
     "Approach",
     "Assembly",
@@ -77,6 +81,7 @@ __all__ = [
     "FaceContact",
     "Mechanism",
     "Motor",
+    "Pace",
     "Pin",
     "Ramp",
     "RigidPart",
@@ -116,6 +121,9 @@ __all__ = [
     "mass_matrix",
     "mobility",
     "node_anchor",
+    "pace_of_strike",
+    "pace_of_wall",
+    "paces",
     "pair_sides",
     "pairs",
     "rate_of_jacobian_times_velocity",

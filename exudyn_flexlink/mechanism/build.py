@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import hypot, pi
+from weakref import finalize
 
 from exudyn_flexlink import sections
 from exudyn_flexlink.chain import Beam, Chain, discretise
@@ -44,14 +45,26 @@ from exudyn_flexlink.scene import (
 )
 from exudyn_flexlink.source import SceneError
 
+_BUILT: dict[int, Mechanism] = {}  # by the identity of a scene, as long as that lives
+
 
 def build_mechanism(scene: Scene) -> Mechanism:
     """Turn a scene into rigid parts, joints, springs, drives and contacts.
+
+    Once for each scene: both are frozen, and whoever looks at a result asks for it again.
 
     Raises:
         SceneError: a curve of the scene can't be.
 
     """
+    key = id(scene)
+    if key not in _BUILT:
+        _BUILT[key] = _built(scene)
+        finalize(scene, _BUILT.pop, key, None).atexit = False
+    return _BUILT[key]
+
+
+def _built(scene: Scene) -> Mechanism:
     curves, mistakes = build_curves(scene.curves)
     if mistakes:
         raise SceneError(scene.document, mistakes)

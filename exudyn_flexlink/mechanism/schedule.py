@@ -1,18 +1,14 @@
-"""When a run ends, and how short its contacts are."""
+"""When a run ends, and by which coordinates it is solved."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, pi
 
-from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly
-from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
 from exudyn_flexlink.mechanism.kinematics import angle_of
-from exudyn_flexlink.mechanism.model import GROUND, Channel, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.model import GROUND, Mechanism
 from exudyn_flexlink.scene import Scene
-
-WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
 
 
 @dataclass(frozen=True)
@@ -87,27 +83,3 @@ def formulation(scene: Scene) -> str:
     if asked != "auto":
         return asked
     return "minimal" if scene.accuracy.step is None else "redundant"
-
-
-def half_period(assembly: Assembly, contact: FaceContact) -> float:
-    """Half the period of the contact's stiffness with the least mass behind it, s; inf if rigid."""
-    if isinstance(contact.law, Impulse):
-        return inf
-    state = assembly.state
-    mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
-    return contact.law.half_period(mass)
-
-
-def wall_half_period(assembly: Assembly, channel: Channel) -> float:
-    """Half the period of the walls' stiffness with the least mass on it, s."""
-    state = assembly.state
-    mass = channel_mass(assembly.mechanism, channel, state.q, state.places)
-    return channel.law.half_period(mass)
-
-
-def contact_step(scene: Scene, assembly: Assembly) -> float:
-    """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
-    mechanism, steps = assembly.mechanism, scene.solver.steps_per_contact
-    halves = (half_period(assembly, contact) for contact in mechanism.contacts)
-    walls = (wall_half_period(assembly, channel) for channel in mechanism.channels)
-    return min(min(halves, default=inf) / steps, min(walls, default=inf) / (WALL_SHARE * steps))

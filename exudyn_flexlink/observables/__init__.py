@@ -13,11 +13,31 @@ from exudyn_flexlink.observables.levers import (
     angle_name,
     lever_response,
     struck_bodies,
-    struck_tips,
+)
+from exudyn_flexlink.observables.parting import (
+    STILL,
+    VISIBLE,
+    common_points,
+    common_times,
+    farthest,
+    horizon,
+    parting_limit,
+    positions,
+    separation,
+    separations,
 )
 from exudyn_flexlink.observables.perturbation import on_axis, perturbation
-from exudyn_flexlink.observables.points import PointPath, path, point_anchor, watched_point
-from exudyn_flexlink.observables.strikes import IMPACT, SAME_STRIKE, Strike, settled, strikes
+from exudyn_flexlink.observables.points import (
+    PointPath,
+    judged_points,
+    name_of,
+    path,
+    paths,
+    point_anchor,
+    room,
+    watched_point,
+)
+from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
     ContactStates,
@@ -35,9 +55,10 @@ from exudyn_flexlink.observables.touching import (
 from exudyn_flexlink.observables.watched import Watched
 
 __all__ = [
-    "IMPACT",
     "SAME_STRIKE",
+    "STILL",
     "TWO_POINTS",
+    "VISIBLE",
     "ContactStates",
     "ContactTotals",
     "Deviation",
@@ -50,27 +71,38 @@ __all__ = [
     "Watched",
     "angle_name",
     "between_samples",
+    "common_points",
+    "common_times",
     "contact_states",
     "contact_totals",
     "crank_angle",
     "crank_joint",
     "deviation",
+    "farthest",
+    "horizon",
     "joint_angle",
+    "judged_points",
     "lap_contacts",
     "lap_starts",
     "laps",
     "lever_response",
+    "name_of",
     "on_axis",
     "pair_totals",
+    "parting_limit",
     "path",
+    "paths",
     "perturbation",
     "point_anchor",
+    "positions",
     "relative_energy_residual",
+    "room",
+    "separation",
+    "separations",
     "settled",
     "sleeves_with_play",
     "strikes",
     "struck_bodies",
-    "struck_tips",
     "turns",
     "watched_point",
 ]

@@ -18,7 +18,7 @@ SAME_INSTANT = 1e-9  # s
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distances (N,) m of the watched point and differences (N,) rad of the lever's angle."""
+    """Distances (N,) m of what is judged and differences (N,) rad of the lever's angle."""
 
     time: FloatArray
     distance: FloatArray

@@ -18,7 +18,7 @@ from exudyn_flexlink.mechanism import (
     turning,
 )
 from exudyn_flexlink.observables.interpolation import between_samples
-from exudyn_flexlink.observables.points import part_of_point, path, point_anchor
+from exudyn_flexlink.observables.points import part_of_point, point_anchor
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import RevoluteJoint, Scene, split_point
 
@@ -115,16 +115,6 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
         (tip - tip[0]) @ normal,
         Extremes(turned.time, turned.value - angle[0]),
     )
-
-
-def struck_tips(result: Result) -> list[str]:
-    """Of every struck line, the end that moves more, the second if none does: 'body.point'."""
-    lines = [result.scene.contacts[name].line for name in struck_bodies(result.scene).values()]
-    return [max(reversed(line), key=lambda point: _room(result, point)) for line in lines]
-
-
-def _room(result: Result, point: str) -> float:
-    return float(np.linalg.norm(np.ptp(path(result, point).position, axis=0)))
 
 
 def struck_face(mechanism: Mechanism, contact: str) -> FaceContact:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,17 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
 )
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody, RigidBody, RodBody, Scene, split_point
+from exudyn_flexlink.scene import GROUND as GROUND_NAME
+from exudyn_flexlink.scene import (
+    FlexibleBody,
+    RevoluteJoint,
+    RigidBody,
+    RodBody,
+    Scene,
+    SlotJoint,
+    WeldJoint,
+    split_point,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -34,16 +45,54 @@ class PointPath:
 def watched_point(scene: Scene) -> str:
     """Name of the point a reader wants to see: 'body.point'.
 
-    The one that strikes in the first contact; else the end of the first flexible body; else the
-    end, or the first named point, of the last body.
+    The one that the scene names; else the one that strikes in the first contact; else the end of
+    the first flexible body; else a point of the last body: its end, or the first that no joint
+    holds, or the first that is not held on the ground.
     """
+    if scene.outputs.watch is not None:
+        return scene.outputs.watch
     for contact in scene.contacts.values():
         return contact.point
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody):
             return f"{name}.end"
+    return _free_point(scene)
+
+
+def _free_point(scene: Scene) -> str:
+    """Point of the last body that moves most freely."""
     name, last = list(scene.bodies.items())[-1]
-    return f"{name}.end" if "end" in last.point_names else f"{name}.{last.point_names[0]}"
+    named = [f"{name}.{point}" for point in last.point_names]
+    held, grounded = set(), set()
+    for joint in scene.joints.values():
+        if isinstance(joint, SlotJoint):
+            held.add(joint.point)
+        elif isinstance(joint, (RevoluteJoint, WeldJoint)):
+            held |= set(joint.points)
+            grounded |= set(joint.points) if GROUND_NAME in joint.points else set()
+    own = [point for point in named if point != f"{name}.centre"] or named
+    free = [point for point in own if point not in held]
+    moving = [point for point in named if point not in grounded]
+    ends = [point for point in moving if point == f"{name}.end"]
+    return [*ends, *free, *moving, *named][0]
+
+
+def judged_points(scene: Scene) -> tuple[str, ...]:
+    """Names of the points by which errors are judged: the one that the scene names, or all.
+
+    The watched one comes first.
+    """
+    if scene.outputs.watch is not None:
+        return (scene.outputs.watch,)
+    named = (f"{name}.{point}" for name, body in scene.bodies.items() for point in body.point_names)
+    return tuple(dict.fromkeys([watched_point(scene), *named]))
+
+
+def name_of(points: Sequence[str]) -> str:
+    """Points by which errors are judged in words: 'link.end', or 'all 9 named points'."""
+    if len(points) == 1:
+        return points[0]
+    return "both named points" if len(points) == 2 else f"all {len(points)} named points"
 
 
 def path(result: Result, point: str) -> PointPath:
@@ -53,10 +102,34 @@ def path(result: Result, point: str) -> PointPath:
         ValueError: the scene has no such point.
 
     """
-    anchor = point_anchor(result.scene, build_mechanism(result.scene), point)
-    position = np.asarray(anchor_position(anchor, result.poses))
-    velocity = np.asarray(anchor_velocity(anchor, result.poses, result.rates))
-    return PointPath(point, result.time, position, velocity)
+    return paths(result, [point])[0]
+
+
+def paths(result: Result, points: Iterable[str]) -> list[PointPath]:
+    """Motions of points 'body.point'.
+
+    Raises:
+        ValueError: the scene has no such point.
+
+    """
+    mechanism, found = build_mechanism(result.scene), []
+    for point in points:
+        anchor = point_anchor(result.scene, mechanism, point)
+        position = np.asarray(anchor_position(anchor, result.poses))
+        velocity = np.asarray(anchor_velocity(anchor, result.poses, result.rates))
+        found.append(PointPath(point, result.time, position, velocity))
+    return found
+
+
+def room(result: Result, points: Iterable[str]) -> float:
+    """Diagonal (m) of the largest box that one of the points moves in; 0 if none moves.
+
+    Raises:
+        ValueError: the scene has no such point.
+
+    """
+    boxes = [np.ptp(path.position, axis=0) for path in paths(result, points)]
+    return max((float(np.linalg.norm(box)) for box in boxes), default=0.0)
 
 
 def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
@@ -81,6 +154,6 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
 
 def part_of_point(scene: Scene, mechanism: Mechanism, point: str) -> int:
     """Part that the point 'body.point', or 'ground', belongs to."""
-    if split_point(point)[0] == "ground":
+    if split_point(point)[0] == GROUND_NAME:
         return GROUND
     return point_anchor(scene, mechanism, point).part

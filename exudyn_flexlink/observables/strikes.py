@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import nan, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, lap_of, turns
 from exudyn_flexlink.observables.levers import lever_response
-from exudyn_flexlink.observables.watched import Watched
-from exudyn_flexlink.result import Event, Result
+from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
 
-IMPACT = "impact"  # kind of an event: contact without duration, of an engine with impulses
 SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
 LAST_PART = 0.05  # of the time between two strikes: the part in which the body should be at rest
 
@@ -28,7 +26,7 @@ class Strike:
     `crank_angle` (rad, continuous) and `lap` (from 1) are those of the first touch; None and 1
     without a crank. `approach_speed` (m/s) and `place` (m along the face from its start) are those
     of the first touch, `impulse` (N s) and `energy_lost` (J) sums over its contacts, nan where the
-    engine does not say or the strike still lasts at the end of the run (`ended` is False).
+    strike still lasts at the end of the run (`ended` is False).
     `peak_force` (N) is the largest, whatever is sampled; nan with an impact, an impulse without
     duration, whose force has no bound. `contacts` counts impacts too.
     """
@@ -47,25 +45,6 @@ class Strike:
     ended: bool
 
 
-@dataclass(frozen=True)
-class _Touch:
-    """One interval of contact, with the details of the events that begin and end it.
-
-    An impact is an interval without duration, that its one event begins and ends.
-    """
-
-    first: Event
-    last: Event | None
-    end: float
-
-    @property
-    def instant(self) -> bool:
-        return self.first is self.last
-
-    def loss(self, key: str) -> float:
-        return self.last.details.get(key, nan) if self.last else nan
-
-
 def strikes(result: Result, contact: str) -> list[Strike]:
     """Strikes of a contact, in order.
 
@@ -80,75 +59,48 @@ def strikes(result: Result, contact: str) -> list[Strike]:
     """
     if contact not in result.scene.contacts:
         raise ValueError(f"the scene has no contact '{contact}'")
-    touches = sorted(_touches(result, contact), key=lambda touch: touch.first.time)
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
-    bursts: list[list[_Touch]] = []
-    for touch in touches:
+    last = float(result.time[-1])
+    bursts: list[list[Interval]] = []
+    for interval in result.contacts[contact].touches:
         if bursts and angle is not None and turns(result):
-            apart_since = max(earlier.end for earlier in bursts[-1])
-            between = np.interp([apart_since, touch.first.time], result.time, angle)
+            apart_since = max(min(earlier.end, last) for earlier in bursts[-1])
+            between = np.interp([apart_since, interval.begin], result.time, angle)
             if abs(float(between[1] - between[0])) < SAME_STRIKE:
-                bursts[-1].append(touch)
+                bursts[-1].append(interval)
                 continue
-        bursts.append([touch])
+        bursts.append([interval])
     return [_strike(result, contact, burst, angle) for burst in bursts]
 
 
-def _touches(result: Result, contact: str) -> Iterator[_Touch]:
-    """Intervals of contact. One that slides off the face may have no other end than that."""
-    open_: _Touch | None = None
-    for event in result.events:
-        if event.name != contact:
-            continue
-        if event.kind == IMPACT:
-            yield _Touch(event, event, event.time)
-        elif event.kind == "contact begins":
-            if open_ is not None:
-                yield replace(open_, end=min(open_.end, event.time))
-            open_ = _Touch(event, None, float(result.time[-1]))
-        elif event.kind == "leaves the face" and open_ is not None:
-            open_ = _Touch(open_.first, event, event.time)
-        elif event.kind == "contact ends" and open_ is not None:
-            yield _Touch(open_.first, event, event.time)
-            open_ = None
-    if open_ is not None:
-        yield open_
-
-
-def _strike(result: Result, contact: str, burst: list[_Touch], angle: FloatArray | None) -> Strike:
-    first, history = burst[0].first, result.contacts[contact]
-    begin, end = first.time, max(touch.end for touch in burst)
-    place = float(np.interp(begin, result.time, history.place))
+def _strike(
+    result: Result, contact: str, burst: list[Interval], angle: FloatArray | None
+) -> Strike:
+    first, ended = burst[0], not any(interval.lasts for interval in burst)
     lap = 1
     if angle is not None:
-        index = int(np.searchsorted(result.time, begin))
+        index = int(np.searchsorted(result.time, first.begin))
         lap = int(lap_of(angle)[min(index, len(angle) - 1)])
     return Strike(
         contact=contact,
         lap=lap,
-        begin=begin,
-        end=end,
-        crank_angle=None if angle is None else float(np.interp(begin, result.time, angle)),
-        approach_speed=first.details.get("approach_speed", nan),
-        place=first.details.get("place", place),
-        impulse=sum(touch.loss("impulse") for touch in burst),
-        energy_lost=sum(touch.loss("energy_lost") for touch in burst),
-        peak_force=_peak_force(result, burst, (begin, end)),
+        begin=first.begin,
+        end=min(max(interval.end for interval in burst), float(result.time[-1])),
+        crank_angle=None if angle is None else float(np.interp(first.begin, result.time, angle)),
+        approach_speed=first.approach_speed,
+        place=first.place,
+        impulse=sum(interval.impulse for interval in burst) if ended else nan,
+        energy_lost=sum(interval.energy_lost for interval in burst) if ended else nan,
+        peak_force=_peak_force(burst),
         contacts=len(burst),
-        ended=all(touch.last is not None for touch in burst),
+        ended=ended,
     )
 
 
-def _peak_force(result: Result, burst: list[_Touch], during: tuple[float, float]) -> float:
-    if any(touch.instant for touch in burst):
+def _peak_force(burst: list[Interval]) -> float:
+    if any(interval.impact for interval in burst):
         return nan
-    contact = burst[0].first.name
-    told = [touch.last.details.get("peak_force", 0.0) for touch in burst if touch.last]
-    found = result.extremes[Watched.of_contact(contact)[0]].between(*during).value
-    if not len(found) and not told:  # a point that lies on a rigid face as the run ends
-        inside = (result.time >= during[0]) & (result.time <= during[1])
-        found = result.contacts[contact].force[inside]
-    return max(float(np.max(found, initial=0.0)), *told, 0.0)
+    return max(interval.peak_force for interval in burst)
 
 
 def settled(result: Result, contact: str, before: float) -> float:

@@ -15,8 +15,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables.crank import crank_angle, lap_of
-from exudyn_flexlink.result import Result, SleeveHistory, Touches
+from exudyn_flexlink.result import Result, SleeveHistory
 
 FloatArray = NDArray[np.float64]
 
@@ -200,7 +201,7 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
 
     """
     history = _sleeve(result, joint)
-    touches = history.touches
+    touches, last = history.touches, float(result.time[-1])
     found = []
     for k in np.unique(touches.pair).tolist():
         mine = touches.pair == k
@@ -209,7 +210,7 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
                 history.pairs[k],
                 history.sides[k],
                 int(mine.sum()),
-                float((touches.end - touches.begin)[mine].sum()),
+                float((touches.until(last) - touches.begin)[mine].sum()),
                 float(touches.impulse[mine].sum()),
                 float(touches.energy_lost[mine].sum()),
                 float(touches.peak_force[mine].max()),
@@ -224,7 +225,7 @@ def sleeves_with_play(result: Result) -> list[str]:
 
 
 def _totals(
-    states: ContactStates, touches: Touches, start: float, end: float
+    states: ContactStates, touches: Intervals, start: float, end: float
 ) -> tuple[dict[State, float], int, int, float, float, float]:
     """Fields of `ContactTotals`, in order."""
     mine = (touches.begin >= start) & (touches.begin < end)
@@ -234,7 +235,7 @@ def _totals(
         states.impacts(start, end),
         float(touches.impulse[mine].sum()),
         float(touches.energy_lost[mine].sum()),
-        float((touches.end - touches.begin)[mine].max(initial=0.0)),
+        float((touches.until(states.time[-1]) - touches.begin)[mine].max(initial=0.0)),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -10,14 +11,20 @@ from exudyn_flexlink.plots.accuracy import work_precision
 from exudyn_flexlink.plots.balance import energy, forces
 from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
-from exudyn_flexlink.plots.frame import ENGINE_COLOURS
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
+from exudyn_flexlink.plots.saving import FORMATS, save_figure
 from exudyn_flexlink.plots.sleeve import guide_contact
+from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.result import Result
 
 __all__ = [
     "ENGINE_COLOURS",
+    "FORMATS",
+    "PRINT",
+    "SCREEN",
+    "STYLES",
+    "Style",
     "comparison",
     "coordinates",
     "energy",
@@ -27,7 +34,9 @@ __all__ = [
     "lever",
     "mechanism",
     "polar",
+    "save_figure",
     "save_figures",
+    "styled",
     "work_precision",
 ]
 
@@ -42,22 +51,20 @@ _FIGURES = {
 }
 
 
-def figures(result: Result) -> dict[str, Figure]:
+def figures(result: Result, style: Style = SCREEN) -> dict[str, Figure]:
     """Draw every figure that makes sense for this result, by name."""
-    drawn = {name: draw(result) for name, draw in _FIGURES.items()}
+    drawn = {name: draw(result, style=style) for name, draw in _FIGURES.items()}
     return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
-def save_figures(result: Result, folder: Path) -> list[Path]:
-    """Write the figures as ``<name>.png`` into an existing folder; returns the files.
+def save_figures(
+    result: Result, folder: Path, formats: Sequence[str] = FORMATS[:1], style: Style = SCREEN
+) -> list[Path]:
+    """Write the figures as ``<name>.<format>`` into an existing folder; returns the files.
 
     Raises:
         OSError: a file can't be written.
 
     """
-    written = []
-    for name, figure in figures(result).items():
-        file = Path(folder) / f"{name}.png"
-        figure.savefig(file, dpi=150)
-        written.append(file)
-    return written
+    drawn = figures(result, style).items()
+    return [file for name, one in drawn for file in save_figure(one, folder, name, formats)]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from math import log10
 from typing import Any
 
@@ -11,68 +10,54 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from exudyn_flexlink.accuracy import Error, Errors, Method, Point, Source, Study
-from exudyn_flexlink.plots.frame import (
+from exudyn_flexlink.accuracy import Errors, Method, Point, Source, Study
+from exudyn_flexlink.observables import name_of
+from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
+from exudyn_flexlink.plots.panels import legend_outside, sized
+from exudyn_flexlink.plots.style import (
     BLACK,
     ENGINE_COLOURS,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
-    framed_figure,
-    legend_outside,
-    links_of,
+    SCREEN,
+    Style,
     styled,
 )
 
 MARKERS = {"minimal": "o", "redundant": "s", "beam": "D", "fixed step": "^", "": "o"}
 LINES = {"minimal": "-", "redundant": "--", "beam": ":", "fixed step": "-.", "": "-"}
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
+LEGEND = 2.4  # inches on a screen, of the legend above in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
 
 
-@dataclass(frozen=True)
-class Part:
-    """What one pair of axes shows: errors of a point, which are told down to `floor` (m)."""
-
-    name: str
-    of: Callable[[Errors], Error | None]
-    floor: float
-
-    def largest(self, errors: Errors) -> float:
-        """Largest error, m, that can be drawn on a log axis."""
-        error = self.of(errors)
-        return max(error.largest if error is not None else 0.0, LOWEST)
-
-    def height(self, point: Point) -> float:
-        """Where a point is drawn, m: far below the floor there is nothing to see."""
-        return max(self.largest(point.errors), DEEPEST * self.floor)
-
-
 @styled
-def work_precision(study: Study) -> Figure:
-    """Largest errors of the watched point, and of the tips below, over processor time, log-log.
+def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
+    """Largest error of the points that are judged over processor time, log-log.
 
     Points below the floor, to which the two references agree, are hollow: nothing independent tells
     them. Lines across mark the target and the errors that no setting removes.
     """
-    parts = [Part(study.point, lambda errors: errors.point, study.floor)]
-    if study.tips:
-        parts.append(Part(" and ".join(study.tips), lambda errors: errors.tip, study.tip_floor))
-    height = 3.6 * len(parts) + 0.4
-    figure = framed_figure(study.scene.title, _subject(study), [], _caption(study), height)
-    rows = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, part in zip(rows, parts, strict=True):
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        _draw(axes, study, part)
-        axes.set_ylabel(f"largest error of {part.name} (m)")
-    legend_outside(rows[0])
-    rows[-1].set_xlabel("processor time of the solve (s)")
-    _label_times(rows[-1])
+    words = Words(study.scene.title, _subject(study), [], _caption(study))
+    figure = framed_figure(words, 4.0 + LEGEND * style.narrow, style)
+    axes = figure.subplots()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    _draw(axes, study)
+    axes.set_ylabel(f"largest error of\n{name_of(study.judged_by)} (m)")
+    legend_outside(axes)
+    axes.set_xlabel("processor time of the solve (s)")
+    _label_times(axes)
     return figure
+
+
+def _drawn(errors: Errors, floor: float = 0.0) -> float:
+    """Where an error is drawn, m: far below the floor there is nothing to see."""
+    return max(errors.largest, DEEPEST * floor, LOWEST)
 
 
 def _label_times(axes: Axes) -> None:
@@ -95,42 +80,44 @@ def _caption(study: Study) -> list[tuple[str, str]]:
     return [*([(links, GREY)] if links else []), *told]
 
 
-def _draw(axes: Axes, study: Study, part: Part) -> None:
+def _draw(axes: Axes, study: Study) -> None:
     for method in dict.fromkeys(point.method for point in study.points):
         points = [point for point in study.points if point.method == method]
-        _curve(axes, method, sorted(points, key=lambda p: -p.value), part)
+        _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
     for source in study.sources:
-        _level(axes, source, part)
-    axes.axhline(study.target, color=BLACK, linewidth=0.8, label=f"target {study.target:.2g} m")
+        _level(axes, source)
+    label = f"target asked for, {study.target:.2g} m"
+    axes.axhline(study.target, color=BLACK, linewidth=0.8, linestyle=(0, (1, 2)), label=label)
     low, high = axes.get_ylim()
-    if part.floor > 0:
-        low = min(low, part.floor / 3)
-        axes.axhspan(low, part.floor, color=GREY, alpha=0.15, linewidth=0, label="below the floor")
+    if study.floor > 0:
+        low = min(low, study.floor / 3)
+        told = "below the floor"
+        axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=told)
     if study.own is not None:
-        place = (study.own.processor, part.height(study.own))
-        axes.plot(*place, "o", color=ORANGE, markersize=11, markerfacecolor="none",
+        place = (study.own.processor, _drawn(study.own.errors, study.floor))
+        axes.plot(*place, "o", color=ORANGE, markersize=sized(11), markerfacecolor="none",
                   markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
     axes.set_ylim(low, high)
 
 
-def _curve(axes: Axes, method: Method, points: Sequence[Point], part: Part) -> None:
+def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) -> None:
     kind, style = _style(method)
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
-    seen = [(point.processor, part.height(point)) for point in points]
+    seen = [(point.processor, _drawn(point.errors, floor)) for point in points]
     axes.plot(*zip(*seen, strict=True), color=colour, label=method.name, **style)
     for x, y in seen:
-        face = "white" if y < part.floor else colour
-        axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=5)
+        face = "white" if y < floor else colour
+        axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=sized(5))
 
 
 def _style(method: Method) -> tuple[str, dict[str, Any]]:
     kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
     kind = kind if kind in MARKERS else ""
-    return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": 5}
+    return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": sized(5)}
 
 
-def _level(axes: Axes, source: Source, part: Part) -> None:
-    if source.kind in _OF_SOURCES and part.largest(source.errors) > LOWEST:
+def _level(axes: Axes, source: Source) -> None:
+    if source.kind in _OF_SOURCES and _drawn(source.errors) > LOWEST:
         colour, name = _OF_SOURCES[source.kind]
-        level = part.largest(source.errors)
+        level = _drawn(source.errors)
         axes.axhline(level, color=colour, linestyle=(0, (6, 3)), linewidth=1.0, label=name)

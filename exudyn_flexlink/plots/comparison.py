@@ -2,33 +2,38 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import Comparison
-from exudyn_flexlink.plots.frame import (
+from exudyn_flexlink.comparison import Comparison
+from exudyn_flexlink.observables import name_of
+from exudyn_flexlink.plots.frame import Words, framed_figure, links_of, stopped
+from exudyn_flexlink.plots.panels import (
+    BEYOND,
+    along,
+    engine_colour,
+    legend_outside,
+    length_unit,
+    letter,
+    limits,
+    subscripted,
+)
+from exudyn_flexlink.plots.style import (
     BLACK,
-    CAPTION_COLUMNS,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
+    SCREEN,
     SKY,
-    along,
-    engine_colour,
-    framed_figure,
-    legend_outside,
-    length_unit,
-    links_of,
-    stopped,
+    Style,
     styled,
-    subscripted,
 )
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +43,7 @@ DECADES = 1e-6  # of the largest difference: zero crossings would stretch the ax
 
 
 @styled
-def comparison(compared: Comparison) -> Figure | None:
+def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     """Watched point and struck bodies of both runs; below, their differences on log axes.
 
     Strikes are marked, and the horizon from which on instants can't be compared. None if there is
@@ -51,7 +56,9 @@ def comparison(compared: Comparison) -> Figure | None:
     notes = [f"{s.name}: {stopped(s.result)}" for s in runs if not s.result.outcome.completed]
     title = runs[1].result.scene.title
     count = 3 + (len(compared.levers) > 0) + len(compared.levers)
-    figure = framed_figure(title, subject, notes, _caption(compared), 0.3 + 1.6 * count)
+    figure = framed_figure(
+        Words(title, subject, notes, _caption(compared)), 0.3 + 1.6 * count, style
+    )
     rows = figure.subplots(count, 1, sharex=True)
     x, label = _axis(compared)
     _motions(rows, compared, x)
@@ -61,9 +68,8 @@ def comparison(compared: Comparison) -> Figure | None:
     for axes in (rows[0], rows[-1]):
         legend_outside(axes)
     rows[-1].set_xlabel(label)
-    rows[-1].set_xlim(float(x.min()), float(x.max()))
-    if x[-1] < x[0]:
-        rows[-1].invert_xaxis()  # a crank that turns clockwise: the run still goes to the right
+    limits(rows[-1], x)
+    letter(rows)
     return figure
 
 
@@ -77,9 +83,7 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
         engine = seen.result.engine
         words = ["" if engine in seen.name else engine, "" if alike else own, seen.accuracy]
         told.append((f"{seen.name}: {'; '.join(word for word in words if word)}", style["color"]))
-    return [
-        (line, colour) for text, colour in told for line in textwrap.wrap(text, CAPTION_COLUMNS)
-    ]
+    return told
 
 
 def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -90,9 +94,10 @@ def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
     one, other = engine_colour(compared.first.result), engine_colour(compared.second.result)
     if one == other:
         one, other = GREEN, BLACK
+    line = float(mpl.rcParams["lines.linewidth"])
     return (
-        {"color": one, "linewidth": 3.4, "alpha": 0.45},
-        {"color": other, "linewidth": 1.0},
+        {"color": one, "linewidth": 2.6 * line, "alpha": 0.45},
+        {"color": other, "linewidth": 0.8 * line},
     )
 
 
@@ -118,8 +123,9 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
 
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw the distance of the points and, below, the differences of the angles."""
-    _logarithmic(rows[0], x, [compared.deviation.distance])
-    rows[0].set_ylabel(f"difference of\n{compared.point} (m)")
+    factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
+    _logarithmic(rows[0], x, [factor * compared.deviation.distance])
+    rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)} ({unit})")
     if compared.levers:
         angles = compared.angle_differences
         _logarithmic(rows[1], x, list(angles.values()), list(angles) if len(angles) > 1 else ())
@@ -157,6 +163,6 @@ def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> N
     if compared.horizon is None:
         return
     place = float(np.interp(compared.horizon, compared.time, x))
-    label = "horizon" if named else None
-    axes.axvline(place, color=BLACK, linestyle="--", linewidth=1.0, label=label)
-    axes.axvspan(place, float(x[-1]), color=GREY, alpha=0.1, linewidth=0)
+    label = "beyond the horizon" if named else None
+    axes.axvline(place, color=BLACK, linestyle="--", linewidth=0.8)
+    axes.axvspan(place, float(x[-1]), label=label, zorder=0, **BEYOND)

@@ -1,8 +1,8 @@
-"""The mechanism itself, drawn at a few instants."""
+"""The mechanism itself, drawn at a few instants, and larger in the strike."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from math import ceil
 from typing import Any
 
@@ -13,87 +13,140 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import (
-    GROUND,
-    Anchor,
-    Channel,
-    Mechanism,
-    anchor_position,
-    build_mechanism,
-)
-from exudyn_flexlink.observables import (
-    crank_angle,
-    lever_response,
-    path,
-    point_anchor,
-    strikes,
-    turns,
-    watched_point,
-)
-from exudyn_flexlink.plots.frame import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    WIDTH,
-    length_unit,
-    new_figure,
-    styled,
-)
+from exudyn_flexlink.observables import Strike, crank_angle, lever_response, strikes, turns
+from exudyn_flexlink.plots.digits import told_time
+from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.panels import columns_of, horizon, letter
+from exudyn_flexlink.plots.sketch import Sketch
+from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody, RigidBody, Scene
+from exudyn_flexlink.scene import split_point
 
 FloatArray = NDArray[np.float64]
 
-_WALL: dict[str, Any] = {"color": "#A9A9A9", "linewidth": 2.0, "zorder": 2}
-_BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
 COLUMNS = 2
-LEGEND = 2.6  # inches, of legend and labels beside the panels
+LEGEND = 2.6  # inches on a screen, of legend and labels beside the panels
+LABELS = 0.75  # inches in print, of labels beside the panels
+LEGEND_ROW = 0.3  # inches on a screen, of a line of the legend below
+TALLEST = 4.4  # inches, of a panel
+ZOOM_INSTANTS = 6  # that a zoom shows
+ZOOM_TIME = 3.0  # durations of a strike that it lasts: what is struck, and what strikes, vibrate
+ZOOM_ROOM = 1.25  # of what a zoom is to show
+LEAST_ZOOM = 0.1  # of the whole drawing: a window is no smaller
+FIRST = "first contact"
 
 
 @styled
-def mechanism(result: Result, instants: Sequence[float] | None = None) -> Figure | None:
-    """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point.
+def mechanism(
+    result: Result, instants: Sequence[float] | None = None, *, style: Style = SCREEN
+) -> Figure | None:
+    """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 
     Without `instants`: the start, the first contact, the greatest angle of the struck body and the
     same crank angle one turn after the first contact; without contacts four instants over the run.
+    What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
     shown = _instants(result) if instants is None else [(time, "") for time in instants]
     if not shown:
         return None
-    model, point = build_mechanism(result.scene), watched_point(result.scene)
-    track = path(result, point).position
-    low, high = _box(result, model, track)
-    width, height = high - low
-    rows = ceil(len(shown) / COLUMNS)
-    panel = min(4.4, max(0.9, (WIDTH - LEGEND) / COLUMNS * height / width)) + 0.65
-    figure = new_figure(result, "The mechanism at some instants", rows * panel + 0.2)
-    panels = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, sharey=True)
-    factor, unit = length_unit(float(max(width, height)))
-    for axes, (time, what) in zip(panels.flat, shown, strict=False):
+    sketch = Sketch(result)
+    strike = _first_strike(result) if instants is None else None
+    count = len(shown) + (strike is not None)
+    handles = sketch.legend()
+    heights = [_panel_height(sketch, style)] * ceil(count / COLUMNS)
+    height = sum(heights) + 0.2
+    if style.narrow and count % COLUMNS == 0:
+        height += LEGEND_ROW * ceil(len(handles) / COLUMNS)
+    figure = new_figure(result, "The mechanism at some instants", height, style)
+    grid = figure.subplots(len(heights), COLUMNS, squeeze=False)
+    panels = list(grid.flat[:count])
+    for axes, (time, what) in zip(panels, shown, strict=False):
         index = int(np.argmin(np.abs(result.time - time)))
-        _draw(axes, result, model, index, factor)
-        axes.plot(*(factor * track).T, color=GREY, linewidth=0.7, zorder=1)
-        axes.plot(*(factor * track[: index + 1]).T, color=BLACK, linewidth=1.0, zorder=2)
-        axes.plot(*(factor * track[index]), "o", color=BLACK, markersize=4, zorder=6)
-        axes.set_title(_panel_title(result, index, what), loc="left", fontsize=9)
-        axes.set_aspect("equal")
-        axes.set_xlim(factor * low[0], factor * high[0])
-        axes.set_ylim(factor * low[1], factor * high[1])
-        axes.xaxis.set_major_locator(MaxNLocator(5))
-    for axes in panels.flat[len(shown) :]:
+        sketch.draw(axes, index)
+        sketch.draw_path(axes, slice(index + 1))
+        sketch.name_points(axes, index)
+        sketch.window(axes, sketch.box)
+        axes.set_title(_panel_title(result, index, what, style), loc="left")
+    if strike is not None:
+        low, high = _zoom(panels[-1], sketch, strike)
+        at = [what for _, what in shown].index(FIRST)
+        corner, size = sketch.unit[0] * low, sketch.unit[0] * (high - low)
+        panels[at].indicate_inset((*corner, *size), edgecolor=BLACK, alpha=0.8)
+    _label(panels, sketch.unit[1], zoomed=strike is not None)
+    for axes in grid.flat[count:]:
         axes.set_axis_off()
-    for axes in panels[-1]:
-        axes.set_xlabel(f"x ({unit})")
-    for axes in panels[:, 0]:
-        axes.set_ylabel(f"y ({unit})")
-    walled = {model.parts[channel.guide.part].body for channel in _with_play(model)}
-    handles = _legend(result.scene, point, walled)
-    panels[0, -1].legend(handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    letter(panels)
+    _place_legend(grid, handles, style)
     return figure
+
+
+def _panel_height(sketch: Sketch, style: Style) -> float:
+    """Height (inches on a screen) of a panel with its title."""
+    width, height = sketch.box[1] - sketch.box[0]
+    room = (style.width - (LABELS if style.narrow else LEGEND)) / COLUMNS / style.scale
+    return min(TALLEST, max(0.9, room * float(height / width))) + 0.75
+
+
+def _label(panels: Sequence[Axes], unit: str, *, zoomed: bool) -> None:
+    """Label the axes at the edges; a zoom, the last panel, has numbers of its own."""
+    for i, axes in enumerate(panels):
+        zoom = zoomed and i == len(panels) - 1
+        alike = len(panels) - zoomed
+        lowest = zoom or i + COLUMNS >= alike
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.yaxis.set_major_locator(MaxNLocator(5))
+        axes.tick_params(labelbottom=lowest, labelleft=zoom or i % COLUMNS == 0)
+        axes.set_xlabel(f"x ({unit})" if lowest else "")
+        axes.set_ylabel(f"y ({unit})" if i % COLUMNS == 0 else "")
+
+
+def _place_legend(grid: NDArray[Any], handles: list[Line2D], style: Style) -> None:
+    """Put the legend at the right; in print into a cell that is left over, or below."""
+    if not style.narrow:
+        grid[0, -1].legend(handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    elif not grid[-1, -1].axison:
+        grid[-1, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
+    else:
+        names = [str(handle.get_label()) for handle in handles]
+        figure = grid[-1, 0].figure
+        ncols = columns_of(names, figure, part=0.95)
+        figure.legend(handles=handles, loc="outside lower center", ncols=ncols)
+
+
+def _first_strike(result: Result) -> Strike | None:
+    """First strike of any contact, if it lasts."""
+    found = [one for name in result.scene.contacts for one in strikes(result, name)]
+    first = min(found, key=lambda strike: strike.begin, default=None)
+    return first if first is not None and first.end > first.begin else None
+
+
+def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, FloatArray]:
+    """Draw a strike, and what vibrates after it, larger, at instants from its begin on.
+
+    The window, whose corners (2,) m are returned, has the shape of the whole drawing.
+    """
+    result = sketch.result
+    until = min(strike.begin + ZOOM_TIME * (strike.end - strike.begin), float(result.time[-1]))
+    times = np.linspace(strike.begin, until, ZOOM_INSTANTS)
+    indices = [int(np.argmin(np.abs(result.time - time))) for time in times]
+    around = slice(indices[0], indices[-1] + 1)
+    body = split_point(result.scene.contacts[strike.contact].point)[0]
+    # Of the body that strikes, the half at its end is to be seen.
+    lines = sketch.lines(body, slice(indices[0], indices[0] + 1))
+    seen = [sketch.track[around], *(x[:, x.shape[1] // 2 :].reshape(-1, 2) for x in lines)]
+    points = np.concatenate(seen)
+    size = sketch.box[1] - sketch.box[0]
+    part = max(LEAST_ZOOM, ZOOM_ROOM * float(np.max(np.ptp(points, axis=0) / size)))
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    window = middle - part * size / 2, middle + part * size / 2
+    for i, index in enumerate(indices):
+        sketch.draw(axes, index, alpha=0.2 + 0.8 * i / (ZOOM_INSTANTS - 1))
+    sketch.draw_path(axes, around)
+    sketch.name_points(axes, indices[-1])
+    sketch.window(axes, window)
+    first, last = (told_time(result, float(time)) for time in times[[0, -1]])
+    axes.set_title(f"strike and vibration,\nt = {first} to {last} s", loc="left")
+    return window
 
 
 def _instants(result: Result) -> list[tuple[float, str]]:
@@ -108,118 +161,25 @@ def _instants(result: Result) -> list[tuple[float, str]]:
     peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
     chosen = [
         (float(result.time[0]), "start"),
-        (strike.begin, "first contact"),
-        (peak, f"greatest angle of {response.body}"),
+        (strike.begin, FIRST),
+        (peak, f"{response.body} farthest"),
     ]
     if turns(result):
         turned = np.abs(crank_angle(result) - crank_angle(result)[0])
         at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
         if turned[-1] >= at:
             time = result.time[int(np.argmin(np.abs(turned - at)))]
-            chosen.append((float(time), "one turn after the first contact"))
+            chosen.append((float(time), "one turn later"))
     return chosen
 
 
-def _panel_title(result: Result, index: int, what: str) -> str:
-    words = [f"t = {result.time[index]:.4f} s"]
+def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
+    time = float(result.time[index])
+    words = [f"t = {told_time(result, time)} s"]
     if turns(result):
-        words.append(f"crank {np.degrees(crank_angle(result)[index]):.1f}°")
-    return ", ".join(words) + (f"\n{what}" if what else "")
-
-
-def _box(result: Result, model: Mechanism, track: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lower left and upper right corner (2,) of all that is drawn, with a margin."""
-    every = max(1, len(result.time) // 200)
-    points = [track]
-    for body in result.scene.bodies:
-        points += [
-            line.reshape(-1, 2) for line in _lines(result, model, body, slice(None, None, every))
-        ]
-    points += [slot.curve.samples[1] for slot in model.slots]
-    points += [
-        np.array([[pin.first.x, pin.first.y]]) for pin in model.pins if pin.first.part == GROUND
-    ]
-    all_ = np.concatenate(points)
-    low, high = all_.min(axis=0), all_.max(axis=0)
-    size = float(np.max(high - low)) or 1.0
-    # A mechanism that moves along a line still needs some height to be drawn.
-    thin = np.maximum(0.3 * size - (high - low), 0.0) / 2
-    return low - thin - 0.05 * size, high + thin + 0.05 * size
-
-
-def _lines(result: Result, model: Mechanism, body: str, samples: slice) -> list[FloatArray]:
-    """Polylines (instants, points, 2) in m that stand for a body: rods, or rays to its points."""
-    q, scene = result.poses[samples], result.scene
-    spec = scene.bodies[body]
-    if isinstance(spec, RigidBody):
-        centre = anchor_position(point_anchor(scene, model, f"{body}.centre"), q)
-        others = [
-            anchor_position(point_anchor(scene, model, f"{body}.{name}"), q) for name in spec.points
-        ]
-        return [np.stack([centre, other], axis=1) for other in others] or [centre[:, None]]
-    starts = [q[:, part, :2] for part in model.parts_of(body)]
-    end = anchor_position(point_anchor(scene, model, f"{body}.end"), q)
-    return [np.stack([*starts, end], axis=1)]
-
-
-def _draw(axes: Axes, result: Result, model: Mechanism, index: int, factor: float) -> None:
-    for slot in model.slots:
-        axes.plot(*(factor * slot.curve.samples[1]).T, color=PURPLE, linewidth=1.0, zorder=1)
-    for i, body in enumerate(result.scene.bodies):
-        style = _body_style(result.scene, body, i)
-        walls = [c for c in _with_play(model) if c.guide.part in model.parts_of(body)]
-        if walls:
-            _draw_walls(axes, result.poses[index], walls, factor)
-            continue
-        for line in _lines(result, model, body, slice(index, index + 1)):
-            axes.plot(*(factor * line[0]).T, **style)
-    for pin in model.pins:
-        if GROUND in (pin.first.part, pin.second.part):
-            at = pin.first if pin.first.part == GROUND else pin.second
-            axes.plot(
-                factor * at.x, factor * at.y, "^", color=BLACK, markersize=7, mfc="white", zorder=5
-            )
-
-
-def _with_play(model: Mechanism) -> list[Channel]:
-    """Guides with clearance: they are drawn as their two walls."""
-    return [channel for channel in model.channels if channel.clearance > 0]
-
-
-def _draw_walls(axes: Axes, q: FloatArray, channels: Sequence[Channel], factor: float) -> None:
-    for channel in channels:
-        at = channel.guide
-        for y in (at.y + channel.clearance, at.y - channel.clearance):
-            ends = [Anchor(at.part, x, y) for x in (at.x, at.x + channel.length)]
-            wall = factor * np.array([anchor_position(end, q) for end in ends])
-            axes.plot(*wall.T, **_WALL)
-
-
-def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
-    """Guides are broad and pale, so that what slides in them is seen; hinges are dots."""
-    guides = [joint.guide for joint in scene.joints.values() if joint.type == "sleeve"]
-    spec = scene.bodies[body]
-    if body in guides:
-        return {"color": "#C9C9C9", "linewidth": 7, "solid_capstyle": "butt", "zorder": 2}
-    colour = _BODY_COLOURS[number % len(_BODY_COLOURS)]
-    style: dict[str, Any] = {"color": colour, "linewidth": 2.2, "zorder": 4}
-    if isinstance(spec, FlexibleBody):
-        style |= {"linewidth": 1.5, "marker": ".", "markersize": 3}
-    return style | ({"marker": "o", "markersize": 4} if isinstance(spec, RigidBody) else {})
-
-
-def _legend(scene: Scene, point: str, walled: Collection[str]) -> list[Line2D]:
-    """Entries for all that is drawn; `walled` bodies are guides drawn as two walls."""
-    handles = []
-    for i, body in enumerate(scene.bodies):
-        if body in walled:
-            handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
-            continue
-        handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
-    if any(joint.type == "slot" for joint in scene.joints.values()):
-        handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label="track"))
-    handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label=f"path of {point}"))
-    if any("ground" in getattr(joint, "points", ()) for joint in scene.joints.values()):
-        pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
-        handles.append(Line2D([], [], label="fixed joint", **pivot))
-    return handles
+        words.append(f"crank {np.degrees(crank_angle(result)[index]):.0f}°".replace("-", "\u2212"))
+    found = horizon(result)
+    beyond = ["beyond the horizon"] if found is not None and time >= found[0] else []
+    # A narrow panel has room for one line beside its letter.
+    between = ",\n" if style.narrow and not what else ", "
+    return "\n".join([*([what] if what else []), between.join(words), *beyond])

@@ -1,113 +1,124 @@
-"""What every figure shares: size, title, caption, a note on a failed run, colours, units."""
+"""Around what is drawn: size, title, caption, and a note on a failed run."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Sequence
-from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
 
-import matplotlib as mpl
-import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MultipleLocator
-from numpy.typing import NDArray
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 
-from exudyn_flexlink.observables import crank_angle, turns
+from exudyn_flexlink.plots.saving import MISSING
+from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, FAILED, GREY, SCREEN, Style
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
-FloatArray = NDArray[np.float64]
-Parameters = ParamSpec("Parameters")
-Drawn = TypeVar("Drawn")
-
-# Okabe and Ito: told apart by colour-blind readers, and in grey by their lightness.
-BLUE, GREEN, RED, ORANGE = "#0072B2", "#009E73", "#D55E00", "#E69F00"
-SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#777777"
-FAILED = "#C00000"
-
-ENGINE_COLOURS = {"exudyn": BLUE, "lagrangian": RED}
-"""The colour of each engine in every figure."""
-
-WIDTH = 8.0  # inches
-LINE = 0.22  # inches, of title and caption
-TITLE_COLUMNS = 88
-CAPTION_COLUMNS = 100
-_STYLE: dict[Any, Any] = {
-    "font.family": "sans-serif",
-    "font.size": 10,
-    "text.usetex": False,
-    "axes.titlesize": 10,
-    "axes.labelsize": 10,
-    "xtick.labelsize": 9,
-    "ytick.labelsize": 9,
-    "legend.fontsize": 9,
-    "legend.frameon": False,
-    "axes.grid": True,
-    "grid.color": "#E3E3E3",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#999999",
-    "axes.linewidth": 0.8,
-    "lines.linewidth": 1.3,
-}
+LINE = 0.022  # inches, of a line of text for each point of its font
+LETTERS = 145  # that fit into an inch of a line, over the points of their font
+MOST_LINES = 4  # of a title, note or caption: the rest is left out
+EDGE = 0.1  # inches, left and right of text
 
 
-def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
-    """Let a function draw in this program's style, whatever the user's own matplotlibrc says."""
+class ShownFigure(Figure):
+    """A figure that a notebook shows as the value of a cell, with its inline backend or without."""
 
-    @wraps(draw)
-    def inside(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Drawn:
-        with mpl.rc_context(), mpl.rc_context(_STYLE):
-            return draw(*args, **kwargs)
-
-    return inside
+    def _repr_png_(self) -> bytes:
+        written = BytesIO()
+        self.savefig(written, format="png", dpi=100)
+        return written.getvalue()
 
 
-def new_figure(result: Result, subject: str, height: float) -> Figure:
+def new_figure(result: Result, subject: str, height: float, style: Style = SCREEN) -> Figure:
     """Return an empty figure with title, subject, caption and, if the run failed, a note.
 
-    `height` (inches) is that of what is drawn, without title and caption.
+    `height` (inches) is that of what is drawn on a screen, without title and caption.
     """
     note = "" if result.outcome.completed else stopped(result)
-    caption = [(line, GREY) for line in textwrap.wrap(caption_of(result), CAPTION_COLUMNS)]
-    figure = framed_figure(result.scene.title, subject, [note], caption, height)
-    colour = ENGINE_COLOURS.get(result.engine, GREY)
-    up = (0.07 + LINE * (len(caption) - 1)) / figure.get_figheight()
-    figure.text(0.988, up, f"engine: {result.engine}", ha="right", fontsize=9, color=colour)
+    caption = [(caption_of(result), GREY)]
+    words = Words(result.scene.title, subject, [note], caption)
+    figure = framed_figure(words, height, style)
+    if style.titled:
+        colour = ENGINE_COLOURS.get(result.engine, GREY)
+        place = 1 - EDGE / style.width, 0.07 / figure.get_figheight()
+        figure.text(*place, f"engine: {result.engine}", ha="right", fontsize=9, color=colour,
+                    parse_math=False)  # fmt: skip
     return figure
 
 
-def framed_figure(
-    title: str,
-    subject: str,
-    notes: Sequence[str],
-    caption: Sequence[tuple[str, str]],
-    height: float,
-) -> Figure:
-    """Return an empty figure with title, subject and notes above, lines with colours below.
+@dataclass(frozen=True)
+class Words:
+    """Title, subject and notes above what is drawn; lines of the caption below, with colours."""
 
-    `height` (inches) is that of what is drawn.
+    title: str
+    subject: str
+    notes: Sequence[str]
+    caption: Sequence[tuple[str, str]]
+
+
+def framed_figure(words: Words, height: float, style: Style = SCREEN) -> Figure:
+    """Return an empty figure with words around it.
+
+    `height` (inches) is that of what is drawn on a screen. In print only the notes are there.
     """
-    titles = textwrap.wrap(title, TITLE_COLUMNS)
-    warned = [line for note in notes for line in textwrap.wrap(note, TITLE_COLUMNS + 8)]
-    top = LINE * (len(titles) + 1 + len(warned)) + 0.12
-    bottom = LINE * len(caption) + 0.08
-    whole = height + top + bottom
-    figure = Figure(figsize=(WIDTH, whole), dpi=150, layout="constrained", facecolor="white")
+    font, small = style.font, style.small
+    room = style.width - 2 * EDGE
+    above = [(line, font, FAILED, "normal") for n in words.notes for line in wrapped(n, room, font)]
+    below: list[tuple[str, str]] = []
+    if style.titled:
+        titles = wrapped(words.title, room, font + 1, "bold")
+        named = [(line, font + 1, "black", "bold") for line in titles]
+        above = [*named, (words.subject, font, BLACK, "normal"), *above]
+        # The name of the engine stands at the right of the last line.
+        below = [
+            (line, c) for text, c in words.caption for line in wrapped(text, room - 1.5, small)
+        ]
+    line_height = LINE * font
+    top = line_height * len(above) + 0.12 * bool(above)
+    bottom = line_height * len(below) + 0.08 * bool(below)
+    whole = style.scale * height + top + bottom
+    figure = ShownFigure(
+        figsize=(style.width, whole), dpi=style.dpi, layout="constrained", facecolor="white"
+    )
     engine = figure.get_layout_engine()
     if engine is not None:
-        engine.set(rect=(0.0, bottom / whole, 1.0, height / whole))  # type: ignore[call-arg]
-    down = iter(1 - (0.08 + LINE * i) / whole for i in range(99))
-    for line in titles:
-        figure.text(0.012, next(down), line, va="top", fontsize=11, fontweight="bold")
-    figure.text(0.012, next(down), subject, va="top", fontsize=10, color=BLACK)
-    for line in warned:
-        figure.text(0.012, next(down), line, va="top", fontsize=10, color=FAILED)
-    for i, (line, colour) in enumerate(reversed(caption)):
-        figure.text(0.012, (0.07 + LINE * i) / whole, line, fontsize=9, color=colour)
+        rect = (0.0, bottom / whole, 1.0, style.scale * height / whole)
+        engine.set(rect=rect)  # type: ignore[call-arg]
+    left = EDGE / style.width
+    for i, (line, size, colour, weight) in enumerate(above):
+        place = left, 1 - (0.08 + line_height * i) / whole
+        figure.text(
+            *place, line, va="top", fontsize=size, color=colour, weight=weight, parse_math=False
+        )
+    for i, (line, colour) in enumerate(reversed(below)):
+        place = left, (0.07 + line_height * i) / whole
+        figure.text(*place, line, fontsize=small, color=colour, parse_math=False)
     return figure
+
+
+def wrapped(text: str, width: float, size: float, weight: str = "normal") -> list[str]:
+    """Break a text into lines no wider than `width` (inches) in a font of `size` points.
+
+    What does not fit into a few lines is left out, and dots stand for it.
+    """
+    font = FontProperties(size=size, weight=weight)
+    columns = max(int(width * LETTERS / size), 10)
+    while True:
+        lines = textwrap.wrap(text, columns, max_lines=MOST_LINES, placeholder=" ...")
+        widest = max((_points(line, font) for line in lines), default=0.0)
+        if widest <= 72 * width or columns <= 10:
+            return lines
+        columns = int(0.9 * columns)
+
+
+def _points(line: str, font: FontProperties) -> float:
+    """Width of a line in points; a dollar sign is a letter, and begins no formula."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", MISSING)
+        return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])
 
 
 def caption_of(result: Result) -> str:
@@ -141,47 +152,3 @@ def _stiffness(body: FlexibleBody) -> str:
 def stopped(result: Result) -> str:
     """Say when and why a run stopped."""
     return f"stopped at t = {result.outcome.time:.4g} s: {result.outcome.reason}"
-
-
-def engine_colour(result: Result) -> str:
-    """Colour of the result's engine; black for one without a colour of its own."""
-    return ENGINE_COLOURS.get(result.engine, BLACK)
-
-
-def legend_outside(axes: Axes, left: float = 1.01) -> None:
-    """Put the legend, if there is anything to say, right of the axes, from `left` axes widths."""
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", bbox_to_anchor=(left, 1.0), borderaxespad=0.0)
-
-
-def along(result: Result) -> tuple[FloatArray, str]:
-    """Return the axis (N,) of a whole run and its label: turns of the crank, else time."""
-    if turns(result):
-        angle = crank_angle(result)
-        return np.asarray(angle / (2 * np.pi)), "crank angle (turns)"
-    return result.time, "time (s)"
-
-
-def ticks_in_degrees(axes: Axes, largest: float) -> None:
-    """Let the x-axis, in rad, run from 0 to `largest` and show degrees."""
-    axes.set_xlim(0.0, largest)
-    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}°"))
-
-
-def length_unit(size: float) -> tuple[float, str]:
-    """Factor from m, and its name, of the unit fit for lengths of this size (m)."""
-    return (1e3, "mm") if size < 1 else (1.0, "m")
-
-
-def subscripted(point: str, coordinate: str) -> str:
-    """Label of a coordinate of 'body.point', as math text."""
-    return rf"${coordinate}$ of {point}"
-
-
-def cycle_of(scene: Scene) -> int:
-    """Laps after which the mechanism does the same again: the curves of a track of laps, else 1."""
-    for curve in scene.curves.values():
-        if curve.type == "laps":
-            return len(curve.curves)
-    return 1

@@ -2,67 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
     crank_angle,
-    laps,
     path,
     sleeves_with_play,
     strikes,
     turns,
     watched_point,
 )
-from exudyn_flexlink.plots.frame import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    PURPLE,
-    SKY,
+from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
+from exudyn_flexlink.plots.panels import (
     cycle_of,
+    forward,
     legend_outside,
     length_unit,
-    new_figure,
-    styled,
-    subscripted,
+    letter,
+    shade_beyond,
+    sized,
     ticks_in_degrees,
 )
 from exudyn_flexlink.plots.sleeve import strip, strip_height
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, SCREEN, SKY, Style, styled
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
 
 X_COLOURS = (BLUE, GREEN, SKY, BLACK)
 Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)
-_LINES = ("-", "--", ":", "-.")
-NAMED_LAPS = 6  # more laps than this share their legend entries
 
-
-@dataclass(frozen=True)
-class _Lap:
-    """Samples of one lap: its number, crank angle turned since it began (rad), their indices."""
-
-    number: int
-    turned: FloatArray
-    samples: NDArray[np.intp]
+OFF = -0.1  # of a polar plot's width: where its radial scale stands
 
 
 @styled
-def coordinates(result: Result, point: str | None = None) -> Figure | None:
+def coordinates(
+    result: Result, point: str | None = None, *, style: Style = SCREEN
+) -> Figure | None:
     """Both coordinates of a point (default: the watched one) lap by lap (paper, Fig. 3).
 
-    Over the crank angle within each lap; without a crank that goes round over time. None if there
-    is nothing but one sample.
+    Over the crank angle within each lap; over time without a crank that goes round and never back.
+    None if there is nothing but one sample.
 
     Raises:
         ValueError: the scene has no such point.
@@ -74,15 +60,16 @@ def coordinates(result: Result, point: str | None = None) -> Figure | None:
     strips = sleeves_with_play(result)
     heights = [4.0, *(strip_height(result) for _ in strips)]
     subject = f"Coordinates of {point}" + ("; below, how the link touches its guide" * bool(strips))
-    figure = new_figure(result, subject, 0.4 + sum(heights))
+    figure = new_figure(result, subject, 0.4 + sum(heights), style)
     axes, *below = figure.subplots(
         len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
     )[:, 0]
     position = path(result, point).position
     factor, unit = length_unit(float(np.max(np.abs(position))))
-    if turns(result):
-        _coordinates_by_lap(axes, result, factor * position, point)
+    if forward(result):
+        _coordinates_by_lap(axes, result, factor * position)
     else:
+        shade_beyond(axes, result, result.time)
         for i, (name, colour) in enumerate((("x", BLUE), ("y", Y_COLOURS[0]))):
             axes.plot(result.time, factor * position[:, i], color=colour, label=f"${name}$")
         axes.set_xlim(result.time[0], result.time[-1])
@@ -95,17 +82,20 @@ def coordinates(result: Result, point: str | None = None) -> Figure | None:
         lower.set_xlabel(axes.get_xlabel())
     if below:
         axes.set_xlabel("")
+    letter([axes, *below])
     return figure
 
 
-def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray, point: str) -> None:
+def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> None:
     cycle = cycle_of(result.scene)
-    every = list(_by_lap(result))
+    every = list(by_lap(result))
+    last = every[-1].number
+    shade_laps(axes, result, [lap.turned for lap in every], every, position)
     for i, (name, colours) in enumerate((("x", X_COLOURS), ("y", Y_COLOURS))):
         for lap in every:
-            style = _lap_style(lap.number, cycle, colours)
-            label = _lap_label(lap.number, cycle, every[-1].number)
-            label = f"{subscripted(point, name)}, {label}" if label else ""
+            style = lap_style(lap.number, cycle, last, colours)
+            label = lap_label(lap.number, cycle, last)
+            label = f"${name}$, {label}" if label else ""
             axes.plot(lap.turned, position[lap.samples, i], label=label or None, **style)
     _mark_strikes(axes, result, position)
     ticks_in_degrees(axes, max(float(np.max(lap.turned)) for lap in every))
@@ -121,13 +111,15 @@ def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
             x = turned - 2 * np.pi * (strike.lap - 1)
             for series in position.T:
                 y = float(np.interp(strike.begin, result.time, series))
-                label = "first contact of a strike" if first else None
-                axes.plot(x, y, "o", color=BLACK, markersize=5, mfc="white", label=label, zorder=5)
+                label = "first contact" if first else None
+                axes.plot(
+                    x, y, "o", color=BLACK, markersize=sized(5), mfc="white", label=label, zorder=5
+                )
                 first = False
 
 
 @styled
-def polar(result: Result) -> Figure | None:
+def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
     """Distance of the watched point from the origin O over the crank angle (paper, Fig. 5).
 
     None without a crank that goes round: an angle that swings says nothing in polar form.
@@ -135,62 +127,53 @@ def polar(result: Result) -> Figure | None:
     if not turns(result) or len(result.time) < 2:
         return None
     point = watched_point(result.scene)
-    radius = np.linalg.norm(path(result, point).position, axis=1)
-    factor, unit = length_unit(float(np.max(radius)))
-    low, high = factor * float(np.min(radius)), factor * float(np.max(radius))
-    span = (high - low) or 0.1 * high
-    circles = MaxNLocator(5).tick_values(max(0.0, low - 0.1 * span), high)
-    start = max(0.0, circles[0])
-    subject = f"Distance of {point} from O ({unit}) over the crank angle; "
-    subject += f"the inner circle is {start:.4g} {unit}"
-    figure = new_figure(result, subject, 5.6)
+    subject = f"Distance of S, {point}, from O over the crank angle"
+    figure = new_figure(result, subject, 5.6, style)
     axes = figure.subplots(subplot_kw={"projection": "polar"})
     assert isinstance(axes, PolarAxes)
-    angle, cycle = crank_angle(result), cycle_of(result.scene)
-    every = list(_by_lap(result))
-    for lap in every:
-        style = _lap_style(lap.number, cycle, X_COLOURS)
-        label = _lap_label(lap.number, cycle, every[-1].number)
-        axes.plot(angle[lap.samples], factor * radius[lap.samples], label=label or None, **style)
-    # Most of the radius is the same everywhere: what differs gets most of the room.
-    shown = [circle for circle in circles if start < circle <= high + 0.01 * span]
-    axes.set_rlim(start, high + 0.05 * span)
-    axes.set_rorigin(start - 0.9 * (high - start) if start > 0 else 0.0)
-    axes.set_rgrids(shown, [f"{circle:.4g} {unit}" for circle in shown], angle=67.5, fontsize=9)
-    for text in axes.yaxis.get_ticklabels():
-        text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
-    axes.set_xlabel("crank angle (degrees)")
-    legend_outside(axes, 1.12)
+    radius = np.linalg.norm(path(result, point).position, axis=1)
+    factor, unit = length_unit(float(np.max(radius)))
+    draw_radius(axes, result, factor * radius)
+    radial_scale(axes, factor * radius, f"distance OS ({unit})")
+    if style.narrow:
+        figure.legend(loc="outside lower center", ncols=2)
+    else:
+        legend_outside(axes, 1.12)
     return figure
 
 
-def _by_lap(result: Result) -> Iterator[_Lap]:
-    """Split a run into laps; each but the last goes on to the first sample of the next."""
-    angle, lap = crank_angle(result), laps(result)
-    turned = np.abs(angle - angle[0])
-    for number in range(1, int(lap.max()) + 1):
-        samples = np.flatnonzero(lap == number)
-        if not len(samples):
-            continue
-        if samples[-1] + 1 < len(lap):
-            samples = np.append(samples, samples[-1] + 1)
-        yield _Lap(number, turned[samples] - 2 * np.pi * (number - 1), samples)
+def draw_radius(axes: PolarAxes, result: Result, radius: FloatArray) -> None:
+    """Draw a radius (N,) over the crank angle, lap by lap."""
+    angle, cycle = crank_angle(result), cycle_of(result.scene)
+    every = list(by_lap(result))
+    places, last = [angle[lap.samples] for lap in every], every[-1].number
+    shade_laps(axes, result, places, every, radius[:, None])
+    for place, lap in zip(places, every, strict=True):
+        look = lap_style(lap.number, cycle, last, X_COLOURS)
+        label = lap_label(lap.number, cycle, last)
+        axes.plot(place, radius[lap.samples], label=label or None, **look)
 
 
-def _lap_style(number: int, cycle: int, colours: tuple[str, ...]) -> dict[str, Any]:
-    """Laps on one curve share a colour; the first is a broad band on which later ones are seen."""
-    style: dict[str, Any] = {"color": colours[(number - 1) % cycle % len(colours)]}
-    if number <= cycle:
-        return style | {"linewidth": 3.6, "alpha": 0.4, "zorder": 2}
-    again = (number - 1) // cycle - 1
-    return style | {"linewidth": 1.1, "zorder": 3, "linestyle": _LINES[again % len(_LINES)]}
+def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
+    """Set the circles for these radii, and tell their size by a scale off the data, at the left.
 
-
-def _lap_label(number: int, cycle: int, last: int) -> str:
-    """Legend entry of a lap; of many laps those alike have one together."""
-    if last <= NAMED_LAPS or number <= cycle:
-        return f"lap {number}"
-    alike = list(range(number, last + 1, cycle))
-    if number > 2 * cycle:
-        return ""
-    return f"laps {alike[0]} to {alike[-1]}" if len(alike) > 1 else f"lap {number}"
+    Most of the radius is the same everywhere: what differs gets most of the room.
+    """
+    low, high = float(np.min(radius)), float(np.max(radius))
+    span = (high - low) or 0.1 * high or 1.0
+    circles = MaxNLocator(5).tick_values(max(0.0, low - 0.1 * span), high)
+    start, end = max(0.0, float(circles[0])), high + 0.05 * span
+    middle = start - 0.9 * (high - start) if start > 0 else 0.0
+    axes.set_rlim(start, end)
+    axes.set_rorigin(middle)
+    shown = [circle for circle in circles if start <= circle <= end]
+    axes.set_rgrids(shown, [""] * len(shown))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
+    axes.set_xlabel("crank angle (degrees)")
+    inner = 0.5 * (start - middle) / (end - middle)  # of the circle's width, the hole's radius
+    scale = axes.inset_axes((OFF, 0.5 + inner, 1e-3, 0.5 - inner), projection="rectilinear")
+    scale.set_ylim(start, end)
+    scale.yaxis.set_major_locator(FixedLocator(shown))
+    scale.xaxis.set_major_locator(NullLocator())
+    scale.set_ylabel(label)
+    scale.grid(visible=False)

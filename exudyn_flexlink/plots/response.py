@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
-    IMPACT,
     LeverResponse,
     Strike,
     crank_angle,
@@ -20,18 +20,26 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     turns,
 )
-from exudyn_flexlink.plots.frame import (
+from exudyn_flexlink.plots.digits import position_error, told
+from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.panels import (
+    engine_colour,
+    horizon,
+    legend_outside,
+    length_unit,
+    letter,
+    shade_beyond,
+    sized,
+)
+from exudyn_flexlink.plots.style import (
     BLACK,
-    BLUE,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
-    RED,
-    engine_colour,
-    legend_outside,
-    length_unit,
-    new_figure,
+    SCREEN,
+    SKY,
+    Style,
     styled,
 )
 from exudyn_flexlink.result import Result
@@ -42,11 +50,11 @@ Function = Callable[[Any], FloatArray]
 
 STRIKES_SHOWN = 5
 SHOWN_AFTER = 0.15  # s after the first touch
-_COLOURS = (BLUE, RED, GREEN, PURPLE, ORANGE)
+_COLOURS = (GREEN, PURPLE, BLACK, SKY, ORANGE)  # none of an engine
 
 
 @styled
-def lever(result: Result) -> Figure | None:
+def lever(result: Result, *, style: Style = SCREEN) -> Figure | None:
     """Angle of every struck body over time, with the strikes; below, strike by strike.
 
     None if the scene has no contact.
@@ -54,34 +62,39 @@ def lever(result: Result) -> Figure | None:
     bodies = struck_bodies(result.scene)
     if not bodies or len(result.time) < 2:
         return None
-    figure = new_figure(result, "Response of " + ", ".join(bodies), 5.8 * len(bodies))
-    panels = figure.subplots(2 * len(bodies), 1, squeeze=False)[:, 0]
+    figure = new_figure(result, "Response of " + ", ".join(bodies), 5.8 * len(bodies), style)
+    panels = list(figure.subplots(2 * len(bodies), 1, squeeze=False)[:, 0])
     for i, contact in enumerate(bodies.values()):
         response, found = lever_response(result, contact), strikes(result, contact)
         whole, single = panels[2 * i], panels[2 * i + 1]
-        _whole_run(whole, result, response, found)
+        _whole_run(whole, result, response, found, style)
         if found:
-            _strike_by_strike(single, response, found)
+            _strike_by_strike(single, result, response, found)
         else:
             single.remove()
+    letter(axes for axes in panels if axes in figure.axes)
     return figure
 
 
-def _whole_run(axes: Axes, result: Result, response: LeverResponse, found: list[Strike]) -> None:
+def _whole_run(
+    axes: Axes, result: Result, response: LeverResponse, found: list[Strike], style: Style
+) -> None:
+    shade_beyond(axes, result, result.time)
     axes.plot(response.time, response.angle, color=engine_colour(result), linewidth=1.1)
     for i, strike in enumerate(found):
         label = "in contact" if i == 0 else None
         axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=label)
         at = float(np.interp(strike.begin, response.time, response.angle))
         label = "first contact" if i == 0 else None
-        axes.plot(strike.begin, at, "v", color=BLACK, markersize=6, label=label, zorder=5)
+        axes.plot(strike.begin, at, "v", color=BLACK, markersize=sized(6), label=label, zorder=5)
     _mark_impacts(axes, result, response.body)
     axes.set_xlim(response.time[0], response.time[-1])
-    axes.margins(y=0.12)
+    axes.margins(y=0.2 / style.scale)  # room for the numbers of the peaks
     axes.set_ylabel(f"angle of {response.body} (rad)")
     axes.set_xlabel("time (s)")
-    _annotate_peaks(axes, response)
-    _turns_on_top(axes, result)
+    _annotate_peaks(axes, result, response)
+    if not style.narrow:  # there the legend stands above
+        _turns_on_top(axes, result)
     has_scale = _tip_scale(axes, response)
     legend_outside(axes, 1.13 if has_scale else 1.01)
 
@@ -89,32 +102,43 @@ def _whole_run(axes: Axes, result: Result, response: LeverResponse, found: list[
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     """Tick every impact at the lower edge: impulses have no duration that a span could show."""
     own = [n for n, c in result.scene.contacts.items() if split_point(c.line[0])[0] == body]
-    hits = [event.time for event in result.events if event.kind == IMPACT and event.name in own]
+    hits = [
+        interval.begin for n in own for interval in result.contacts[n].touches if interval.impact
+    ]
     if hits:
         ground = axes.get_xaxis_transform()
-        style: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "|", "markersize": 8}
+        style: dict[str, Any] = {
+            "color": BLACK,
+            "linestyle": "",
+            "marker": "|",
+            "markersize": sized(8),
+        }
         axes.plot(hits, [0.03] * len(hits), transform=ground, label="impacts", **style)
 
 
-def _annotate_peaks(axes: Axes, response: LeverResponse) -> None:
+def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None:
     if not np.any(response.angle):
         return
     factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
     tip_of = _tip_of_angle(response)
+    arm = float(np.max(np.abs(response.tip_displacement)) / np.max(np.abs(response.angle)))
     for angle, time in (response.least, response.greatest):
-        tip = f" ({factor * float(tip_of(angle)):+.2f} {unit})" if tip_of else ""
-        text = f"{angle:+.4f} rad{tip} at {time:.3f} s".replace("-", "\N{MINUS SIGN}")
-        late = time > 0.55 * response.time[-1]
-        axes.plot(time, angle, ".", color=BLACK, markersize=5)
+        off = position_error(result, time)
+        text = told(angle, off / arm if off is not None and arm > 0 else None, signed=True) + " rad"
+        if tip_of:
+            moved = told(factor * float(tip_of(angle)), off and factor * off, signed=True)
+            text += f" ({moved} {unit})"
+        late, above = time > 0.55 * response.time[-1], angle == response.greatest[0]
+        axes.plot(time, angle, ".", color=BLACK, markersize=sized(5))
         axes.annotate(
             text,
             (time, angle),
-            xytext=(-10 if late else 10, 0),
+            # Beyond an extreme there is nothing that the text could cover.
+            xytext=(0, 4 if above else -4),
             textcoords="offset points",
             ha="right" if late else "left",
-            va="center",
-            fontsize=9,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
+            va="bottom" if above else "top",
+            fontsize=mpl.rcParams["legend.fontsize"],
         )
 
 
@@ -123,7 +147,7 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
     if not turns(result):
         return
     made = np.abs(crank_angle(result) - crank_angle(result)[0]) / (2 * np.pi)
-    if np.any(np.diff(made) <= 0):
+    if np.any(np.diff(made) <= 0) or np.any(np.diff(result.time) <= 0):
         return
     functions = (_interpolated(result.time, made), _interpolated(made, result.time))
     top = axes.secondary_xaxis("top", functions=functions)
@@ -182,15 +206,25 @@ def _interpolated(x: FloatArray, y: FloatArray) -> Function:
     return at
 
 
-def _strike_by_strike(axes: Axes, response: LeverResponse, found: list[Strike]) -> None:
+def _strike_by_strike(
+    axes: Axes, result: Result, response: LeverResponse, found: list[Strike]
+) -> None:
     """Lay the first strikes over each other, from their first touch on."""
+    trusted = horizon(result)
+    thin = float(mpl.rcParams["lines.linewidth"])
+    count = min(len(found), STRIKES_SHOWN)
     for i, strike in enumerate(found[:STRIKES_SHOWN]):
         following = found[i + 1].begin if i + 1 < len(found) else np.inf
         until = min(strike.begin + SHOWN_AFTER, following)
         time = np.linspace(strike.begin - 0.005, min(until, response.time[-1]), 1000)
         since, colour = 1e3 * (time - strike.begin), _COLOURS[i]
         label = f"strike {i + 1} (lap {strike.lap})"
-        axes.plot(since, response.angle_at(time), color=colour, label=label)
+        if trusted is not None and strike.begin >= trusted[0]:
+            label += ",\nbeyond the horizon"
+        # Strikes alike lie on each other: the earlier ones are broader.
+        alpha = 1.0 if i == count - 1 else 0.6
+        axes.plot(since, response.angle_at(time), color=colour, label=label, alpha=alpha,
+                  linewidth=thin * (count - i))  # fmt: skip
         held = 1e3 * (strike.end - strike.begin)
         axes.axvspan(0, held, color=colour, alpha=0.08, linewidth=0)
         axes.axvline(held, color=colour, linestyle=":", linewidth=1.0)

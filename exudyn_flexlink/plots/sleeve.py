@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -29,16 +30,17 @@ from exudyn_flexlink.observables import (
     sleeves_with_play,
     turns,
 )
-from exudyn_flexlink.plots.frame import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
-    RED,
+from exudyn_flexlink.plots.digits import told_time
+from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.panels import (
+    forward,
+    horizon,
+    legend_outside,
     length_unit,
-    new_figure,
-    styled,
+    letter,
+    shade_beyond,
 )
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
@@ -72,11 +74,12 @@ SIDES = {
 }
 ROOM = 2.3  # half the height of a drawing, in clearances
 ARROW = 0.9  # length, in clearances
+FORCE_DIGITS = 2  # that are shown of a wall's force: stiff walls make much of small errors
 
 
 def strip_height(result: Result) -> float:
     """Height (inches) that `strip` needs, its legend included."""
-    rows = min(MOST_ROWS, int(laps(result).max())) if turns(result) else 1
+    rows = min(MOST_ROWS, int(laps(result).max())) if forward(result) else 1
     return max(LEGEND_HEIGHT, ROW_HEIGHT * rows + 0.2)
 
 
@@ -100,21 +103,17 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
         for state, colour in STATE_COLOURS.items()
         if np.any(states.state == state)
     ]
-    axes.legend(
-        handles=handles,
-        title=f"link in {joint}",
-        loc="upper left",
-        bbox_to_anchor=(1.01, 1.0),
-        borderaxespad=0.0,
-        alignment="left",
-    )
+    if not forward(result):
+        shade_beyond(axes, result, result.time, named=False)
+    axes.set_title(f"link in {joint}", loc="left")
+    legend_outside(axes, handles=handles)
 
 
 def _rows(
     result: Result, states: ContactStates
 ) -> Iterator[tuple[str, FloatArray, NDArray[np.int64]]]:
     """Name, edges (K + 1,) and states (K,) of every row of the strip."""
-    if not turns(result):
+    if not forward(result):
         yield "state", states.time, states.state
         return
     turned = np.abs(crank_angle(result) - crank_angle(result)[0])
@@ -127,7 +126,7 @@ def _rows(
 
 
 @styled
-def guide_contact(result: Result) -> Figure | None:
+def guide_contact(result: Result, *, style: Style = SCREEN) -> Figure | None:
     """The link in its guide free, on one point and on two (paper, Fig. 2), at instants of the run.
 
     Each is the middle of the longest time in that state; what never occurs is left out. Drawn in
@@ -140,12 +139,12 @@ def guide_contact(result: Result) -> Figure | None:
     joint, model = joints[0], build_mechanism(result.scene)
     channel = next(channel for channel in model.channels if channel.name == joint)
     subject = f"Link in '{joint}', seen from the guide; drawn larger across than along"
-    figure = new_figure(result, subject, 1.75 * len(shown) + 0.4)
+    figure = new_figure(result, subject, 1.75 * len(shown) + 0.4, style)
     panels = figure.subplots(len(shown), 1, squeeze=False, sharex=True, sharey=True)[:, 0]
     factor, unit = length_unit(channel.length)
     for axes, (what, index) in zip(panels, shown, strict=True):
         _draw(axes, result, model, channel, index)
-        axes.set_title(_title(result, index, what), loc="left", fontsize=9)
+        axes.set_title(_title(result, index, what), loc="left")
         axes.set_ylabel(f"across ({unit})")
     reach = ROOM * channel.clearance * factor
     panels[0].set_ylim(-reach, reach)
@@ -154,7 +153,11 @@ def guide_contact(result: Result) -> Figure | None:
     for axes in panels:
         handles, labels = axes.get_legend_handles_labels()
         known |= dict(zip(labels, handles, strict=True))
-    panels[0].legend(known.values(), known.keys(), loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    letter(panels)
+    if style.narrow:
+        figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=2)
+    else:
+        panels[0].legend(known.values(), known.keys(), loc="upper left", bbox_to_anchor=(1.01, 1.0))
     return figure
 
 
@@ -176,8 +179,11 @@ def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
 
 
 def _title(result: Result, index: int, what: str) -> str:
+    time = float(result.time[index])
     crank = f", crank {np.degrees(crank_angle(result)[index]):.1f}°" if turns(result) else ""
-    return f"{what}: t = {result.time[index]:.4f} s{crank}"
+    found = horizon(result)
+    beyond = ", beyond the horizon" if found is not None and time >= found[0] else ""
+    return f"{what}: t = {told_time(result, time)} s{crank}{beyond}"
 
 
 def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index: int) -> None:
@@ -214,13 +220,13 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
             # Of points close together on one side, the number of the last goes to the right.
             right = len(pressing) > 1 and k == last
             axes.annotate(
-                f"{force[k]:.3g} N",
+                f"{force[k]:#.{FORCE_DIGITS}g} N",
                 (x, tail),
                 xytext=(5 if right else -5, 0),
                 textcoords="offset points",
                 ha="left" if right else "right",
                 va="center",
-                fontsize=9,
+                fontsize=mpl.rcParams["legend.fontsize"],
             )
             label = "contact, force on the link"
             axes.plot(x, y, "D", color=ORANGE, markersize=4, label=label, zorder=7)

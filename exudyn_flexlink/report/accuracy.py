@@ -5,7 +5,6 @@ from __future__ import annotations
 from exudyn_flexlink.accuracy import (
     STIFFER,
     Advice,
-    Error,
     Method,
     Point,
     Source,
@@ -18,6 +17,7 @@ from exudyn_flexlink.accuracy import (
     rods_needed,
     stiffnesses,
 )
+from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.report.text import table
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
@@ -40,11 +40,11 @@ def accuracy_text(study: Study) -> str:
 
 def judged_by(study: Study) -> list[str]:
     """Say what errors are measured against, how well that is known, and up to when."""
-    lines = [f"Errors of {_watched(study)}, against {study.reference}"]
+    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference}"]
     if study.check:
         what = "independent" if study.independent else "not independent: the same equations"
         lines.append(
-            f"Cross-check ({what}): {study.check} is {_floors(study)} from it at most; smaller "
+            f"Cross-check ({what}): {study.check} is {study.floor:.2g} m from it at most; smaller "
             "errors are not claimed"
         )
     else:
@@ -58,33 +58,28 @@ def judged_by(study: Study) -> list[str]:
     return lines
 
 
-def _floors(study: Study) -> str:
-    tip = f" (tip: {study.tip_floor:.2g} m)" if study.tips else ""
-    return f"{study.floor:.2g} m{tip}"
-
-
-def _watched(study: Study) -> str:
-    names = [study.point, *(f"tip {tip}" for tip in study.tips)]
-    return " and ".join(names)
-
-
 def _points(study: Study) -> list[str]:
-    header = ["method", "setting", "steps", f"{study.point}, rms", "largest"]
-    header += ["tip, largest"] if study.tips else []
-    rows = [[*header, "processor time"]]
+    rows = [["method", "setting", "steps", "rms", "largest", "of", "processor time"]]
     rows += [_row(study, point) for point in study.points]
-    return ["Errors (m) and processor time (s) of the solve, best of those run", *table(rows)]
+    what = "" if len(study.judged_by) == 1 else " of the point that is farthest off"
+    return [f"Errors (m){what}, and processor time (s) of the solve, best of those run",
+            *table(rows)]  # fmt: skip
 
 
 def _row(study: Study, point: Point) -> list[str]:
     errors = point.errors
-    told = [_told(error, study.floor) for error in (errors.point.rms, errors.point.largest)]
-    if errors.tip is not None:
-        told.append(_told(errors.tip.largest, study.tip_floor))
+    told = [_told(error, study.floor) for error in (errors.rms, errors.largest)]
     own = " (model's own)" if point is study.own else ""
     setting = f"{point.method.set_to(point.value)}{own}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
-    return [point.method.name, setting, str(point.steps), *told, cost]
+    worst = errors.worst if errors.largest >= study.floor else ""
+    return [point.method.name, setting, str(point.steps), *told, worst, cost]
+
+
+def _still(study: Study) -> str:
+    if len(study.judged_by) == 1:
+        return f"{study.judged_by[0]} does not move and judges nothing: watch another point."
+    return "nothing moves, so that any setting will do."
 
 
 def _told(error: float, floor: float) -> str:
@@ -94,9 +89,9 @@ def _told(error: float, floor: float) -> str:
 
 def _sources(study: Study) -> list[str]:
     if study.still:
-        return ["Nothing moves: there is no error to take apart"]
+        return ["Nothing that is judged moves: there is no error to take apart"]
     own = study.own.told if study.own is not None else ""
-    rows = [["", f"{study.point}, rms", "largest", *(["tip, largest"] if study.tips else []), ""]]
+    rows = [["", "rms", "largest", "of", ""]]
     rows += [_source(study, source) for source in study.sources]
     lines = [f"Where the error comes from, at the model's own settings{own and f' ({own})'}"]
     if len(rows) > 1:
@@ -106,14 +101,11 @@ def _sources(study: Study) -> list[str]:
 
 
 def _source(study: Study, source: Source) -> list[str]:
-    errors: list[Error] = [source.errors.point]
-    numbers = [f"{errors[0].rms:.1e} m", f"{errors[0].largest:.1e} m"]
-    if study.tips:
-        tip = source.errors.tip
-        numbers.append("" if tip is None else f"{tip.largest:.1e} m")
+    errors = source.errors
+    numbers = [f"{errors.rms:.1e} m", f"{errors.largest:.1e} m"]
     if source.at_most:
-        numbers = [number and f"<~ {number}" for number in numbers]
-    return [NAMES[source.kind], *numbers, _about(study, source)]
+        numbers = [f"<~ {number}" for number in numbers]
+    return [NAMES[source.kind], *numbers, errors.worst, _about(study, source)]
 
 
 def _about(study: Study, source: Source) -> str:
@@ -160,7 +152,7 @@ def _other_model(study: Study, method: Method) -> str:
     finest = min((p for p in study.points if p.method == method), key=lambda p: p.value)
     return (
         f"{method.name}: another model of the link, whose motion no setting makes that of the "
-        f"rods; at {method.set_to(finest.value)} it is {finest.errors.worst:.1e} m from it"
+        f"rods; at {method.set_to(finest.value)} it is {finest.errors.largest:.1e} m from it"
     )
 
 
@@ -189,19 +181,19 @@ def dominance(study: Study) -> str:
     if largest is None:
         return "There is only one known source of error" if study.sources else ""
     others = [s for s in study.sources if s is not largest]
-    next_one = max(others, key=lambda s: s.errors.worst)
+    next_one = max(others, key=lambda s: s.errors.largest)
     name, other = NAMES[largest.kind], NAMES[next_one.kind]
     verb = "dominate" if largest.kind == "time" else "dominates"
-    if next_one.errors.worst == 0:
+    if next_one.errors.largest == 0:
         return f"The {name} {verb}"
-    ratio = largest.errors.worst / next_one.errors.worst
+    ratio = largest.errors.largest / next_one.errors.largest
     return f"The {name} {verb}: {ratio:.2g} times the error of the {other}"
 
 
 def recommendation(study: Study) -> str:
     """Say in one sentence what to choose for the target, and what limits."""
     if study.still:
-        return "Recommendation: nothing moves, so that any setting will do."
+        return f"Recommendation: {_still(study)}"
     advice = advise(study)
     return f"Recommendation: {_choice(study, advice)}{_limit(study, advice)}."
 
@@ -218,7 +210,7 @@ def _how(study: Study) -> list[str]:
 
 def _settings(scene: Scene, method: Method, value: float) -> str:
     """Return the options that turn the model's accuracy and solver into a method's at a value."""
-    chosen = [f"--set accuracy.{key}={_short(x)}" for key, x in method.accuracy(value).items()]
+    chosen = [f"--set accuracy.{method.knob}={_short(value)}"]
     solver = method.at(scene, value).solver
     if solver.elements != scene.solver.elements:  # a key to be left out: the whole section is said
         keys = ", ".join(f"{key}: {x}" for key, x in solver.model_dump(exclude_unset=True).items())
@@ -238,7 +230,7 @@ def _choice(study: Study, advice: Advice) -> str:
         return f"{goal} choose {point.told} ({error}, {point.processor:.2g} s)"
     if advice.below_floor:
         return (
-            f"{goal} nothing can be said: the references agree to {_floors(study)} only; "
+            f"{goal} nothing can be said: the references agree to {study.floor:.2g} m only; "
             "raise --budget, or --target"
         )
     if advice.best is None:
@@ -254,7 +246,7 @@ def _limit(study: Study, advice: Advice) -> str:
     source = advice.limit
     if source is None:
         return ""
-    error = f"{source.errors.worst:.1e} m"
+    error = f"{source.errors.largest:.1e} m"
     if source.kind == "rods":
         return f"; but the rods, not the steps, limit you: {error}, {_more_rods(study, source)}"
     least = min(stiffnesses(study.scene).values())

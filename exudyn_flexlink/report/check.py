@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite, pi, sqrt
+from math import inf, isfinite, pi, sqrt
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.laws import Impulse
@@ -22,10 +22,12 @@ from exudyn_flexlink.mechanism import (
     contact_step,
     end_of_run,
     formulation,
+    paces,
     pairs,
     turn_goal,
     wall_half_period,
 )
+from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -267,7 +269,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
     in_contact, fixed_step = estimated_steps(assembly, scene)
     mechanism = assembly.mechanism
-    rows = [["time", _time(scene, duration)]]
+    rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.contacts]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     if fixed_step is not None:
@@ -279,8 +281,13 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
     if in_contact is not None and form != "minimal":
-        rows.append(["", _steps_in_contact(scene, in_contact, fixed_step)])
+        rows.append(["", _steps_in_contact(scene, assembly)])
     return ["Run", *table(rows)]
+
+
+def _watched(scene: Scene) -> str:
+    shown, judges = watched_point(scene), judged_points(scene)
+    return f"{shown} is shown; errors are judged by {'it' if len(judges) == 1 else name_of(judges)}"
 
 
 _FORMULATIONS = {
@@ -290,13 +297,11 @@ _FORMULATIONS = {
 }
 
 
-def _steps_in_contact(scene: Scene, in_contact: float, fixed_step: float | None) -> str:
-    asked = scene.solver.steps_per_contact
-    if fixed_step is None:
-        return f"at most {number(in_contact)} s in contact ({asked} steps per contact)"
-    resolved = asked * in_contact / fixed_step
-    enough = "" if resolved >= asked else f"; {asked} take {number(in_contact)} s"
-    return f"{number(resolved)} steps per contact{enough}"
+def _steps_in_contact(scene: Scene, assembly: Assembly) -> str:
+    given, found = scene.accuracy.step, paces(scene, assembly)
+    longest = min(*(pace.step for pace in found), given or inf)
+    fewest = min(pace.steps(given) for pace in found)
+    return f"at most {number(longest)} s in contact: {number(fewest)} steps per contact, or more"
 
 
 def _time(scene: Scene, duration: float | None) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 
-from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
-from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
+from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.observables import Deviation, Strike, name_of, relative_energy_residual
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.text import number, table
 
@@ -32,18 +32,22 @@ def comparison_text(comparison: Comparison) -> str:
 
 def horizon_text(comparison: Comparison) -> str:
     """Say up to when the runs can be compared instant by instant."""
-    end = f"{comparison.time[-1]:.5g} s"
-    if comparison.limit is None:
-        return f"Compared pointwise up to t = {end}, the end; no horizon was looked for"
+    end, parted = comparison.time[-1], comparison.horizon
+    if comparison.limit is None or comparison.apart is None:
+        return f"Compared instant by instant to t = {end:.5g} s, the end; no horizon was looked for"
     again = f"a run {_of(comparison.second)} at other tolerances"
-    if comparison.horizon is None:
+    at_most = f"differs by {comparison.apart:.2g} m at most"
+    if parted is None:
+        return f"Compared instant by instant to t = {end:.5g} s, the end: {again} {at_most}"
+    if comparison.apart <= comparison.limit:
         return (
-            f"Compared pointwise up to t = {end}, the end: "
-            f"{again} stays within {comparison.limit:.2g} m"
+            f"Compared instant by instant up to t = {parted:.5g} s, where {again} stopped; until "
+            f"there it {at_most}"
         )
     return (
-        f"Compared pointwise up to t = {comparison.horizon:.5g} s; beyond it statistics: "
-        f"{again} parts by more than {comparison.limit:.2g} m there"
+        f"Compared instant by instant up to t = {parted:.5g} s, beyond it by statistics: from "
+        f"there on {again} differs by more than {comparison.limit:.2g} m, "
+        f"{comparison.apart:.2g} m at most"
     )
 
 
@@ -51,10 +55,10 @@ def excess_text(comparison: Comparison, tolerance: float) -> str:
     """Say by how much the deviation exceeds a tolerance (m)."""
     judged = comparison.judged
     if not len(judged.time):
-        return "nothing can be compared pointwise: the horizon is at the start"
+        return "nothing can be compared instant by instant: the horizon is at the start"
     at = judged.time[int(judged.distance.argmax())]
     return (
-        f"{comparison.point} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
+        f"{comparison.farthest(float(at))} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
         f"more than the {tolerance:.3g} m allowed"
     )
 
@@ -66,20 +70,23 @@ def _of(seen: Seen) -> str:
 
 def _deviations(comparison: Comparison) -> list[str]:
     strike, horizon = comparison.first_strike, comparison.horizon
-    rows = [["", "largest", "at", "rms"]]
-    if strike is not None:
-        rows.append(_deviation(f"up to the first strike, {strike:.5f} s", comparison.before_strike))
+    parts = {"whole run": comparison.deviation}
     if horizon is not None:
-        rows.append(_deviation(f"up to the horizon, {horizon:.5f} s", comparison.judged))
-    rows.append(_deviation("whole run", comparison.deviation))
-    return [f"Deviation of {comparison.point}", *table(rows)]
+        parts = {f"up to the horizon, {horizon:.5f} s": comparison.judged} | parts
+    if strike is not None and comparison.before_strike is not None:
+        parts = {f"up to the first strike, {strike:.5f} s": comparison.before_strike} | parts
+    rows = [_deviation(comparison, when, part) for when, part in parts.items()]
+    what = name_of(comparison.judged_by)
+    farthest = ", of the one that is farthest" if len(comparison.judged_by) > 1 else ""
+    return [f"Deviation of {what}{farthest}", *table([["", "largest", "of", "at", "rms"], *rows])]
 
 
-def _deviation(when: str, part: Deviation | None) -> list[str]:
-    if part is None or not len(part.time):
-        return [when, "no samples", "", ""]
-    at = part.time[int(part.distance.argmax())]
-    return [when, f"{part.largest:.3g} m", f"{at:.5f} s", f"{part.rms:.3g} m"]
+def _deviation(comparison: Comparison, when: str, part: Deviation) -> list[str]:
+    if not len(part.time):
+        return [when, "no samples", "", "", ""]
+    at = float(part.time[int(part.distance.argmax())])
+    point = comparison.farthest(at)
+    return [when, f"{part.largest:.3g} m", point, f"{at:.5f} s", f"{part.rms:.3g} m"]
 
 
 def _beyond(comparison: Comparison) -> list[str]:

@@ -9,8 +9,7 @@ _LAGRANGIAN = ("lagrangian",)
 _USED_BY = {
     ("solver", "steps_per_contact"): _REDUNDANT,
     ("solver", "spectral_radius"): _REDUNDANT,
-    ("accuracy", "relative_tolerance"): _LAGRANGIAN,
-    ("accuracy", "absolute_tolerance"): _LAGRANGIAN,
+    ("solver", "integrator"): _LAGRANGIAN,
 }
 
 

@@ -8,6 +8,7 @@ from exudyn_flexlink.observables import (
     LeverResponse,
     Strike,
     lever_response,
+    name_of,
     relative_energy_residual,
     sleeves_with_play,
     strikes,
@@ -51,6 +52,8 @@ def _cost(result: Result) -> list[str]:
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
     if "solve" in result.timings:
         rows.append(["solver time", f"{result.timings['solve']:.2f} s"])
+    if "compile" in result.timings:
+        rows.append(["compiling before", f"{result.timings['compile']:.2f} s"])
     return table([*rows, ["steps", steps]])
 
 
@@ -115,9 +118,10 @@ def _off(error: MeasuredError) -> str:
     """How far points are off, as a neighbouring run tells."""
     if error.missing:
         return f"not measured: {error.missing}"
-    points, limit = " and ".join(error.points), f"{error.limit:.3g} m"
+    points, limit = name_of(error.points), f"{error.limit:.3g} m"
     until = "" if error.stopped is None else f" up to t = {number(error.stopped)} s"
+    worst = f" ({error.worst})" if len(error.points) > 1 else ""
     if error.exceeds_from is None:
-        return f"{points} off by {error.largest:.2g} m at most{until}, of {limit} allowed"
+        return f"{points} off by {error.largest:.2g} m at most{worst}{until}, of {limit} allowed"
     within = f"within {limit} up to t = {number(error.exceeds_from)} s"
-    return f"{points} {within}; off by {error.largest:.2g} m in the end{until}"
+    return f"{points} {within}; off by {error.largest:.2g} m in the end{worst}{until}"

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from math import log
 
+from exudyn_flexlink.observables import STILL, name_of
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.sensitivity import Perturbed, RunStatistics, Sensitivity
 
 
 def sensitivity_text(found: Sensitivity) -> str:
-    """Say up to when the watched point can be trusted, how fast runs part, and what both share."""
+    """Say up to when points can be trusted, how fast runs part, and what both share."""
     lines = [_trusted(found)]
     if found.growth is not None:
         lines.append(
@@ -25,23 +26,26 @@ def sensitivity_text(found: Sensitivity) -> str:
 
 
 def _trusted(found: Sensitivity) -> str:
-    other = "a neighbouring run"
+    points = name_of(found.points)
+    if found.room <= STILL:
+        return f"Nothing is told of {points}, which stand{'s' * (len(found.points) == 1)} still."
+    trusted = f"{points[0].upper() if ' ' in points else points[0]}{points[1:]} can be trusted"
+    where = f" in {found.worst}" if len(found.points) > 1 else ""
+    at_most = f"differs by {found.largest:.2g} m at most{where}"
     if found.horizon is None:
         angles = "".join(
-            f", the angle of {body} to {apart:.2g} rad" for body, apart in found.angles.items()
+            f", by {apart:.2g} rad in the angle of {body}" for body, apart in found.angles.items()
         )
-        return (
-            f"{found.point} can be trusted to {found.largest:.2g} m{angles} throughout, to t = "
-            f"{found.end:.5g} s: {other} differs by no more."
-        )
+        return f"{trusted} to the end, t = {found.end:.5g} s: a neighbouring run {at_most}{angles}."
     if found.largest <= found.limit:
         return (
-            f"{found.point} can be trusted to {found.largest:.2g} m up to t = {found.horizon:.5g} s"
-            f", where a run stopped: until there {other} differs by no more."
+            f"{trusted} up to t = {found.horizon:.5g} s, where a run stopped: until there a "
+            f"neighbouring run {at_most}."
         )
     return (
-        f"{found.point} can be trusted pointwise up to t = {found.horizon:.5g} s: there {other} is "
-        f"{found.limit:.2g} m off. Beyond it trust statistics only."
+        f"{trusted} instant by instant up to t = {found.horizon:.5g} s. From there on a "
+        f"neighbouring run differs by more than {found.limit:.2g} m, {found.largest:.2g} m at most"
+        f"{where}: trust statistics only."
     )
 
 

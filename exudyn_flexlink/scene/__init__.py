@@ -40,16 +40,17 @@ from exudyn_flexlink.scene.joints import (
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw, ImpulseLaw, Law
 from exudyn_flexlink.scene.model import Scene
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.parse import (
     EXCLUSIVE_KEYS,
+    SECTION_OF,
     CheckedDocument,
     apply_settings,
     check_document,
     parse_scene,
 )
 from exudyn_flexlink.scene.run import (
-    ABSOLUTE_TOLERANCES,
-    RELATIVE_TOLERANCES,
+    FEWEST_STEPS_PER_CONTACT,
     Accuracy,
     Initial,
     Run,
@@ -58,10 +59,10 @@ from exudyn_flexlink.scene.run import (
 from exudyn_flexlink.scene.schema import is_schema, json_schema
 
 __all__ = [
-    "ABSOLUTE_TOLERANCES",
     "EXCLUSIVE_KEYS",
+    "FEWEST_STEPS_PER_CONTACT",
     "GROUND",
-    "RELATIVE_TOLERANCES",
+    "SECTION_OF",
     "Accuracy",
     "Body",
     "CheckedDocument",
@@ -83,6 +84,7 @@ __all__ = [
     "Law",
     "LineSpec",
     "Material",
+    "Outputs",
     "Part",
     "PointOnLine",
     "RectangleSection",

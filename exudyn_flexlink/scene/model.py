@@ -14,6 +14,7 @@ from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Contact, Drive, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.names import Parts, find_mistakes
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.source import Document, SceneError, dotted
 
@@ -50,6 +51,7 @@ class Scene(Part):
         default_factory=Solver,
         description="how it is solved; left out: the program chooses",
     )
+    outputs: Outputs = Field(default_factory=Outputs, description="what is told of a run")
 
     _document: Document = PrivateAttr(default_factory=lambda: Document("scene"))
 

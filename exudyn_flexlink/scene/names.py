@@ -13,6 +13,7 @@ from exudyn_flexlink.scene.bodies import Body, FlexibleBody, Material, RigidBody
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.forces import Contact, Drive, SpeedDrive, Spring
 from exudyn_flexlink.scene.joints import Joint, RevoluteJoint, SleeveJoint, SlotJoint, WeldJoint
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.run import Initial, Run
 from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
 
@@ -37,6 +38,7 @@ class Parts:
     contacts: Mapping[str, Contact | None] | None
     initial: Initial | None
     run: Run | None
+    outputs: Outputs | None
 
     @classmethod
     def of(cls, sections: Mapping[str, Any]) -> Parts:
@@ -57,6 +59,7 @@ def find_mistakes(parts: Parts) -> list[Mistake]:
         *check.contacts(),
         *check.initial(),
         *check.run(),
+        *check.outputs(),
         *check.connections(),
     ]
 
@@ -250,6 +253,17 @@ class _Check:
         if driver is None and isinstance(self.get("joints", run.of), RevoluteJoint):
             hint = f"no drive sets the speed of '{run.of}', so the turns may never be reached"
             yield Mistake(("run",), "missing 'at_most'", hint, on_key=True)
+
+    def outputs(self) -> Iterator[Mistake]:
+        point = self.parts.outputs.watch if self.parts.outputs else None
+        if point is None:
+            return
+        path = ("outputs", "watch")
+        yield from self.point(path, point)
+        for name, joint in _valid(self.parts.joints):
+            if isinstance(joint, (RevoluteJoint, WeldJoint)) and {point, GROUND} == {*joint.points}:
+                message = f"'{point}' never moves: the joint '{name}' holds it on the ground"
+                yield Mistake(path, message, "errors are judged by this point; watch another one")
 
     def connections(self) -> Iterator[Mistake]:
         joints = self.parts.joints

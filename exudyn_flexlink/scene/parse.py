@@ -17,6 +17,7 @@ from exudyn_flexlink.scene.forces import Contact, Drive, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.model import Scene
 from exudyn_flexlink.scene.names import Parts, find_mistakes
+from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import read_point_files
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
@@ -53,11 +54,12 @@ _SINGLE: dict[str, Any] = {
     "run": Run,
     "accuracy": Accuracy,
     "solver": Solver,
+    "outputs": Outputs,
 }
-_SECTION_OF = {
+SECTION_OF = {
     key: section for section, part in _SINGLE.items() for key in getattr(part, "model_fields", ())
 }
-"""The section to which each key of the unnamed sections belongs."""
+"""The section to which each key of accuracy, initial, run and solver belongs."""
 
 
 def apply_settings(document: Document, settings: Iterable[str]) -> Document:
@@ -167,7 +169,7 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
     try:
         return _adapter(str(path[0])).validate_python(data)
     except ValidationError as error:
-        mistakes += mistakes_of(error, annotation, data, path, _SECTION_OF)
+        mistakes += mistakes_of(error, annotation, data, path, SECTION_OF)
         return None
 
 

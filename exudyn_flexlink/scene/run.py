@@ -17,15 +17,7 @@ from exudyn_flexlink.quantities import (
 from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, refuse, require_one
 
 Velocity = tuple[Speed, Speed]
-RELATIVE_TOLERANCES, ABSOLUTE_TOLERANCES = (3e-14, 0.1), (1e-20, 1.0)
-"""Least and largest error that a step may be asked for, of the state and in rad and rad/s: less is
-rounding, and from more the explicit method's steps lead anywhere."""
-RelativeTolerance = Annotated[
-    float, Number(at_least=RELATIVE_TOLERANCES[0], at_most=RELATIVE_TOLERANCES[1])
-]
-AbsoluteTolerance = Annotated[
-    float, Number(at_least=ABSOLUTE_TOLERANCES[0], at_most=ABSOLUTE_TOLERANCES[1])
-]
+FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
 
 class Initial(Part):
@@ -87,16 +79,6 @@ class Accuracy(Part):
         None, description="error that the run may make in positions; or 'step'"
     )
     step: PositiveDuration | None = Field(None, description="time step; or 'tolerance'")
-    relative_tolerance: RelativeTolerance | None = Field(
-        None,
-        description="error of one step per size of the state; for the Lagrangian, whose explicit "
-        "method it chooses",
-    )
-    absolute_tolerance: AbsoluteTolerance | None = Field(
-        None,
-        description="error of one step in rad and rad/s; for the Lagrangian, whose explicit method "
-        "it chooses",
-    )
 
     @model_validator(mode="after")
     def _tolerance_or_step(self) -> Accuracy:
@@ -113,9 +95,14 @@ class Solver(Part):
         "has freedoms; redundant: rigid bodies held by joints; beam: redundant, with the link as "
         "a beam; auto: minimal where it fits and a tolerance is given, else redundant",
     )
+    integrator: Literal["radau", "dop853"] = Field(
+        "radau",
+        description="method of the Lagrangian: radau: implicit, of order 9; dop853: explicit, of "
+        "order 8, which impulses always take",
+    )
     steps_per_contact: Annotated[int, Strict()] = Field(
         60,
-        ge=3,
+        ge=FEWEST_STEPS_PER_CONTACT,
         description="steps that resolve the shortest strike, half of them a touch of a wall; of "
         "formulations redundant and beam",
     )

@@ -17,7 +17,12 @@ from exudyn_flexlink.storage.staging import (
     staged_files,
     staged_folder,
 )
-from exudyn_flexlink.storage.tables import lever_columns, trajectory_columns, write_csv
+from exudyn_flexlink.storage.tables import (
+    lever_columns,
+    touch_columns,
+    trajectory_columns,
+    write_csv,
+)
 from exudyn_flexlink.storage.writing import save
 
 __all__ = [
@@ -36,6 +41,7 @@ __all__ = [
     "save_comparison",
     "staged_files",
     "staged_folder",
+    "touch_columns",
     "trajectory_columns",
     "write_csv",
 ]

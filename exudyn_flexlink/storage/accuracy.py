@@ -15,7 +15,7 @@ from exudyn_flexlink.storage.writing import plain
 
 COLUMNS = (
     "method", "engine", "knob", "value", "processor_time_s", "repeats", "steps", "error_rms_m",
-    "error_largest_m", "tip_error_rms_m", "tip_error_largest_m", "below_floor",
+    "error_largest_m", "error_point", "below_floor",
 )  # fmt: skip
 
 
@@ -48,13 +48,11 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "program": PROGRAM,
         "format": FORMAT,
         "title": study.scene.title,
-        "point": study.point,
-        "tips": list(study.tips),
+        "judged_by": list(study.judged_by),
         "target_m": study.target,
         "reference": {"run": study.reference, "processor_time_s": study.reference_processor},
         "check": {"run": study.check, "independent": study.independent},
         "floor_m": study.floor,
-        "tip_floor_m": study.tip_floor,
         "end_s": study.end,
         "judged_until_s": study.until,
         "horizon": None if study.horizon is None else asdict(study.horizon),
@@ -88,13 +86,11 @@ def _point(point: Point) -> dict[str, Any]:
     }
 
 
-def _errors(errors: Errors) -> dict[str, float | None]:
-    tip = errors.tip
+def _errors(errors: Errors) -> dict[str, float | str]:
     return {
-        "error_rms_m": errors.point.rms,
-        "error_largest_m": errors.point.largest,
-        "tip_error_rms_m": None if tip is None else tip.rms,
-        "tip_error_largest_m": None if tip is None else tip.largest,
+        "error_rms_m": errors.rms,
+        "error_largest_m": errors.largest,
+        "error_point": errors.worst,
     }
 
 

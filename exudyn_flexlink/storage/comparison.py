@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.compare import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
 from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
 from exudyn_flexlink.storage.replacing import check_regular
@@ -60,9 +60,11 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "format": FORMAT,
         "title": comparison.second.result.scene.title,
         "point": comparison.point,
+        "judged_by": list(comparison.judged_by),
         "end_s": comparison.time[-1],
         "horizon_s": comparison.horizon,
         "horizon_limit_m": comparison.limit,
+        "runs_for_the_horizon_apart_m": comparison.apart,
         "first_strike_s": comparison.first_strike,
         "deviation": {
             "up_to_the_first_strike": _deviation(comparison.before_strike),

@@ -10,7 +10,8 @@ FORMAT = 4
 SUMMARY, ARRAYS = "summary.json", "result.npz"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 MANIFEST = "manifest.json"
-HISTORIES = ("drive_torques", "joint_forces", "slot_forces")
+HISTORIES = ("drive_torques", "joint_forces", "slot_forces")  # arrays by name
+RECORDS = ("contacts", "sleeves", "extremes")  # dataclasses of arrays by name
 
 
 class StorageError(Exception):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
@@ -23,17 +24,14 @@ from exudyn_flexlink.result import (
     Outcome,
     Result,
     SleeveHistory,
-    Touches,
 )
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.checking import check_count, check_result
+from exudyn_flexlink.storage.checking import BEYOND, check_count, check_result
 from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
 from exudyn_flexlink.storage.replacing import kind_of, turn
 
 FloatArray = NDArray[np.float64]
-
-BEYOND = 1e30  # SI: no number of a run is as large
 
 
 def load(folder: Path) -> Result:
@@ -123,12 +121,13 @@ class _Arrays:
             raise StorageError(f"{self.file} is damaged: 'time' does not increase from 0 on")
         return time
 
-    def column(self, key: str) -> NDArray[Any]:
-        """An array of its own length."""
+    def column(self, key: str, unbounded: bool = False) -> NDArray[Any]:
+        """An array of its own length; one that is `unbounded` may hold inf."""
         array = self.arrays.get(key)
-        if array is None or array.ndim != 1 or array.dtype.kind not in "fi":
+        if array is None or array.ndim != 1 or array.dtype.kind not in "fib":
             raise StorageError(f"{self.file} is damaged: '{key}' misses; run the model again")
-        return self._finite(key, array)
+        self._finite(key, array[array != np.inf] if unbounded else array)
+        return array
 
     def _finite(self, key: str, array: NDArray[Any]) -> NDArray[Any]:
         if not np.all(np.abs(array) < BEYOND):  # nan isn't, either
@@ -181,7 +180,7 @@ def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
     part_names = tuple(summary["part_names"])
     outcome, checks = summary["outcome"], summary["checks"]
     contacts = {
-        name: ContactHistory(*_series(arrays, ContactHistory, f"contacts_{i}"))
+        name: _contact_history(arrays, f"contacts_{i}")
         for i, name in enumerate(arrays.names["contacts"])
     }
     return Result(
@@ -207,7 +206,7 @@ def _result(summary: dict[str, Any], scene: Scene, arrays: _Arrays) -> Result:
             name: _extremes(arrays, f"extremes_{i}")
             for i, name in enumerate(arrays.names["extremes"])
         },
-        events=tuple(_event(event) for event in summary["events"]),
+        laps=tuple(_event(event) for event in summary["laps"]),
         checks=Checks(**{key: _number(value) for key, value in checks.items()}),
         warnings=tuple(summary["warnings"]),
         outcome=Outcome(**{**outcome, "time": _number(outcome["time"])}),
@@ -228,20 +227,35 @@ def _error(data: dict[str, Any] | None) -> MeasuredError | None:
 def _sleeve_history(arrays: _Arrays, prefix: str, pairs: dict[str, Any]) -> SleeveHistory:
     names, sides = tuple(pairs["names"]), tuple(map(float, pairs["sides"]))
     force = arrays.take(f"{prefix}_force", len(names))
-    columns = [arrays.column(f"{prefix}_{field.name}") for field in fields(Touches)]
-    pair, times = columns[0], columns[1:]
+    touches = _intervals(arrays, f"{prefix}_touches", len(names))
+    if len(sides) != len(names):
+        raise ValueError(f"the pairs of '{prefix}' do not fit")
+    return SleeveHistory(names, sides, force, touches, _number(pairs["deepest_m"]))
+
+
+def _contact_history(arrays: _Arrays, prefix: str) -> ContactHistory:
+    gap, place, force = (arrays.take(f"{prefix}_{key}") for key in ("gap", "place", "force"))
+    return ContactHistory(gap, place, force, _intervals(arrays, f"{prefix}_touches", 1))
+
+
+def _intervals(arrays: _Arrays, prefix: str, pairs: int) -> Intervals:
+    """Contacts of a number of pairs; those that last have no end, impacts no bound of the force."""
+    empty = Intervals.of()
+    columns = {
+        field.name: arrays.column(f"{prefix}_{field.name}", field.name in ("end", "peak_force"))
+        for field in fields(Intervals)
+    }
+    found = Intervals(**columns)
     fit = (
-        len({len(column) for column in columns}) == 1
-        and len(sides) == len(names)
-        and pair.dtype.kind == "i"
-        and all(column.dtype.kind == "f" for column in times)
-        and bool(np.all((pair >= 0) & (pair < len(names))))
-        and bool(np.all(columns[1] <= columns[2]))  # begin, end
+        all(column.dtype == getattr(empty, key).dtype for key, column in columns.items())
+        and len({len(column) for column in columns.values()}) == 1
+        and np.all((found.pair >= 0) & (found.pair < pairs))
+        and np.all(found.begin <= found.end)
+        and np.all(np.diff(found.begin) >= 0)
     )
     if not fit:
-        raise ValueError(f"the touches of '{prefix}' do not fit")
-    deepest = _number(pairs["deepest_m"])
-    return SleeveHistory(names, sides, force, Touches(*columns), deepest)
+        raise ValueError(f"'{prefix}' do not fit")
+    return found
 
 
 def _extremes(arrays: _Arrays, prefix: str) -> Extremes:

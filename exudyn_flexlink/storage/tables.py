@@ -60,13 +60,14 @@ def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
     }
 
 
-def touch_columns(result: Result, joint: str) -> dict[str, FloatArray]:
-    """Every touch of a sleeve's pairs, as columns (touches,) by name and unit.
+def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
+    """Every touch of a sleeve's pairs or of a contact, as columns (touches,) by name and unit.
 
-    `pair` counts from 1, in the order of the sleeve's `pairs` in the summary.
+    `pair` counts from 1, in the order of the sleeve's `pairs` in the summary. What still touches as
+    the run ends has `ended` 0, and its `end_s` is the end of the run.
     """
-    touches = result.sleeves[joint].touches
-    columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.end}
+    touches, last = result.intervals[name], float(result.time[-1])
+    columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.until(last)}
     if crank_joint(result.scene) is not None:
         columns["crank_angle_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
     return columns | {
@@ -75,6 +76,9 @@ def touch_columns(result: Result, joint: str) -> dict[str, FloatArray]:
         "energy_lost_J": touches.energy_lost,
         "peak_force_N": touches.peak_force,
         "approach_speed_m_per_s": touches.approach_speed,
+        "place_m": touches.place,
+        "penetration_m": touches.penetration,
+        "ended": np.isfinite(touches.end).astype(np.float64),
     }
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, fields, is_dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,13 @@ from exudyn_flexlink.observables import (
     strikes,
     struck_bodies,
 )
-from exudyn_flexlink.result import Extremes, Result
+from exudyn_flexlink.result import Event, Extremes, Result
 from exudyn_flexlink.storage.errors import (
     ARRAYS,
     FORMAT,
     HISTORIES,
     PROGRAM,
+    RECORDS,
     SUMMARY,
     StorageError,
     cannot_write,
@@ -78,14 +79,21 @@ def _arrays(result: Result) -> dict[str, Any]:
     for kind in HISTORIES:
         histories = getattr(result, kind).values()
         found |= {f"{kind}_{i}": series for i, series in enumerate(histories)}
-    for i, contact in enumerate(result.contacts.values()):
-        found |= {f"contacts_{i}_{key}": value for key, value in _fields(contact).items()}
-    for i, sleeve in enumerate(result.sleeves.values()):
-        found[f"sleeves_{i}_force"] = sleeve.force
-        found |= {f"sleeves_{i}_{key}": value for key, value in _fields(sleeve.touches).items()}
-    for i, extremes in enumerate(result.extremes.values()):
-        found |= {f"extremes_{i}_{key}": value for key, value in _fields(extremes).items()}
-    return found | {f"energy_{key}": value for key, value in _fields(result.energy).items()}
+    for kind in RECORDS:
+        for i, record in enumerate(getattr(result, kind).values()):
+            found |= _columns(f"{kind}_{i}", record)
+    return found | _columns("energy", result.energy)
+
+
+def _columns(prefix: str, record: Any) -> dict[str, Any]:
+    """Arrays of a dataclass, and of those that it holds, by name."""
+    found = {}
+    for key, value in _fields(record).items():
+        if isinstance(value, np.ndarray):
+            found[f"{prefix}_{key}"] = value
+        elif is_dataclass(value):
+            found |= _columns(f"{prefix}_{key}", value)
+    return found
 
 
 def _fields(record: Any) -> dict[str, Any]:
@@ -114,13 +122,11 @@ def _summary(result: Result) -> dict[str, Any]:
         "timings": dict(result.timings),
         "settings": dict(result.settings),
         "versions": dict(result.versions),
-        "events": [{**_fields(event), "details": dict(event.details)} for event in result.events],
+        "laps": _told(result.laps),
+        "events": _told(result.events),
         "samples": len(result.time),
         "part_names": list(result.part_names),
-        "names": {
-            kind: list(getattr(result, kind))
-            for kind in (*HISTORIES, "contacts", "sleeves", "extremes")
-        },
+        "names": {kind: list(getattr(result, kind)) for kind in (*HISTORIES, *RECORDS)},
         "pairs": {
             name: {
                 "names": list(sleeve.pairs),
@@ -133,6 +139,10 @@ def _summary(result: Result) -> dict[str, Any]:
     }
     data: dict[str, Any] = plain(found)
     return data
+
+
+def _told(events: Iterable[Event]) -> list[dict[str, Any]]:
+    return [{**_fields(event), "details": dict(event.details)} for event in events]
 
 
 def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from tempfile import gettempdir
 
 import numpy as np
 
-from exudyn_flexlink.compare import Comparison, compare
+from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import path, watched_point
@@ -165,8 +165,11 @@ def _touching(seen: Comparison, parted: bool) -> Iterator[str]:
     In runs that have parted touches come by chance, each as long as they do; else short ones do.
     """
     for joint in seen.sleeves:
-        runs = (run.result.sleeves[joint].touches for run in (seen.first, seen.second))
-        lasted = [touches.end - touches.begin for touches in runs]
+        lasted = [
+            run.result.sleeves[joint].touches.until(run.result.time[-1])
+            - run.result.sleeves[joint].touches.begin
+            for run in (seen.first, seen.second)
+        ]
         one, other = (float(times.sum()) for times in lasted)
         if parted:
             chance = 2 * float(np.sqrt(sum((times**2).sum() for times in lasted)))

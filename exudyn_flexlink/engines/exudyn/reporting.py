@@ -9,7 +9,6 @@ from platform import python_version
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.engine import version
 from exudyn_flexlink.mechanism import Assembly, Mechanism, least_tolerance
 from exudyn_flexlink.result import (
@@ -47,7 +46,7 @@ class Report:
     sleeves: Mapping[str, SleeveHistory]
     energy: EnergyHistory
     extremes: Mapping[str, Extremes]
-    events: tuple[Event, ...]
+    laps: tuple[Event, ...]
     checks: Checks
 
 
@@ -94,34 +93,6 @@ def result_of(
         outcome=outcome,
         **vars(report),
     )
-
-
-def contact_events(
-    entries: Sequence[Entry], totals: Sequence[tuple[float, float]], names: Sequence[str]
-) -> list[Event]:
-    """Events of the contacts, with impulse (N s) and energy lost (J) of every one that ended.
-
-    `totals` are impulse and loss of its contact since time 0 at every entry; contacts beyond
-    `names` are those of sleeves, which tell of themselves.
-    """
-    events = []
-    begun: dict[int, tuple[float, float]] = {}
-    for entry, total in zip(entries, totals, strict=True):
-        if entry.index >= len(names):
-            continue
-        details = {
-            "approach_speed": entry.approach_speed,
-            "place": entry.touch.place,
-            "gap": entry.touch.gap,
-        }
-        if entry.kind == "contact begins":
-            begun[entry.index] = total
-        else:
-            impulse, lost = begun.pop(entry.index)
-            details["peak_force"] = entry.peak_force
-            details["impulse"], details["energy_lost"] = total[0] - impulse, total[1] - lost
-        events.append(Event(entry.time, entry.kind, names[entry.index], details))
-    return events
 
 
 def turns_missing(joint: str | None) -> tuple[str, str]:

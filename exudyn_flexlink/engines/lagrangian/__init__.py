@@ -3,6 +3,6 @@
 An implicit method of order 9 keeps the scene's tolerance; for the rest there is SciPy's DOP853.
 """
 
-from exudyn_flexlink.engines.lagrangian.run import compiles, run, takes_tolerance
+from exudyn_flexlink.engines.lagrangian.run import compiles, run
 
-__all__ = ["compiles", "run", "takes_tolerance"]
+__all__ = ["compiles", "run"]

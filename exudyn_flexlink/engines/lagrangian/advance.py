@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.clock import CLOCK
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
@@ -25,6 +23,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
     ITERATIONS,
     SOLVED,
+    Aim,
     Scale,
     Work,
     estimate,
@@ -41,6 +40,8 @@ from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE
 from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
 from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
+from exudyn_flexlink.integrate.clock import CLOCK
+from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 FloatArray = NDArray[np.float64]
 
@@ -49,8 +50,9 @@ FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 SAFETY = 0.9
 LEAST, MOST = 0.2, 5.0  # times the last step
 SHORTEST = 1e-14  # s, where the clock tells that apart
-# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch
-STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR = range(9)
+# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
+# SLOW: see `Aim`
+STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR, SLOW = range(10)
 
 
 class Control(NamedTuple):
@@ -72,7 +74,7 @@ class Buffer(NamedTuple):
     states: FloatArray  # (m + 1, size)
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,) of P on the piece
-    memory: FloatArray  # (9,) what the next call goes on with
+    memory: FloatArray  # (10,) what the next call goes on with
 
 
 @inner
@@ -188,7 +190,6 @@ def _attempt(
     pressing = pressing_at(at, equations)
     by_q, by_v = slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
-    allowed = (control.tolerance, control.lasting)
     most = MOST
     if equations.course.piece[0] == SPLINE:
         bend = _knots_allow(at, work.begin, equations, scale, (control.bend, memory))
@@ -199,7 +200,8 @@ def _attempt(
             _start(h, method, work)
         else:
             guess(h / memory[OLD_STEP], last, method, work)
-        ended, iterations = iterate(at, h, allowed, equations, (method, scale, work))
+        aim = Aim(control.tolerance, control.lasting, memory[SLOW])
+        ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, (method, scale, work))
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
@@ -269,8 +271,8 @@ def _end_at_touch(
     by_q, by_v = slopes(at, pressing_at(at, equations), equations)
     factor(h, by_q, by_v, method, work)
     scale = scale_at(at, equations, control.reaches)
-    allowed = (control.tolerance, control.lasting)
-    ended, iterations = iterate(at, h, allowed, equations, (method, scale, work))
+    aim = Aim(control.tolerance, control.lasting, memory[SLOW])
+    ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, (method, scale, work))
     memory[ITERATED] += iterations
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)
@@ -313,6 +315,7 @@ def advance(
     free = len(equations.c.inertias) - int(course.drive[0])
     work = work_for(stages, size, free)
     t, wanted = buffer.times[0], memory[STEP]
+    memory[SLOW] = np.inf  # an event may have changed the equations
     done, ended = 0, FULL
     while done < len(buffer.changes) and ended == FULL:
         ahead = stop - t

@@ -1,18 +1,25 @@
 """Machine code for the inner functions where numba is installed (extra ``fast``), else Python.
 
 Compiled functions contain those that they call, but numba keeps one on disk until its own file
-changes. Here it is dropped when any file of this package with compiled functions changes.
+changes. So the code lies in a folder named by all sources that have compiled functions, and by what
+compiled them: another source, another folder.
 """
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable
-from contextlib import suppress
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
+from platform import machine
+from shutil import rmtree
 from types import ModuleType
 from typing import Any, Literal, TypeVar, cast
+
+from exudyn_flexlink.integrate import clock, collocation
 
 numba: ModuleType | None
 try:
@@ -22,6 +29,7 @@ except ImportError:
 
 MARKED = re.compile(rb"^@(compiled|inner)$", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
+PREFIX = "numba-"
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -45,14 +53,9 @@ def inner(function: F) -> F:
 def _compiled(function: F, **options: bool) -> F:
     if numba is None:
         return function
-    dispatcher = numba.njit(
-        no_cfunc_wrapper=True, error_model="numpy", fastmath=REORDERED, **options
-    )(function)
-    with suppress(AttributeError):  # compiling switched off, or kept elsewhere than in files
-        with suppress(RuntimeError):  # neither this folder nor the user's can be written
-            dispatcher.enable_caching()
-        dispatcher._cache._cache_file._source_stamp = _STAMP
-    return cast(F, dispatcher)
+    jit = {"no_cfunc_wrapper": True, "error_model": "numpy", "fastmath": REORDERED, **options}
+    with _kept_in(_FOLDER):
+        return cast(F, numba.njit(cache=_FOLDER is not None, **jit)(function))
 
 
 Compilation = Literal["none", "once", "every run"]
@@ -62,13 +65,12 @@ Compilation = Literal["none", "once", "every run"]
 def compilation(function: Callable[..., Any]) -> Compilation:
     """Tell what the next call of a compiled function will begin with."""
     dispatcher: Any = function
-    with suppress(AttributeError, OSError):  # no numba, compiling switched off, kept elsewhere
-        if dispatcher.signatures:
-            return "none"
-        if dispatcher.stats.cache_path is None:
-            return "every run"
-        return "none" if dispatcher._cache._cache_file._load_index() else "once"
-    return "none"
+    if numba is None or not hasattr(dispatcher, "signatures") or dispatcher.signatures:
+        return "none"  # no numba, compiling switched off, or compiled before
+    if _FOLDER is None:
+        return "every run"
+    name = function.__name__
+    return "none" if any(Path(dispatcher.stats.cache_path).glob(f"*.{name}-*.nbi")) else "once"
 
 
 def version() -> str:
@@ -76,10 +78,56 @@ def version() -> str:
     return "" if numba is None else str(numba.__version__)
 
 
-def fingerprint(folder: Path) -> str:
-    """Fingerprint of all sources in a folder that have compiled functions."""
-    sources = [file.read_bytes() for file in sorted(folder.glob("*.py"))]
-    return sha256(b"".join(source for source in sources if MARKED.search(source))).hexdigest()
+def fingerprint(folder: Path, more: Iterable[Path] = ()) -> str:
+    """Fingerprint of all sources in a folder that have compiled functions, and of more."""
+    found = [file.read_bytes() for file in sorted(folder.glob("*.py"))]
+    sources = [source for source in found if MARKED.search(source)]
+    return sha256(b"".join([*sources, *(file.read_bytes() for file in more)])).hexdigest()
 
 
-_STAMP = fingerprint(Path(__file__).parent)
+@contextmanager
+def _kept_in(folder: Path | None) -> Iterator[None]:
+    """Let numba keep code in a folder."""
+    assert numba is not None
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder or "")
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def _folder() -> Path | None:
+    """Return the folder for the code: as NUMBA_CACHE_DIR says, here, or the user's; None without.
+
+    Here, code of other sources is thrown away.
+    """
+    here = Path(__file__).parent
+    made_by = f"{version()} {sys.version} {machine()}".encode()
+    sources = fingerprint(here, (Path(str(module.__file__)) for module in (clock, collocation)))
+    name = PREFIX + sha256(made_by + sources.encode()).hexdigest()[:16]
+    asked = os.environ.get("NUMBA_CACHE_DIR")
+    own = here / "__pycache__"
+    places = [Path(asked)] if asked else [own, *_users_cache()]
+    for place in places:
+        with suppress(OSError):
+            (place / name).mkdir(parents=True, exist_ok=True)
+            if os.access(place / name, os.W_OK):
+                if place == own:
+                    _keep_only(name, own)
+                return place / name
+    return None
+
+
+def _users_cache() -> Iterator[Path]:
+    with suppress(RuntimeError):  # a user without a home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "exudyn-flexlink"
+
+
+def _keep_only(name: str, place: Path) -> None:
+    for other in place.glob(f"{PREFIX}*"):
+        if other.name != name:
+            rmtree(other, ignore_errors=True)
+
+
+_FOLDER = None if numba is None else _folder()

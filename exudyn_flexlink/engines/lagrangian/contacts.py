@@ -6,14 +6,16 @@ face and is behind it is not in contact until it is back on the free side.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import log
+from math import inf, log
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
+from exudyn_flexlink.engines.lagrangian.impact import Impact
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import FaceContact, face_length
 from exudyn_flexlink.result import Event
@@ -38,11 +40,12 @@ class Contact:
     """State of one contact; `touch` is a row of `equations.touches`."""
 
     face: FaceContact
-    events: list[Event]
+    events: list[Event]  # of all contacts: what happened when
     side: Side = Side.APART
     peak: float = 0.0
+    intervals: list[Interval] = field(default_factory=list)  # those that ended, and impacts
     _before: tuple[float, float] | None = None  # gap and its rate at the last look
-    _begun: tuple[float, float] = (0.0, 0.0)  # impulse and loss when the contact began
+    _open: Interval | None = None  # with impulse and loss when it began
     _fastest: float = 0.0  # approach, m/s
     _sunk: int = 0  # impacts in a row far slower than that
     _since: float = 0.0  # time of the first of them
@@ -87,23 +90,56 @@ class Contact:
 
     def begin(self, t: float, touch: FloatArray, impulse: float, loss: float) -> None:
         """The point begins to press on the face."""
-        self.side, self.peak, self._begun = Side.PRESSED, 0.0, (impulse, loss)
-        self._tell(t, "contact begins", touch, {})
+        self.side, self.peak = Side.PRESSED, 0.0
+        place, speed = float(touch[1]), -float(touch[2])
+        self._open = Interval(
+            t, place=place, approach_speed=speed, impulse=impulse, energy_lost=loss
+        )
+        self._tell(t, "contact begins")
 
     def end(self, t: float, touch: FloatArray, side: Side, impulse: float, loss: float) -> None:
         """The point leaves the face: to the free side, or off one of its ends."""
         self.side = side
-        details = {
-            "impulse": impulse - self._begun[0],
-            "energy_lost": loss - self._begun[1],
-            "peak_force": self.peak,
-        }
-        kind = "contact ends" if side is Side.APART else "leaves the face"
-        self._tell(t, kind, touch, details)
+        last = self.lasting(float(touch[1]), impulse, loss)
+        assert last is not None  # only what has begun ends
+        off = side is not Side.APART
+        ended = replace(last, end=t, separation_speed=float(touch[2]), slides_off=off)
+        self.intervals.append(ended)
+        self._open = None
+        self._tell(t, "leaves the face" if off else "contact ends")
 
-    def hit(self, t: float, touch: FloatArray, details: dict[str, float]) -> None:
+    def lasting(self, place: float, impulse: float, loss: float) -> Interval | None:
+        """Return the contact that lasts, up to now; None if there is none.
+
+        The point is at a `place` (m), totals of impulse and loss are those since time 0.
+        """
+        if self._open is None:
+            return None
+        return replace(
+            self._open,
+            end_place=place,
+            impulse=impulse - self._open.impulse,
+            energy_lost=loss - self._open.energy_lost,
+            peak_force=self.peak,
+        )
+
+    def hit(self, t: float, place: float, impact: Impact, motor_work: float) -> None:
         """The point strikes the face and bounces."""
-        self._tell(t, "impact", touch, details)
+        self.intervals.append(
+            Interval(
+                t,
+                t,
+                place,
+                place,
+                impact.approach_speed,
+                impact.separation_speed,
+                impact.impulse,
+                impact.energy_lost,
+                peak_force=inf,
+                motor_work=motor_work,
+            )
+        )
+        self._tell(t, "impact")
 
     def endless(self, t: float, approach_speed: float, rest_speed: float) -> str:
         """Say so if the contact has bounced on the spot for long, and restitution won't end it.
@@ -126,8 +162,6 @@ class Contact:
             f"{restitution:g} won't end them"
         )
 
-    def _tell(self, t: float, kind: str, touch: FloatArray, more: dict[str, float]) -> None:
-        gap, place, rate = (float(value) for value in touch[:3])
-        details = {"approach_speed": -rate, "place": place, "gap": gap, **more}
+    def _tell(self, t: float, kind: str) -> None:
         self._before = None
-        self.events.append(Event(t, kind, self.face.name, details))
+        self.events.append(Event(t, kind, self.face.name))

@@ -17,7 +17,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
 from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
@@ -30,6 +29,7 @@ from exudyn_flexlink.engines.lagrangian.course import (
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.radau import Scale, length_of
 from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE, place_on
+from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 FloatArray = NDArray[np.float64]
 

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from platform import python_version
-from time import perf_counter
+from threading import Event as Asked
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import version
+from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
-from exudyn_flexlink.engines.lagrangian.events import Loop
 from exudyn_flexlink.engines.lagrangian.forces import Forces
-from exudyn_flexlink.engines.lagrangian.marching import March
+from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
-from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
+from exudyn_flexlink.integrate.explicit import ExplicitStepper
+from exudyn_flexlink.integrate.solve import Solution
+from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
@@ -50,17 +53,15 @@ class Prepared:
     rig: Rig
     system: System
     recorder: Recorder
-    loop: Loop | March
-    end: float
-
-    @property
-    def tolerance(self) -> float:
-        """Error in positions that the implicit method's run may make, m."""
-        return resolving(self.scene.accuracy.tolerance or 0.0, self.rig.mechanism.channels)
+    problem: LagrangianProblem
+    stepper: CompiledStepper | ExplicitStepper
+    solution: Solution
+    asked: Asked  # whether the user asked to stop
+    tolerance: float  # m: error in positions that the run may make
 
 
-def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]) -> Result:
-    """Put the Result together; `clock` holds when the run began, was ready and was solved, s."""
+def finish(prepared: Prepared, complaint: str) -> Result:
+    """Put the Result together; its timings are still to come."""
     recorder, rig = prepared.recorder, prepared.rig
     kept = recorder.samples
     time = np.array(kept.time)
@@ -69,12 +70,9 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
     q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
     poses, rates = rig.poses(q, v, roots)
     forces = Forces(rig, motions, poses, rates)
-    events = tuple(
-        event
-        for event in prepared.system.events
-        if event.kind != "lap" or event.time < prepared.end
-    )
-    result = Result(
+    events, end = prepared.system.events, prepared.solution.end
+    laps = tuple(event for event in events if event.kind == "lap" and event.time < end)
+    return Result(
         scene=prepared.scene,
         engine="lagrangian",
         settings=_settings(prepared),
@@ -87,22 +85,15 @@ def finish(prepared: Prepared, complaint: str, clock: tuple[float, float, float]
         drive_torques=forces.drive_torques(time),
         joint_forces=forces.joints(),
         slot_forces={rig.mechanism.slots[0].name: forces.slot},
-        contacts=_contacts(rig, forces),
+        contacts=_contacts(prepared, forces),
         sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         extremes=recorder.seeker.extremes(),
-        events=recorder.seeker.with_peaks(events),
+        laps=laps,
         checks=_checks(prepared),
-        warnings=_warnings(prepared),
+        warnings=(),
         outcome=_outcome(prepared, complaint),
     )
-    began, ready, solved = clock
-    timings = {
-        "prepare": ready - began,
-        "solve": solved - ready,
-        "process": perf_counter() - solved,
-    }
-    return replace(result, timings=timings)
 
 
 def _versions() -> dict[str, str]:
@@ -111,26 +102,29 @@ def _versions() -> dict[str, str]:
 
 
 def _settings(prepared: Prepared) -> dict[str, float | str]:
-    loop = prepared.loop
-    if isinstance(loop, March):
-        order = 2 * len(loop.method.nodes) - 1
-        return {
-            "integrator": f"Radau IIA of order {order}",
-            "tolerance": prepared.tolerance,
-        }
+    explicit = isinstance(prepared.stepper, ExplicitStepper)
     return {
-        "integrator": "DOP853",
-        "relative_tolerance": loop.relative,
-        "absolute_tolerance": loop.absolute,
+        "integrator": "DOP853" if explicit else "Radau IIA of order 9",
+        "tolerance": prepared.tolerance,
     }
 
 
-def _contacts(rig: Rig, forces: Forces) -> dict[str, ContactHistory]:
+def _contacts(prepared: Prepared, forces: Forces) -> dict[str, ContactHistory]:
     histories = {}
-    for k, contact in enumerate(rig.mechanism.contacts):
+    for k, contact in enumerate(prepared.rig.mechanism.contacts):
         at = approach(contact, forces.poses, forces.rates)
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k])
+        touches = Intervals.of(_intervals(prepared, k))
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k], touches)
     return histories
+
+
+def _intervals(prepared: Prepared, k: int) -> Iterator[Interval]:
+    """Intervals of contact k, with what its steps show of its force and how deep it went."""
+    problem, seeker = prepared.problem, prepared.recorder.seeker
+    for interval in prepared.system.intervals(problem.time, problem.state, k):
+        force, depth = seeker.peaks(k, interval.begin, interval.end)
+        peak = max(interval.peak_force, force)
+        yield replace(interval, peak_force=peak, penetration=depth)
 
 
 def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
@@ -145,15 +139,15 @@ def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
 
 
 def _checks(prepared: Prepared) -> Checks:
-    recorder, loop = prepared.recorder, prepared.loop
+    recorder, stepper = prepared.recorder, prepared.stepper
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
         constraint_error=recorder.constraint_error,
-        steps=loop.steps,
-        newton_iterations=loop.iterations if isinstance(loop, March) else 0,
-        smallest_step=loop.smallest if isfinite(loop.smallest) else 0.0,
-        largest_step=loop.largest,
+        steps=stepper.steps,
+        newton_iterations=stepper.iterations,
+        smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
+        largest_step=stepper.largest,
         steps_per_contact=inf,  # the error is controlled there as everywhere
         largest_penetration=max(
             recorder.largest_penetration, float(recorder.seeker.deepest.max(initial=0.0))
@@ -161,18 +155,9 @@ def _checks(prepared: Prepared) -> Checks:
     )
 
 
-def _warnings(prepared: Prepared) -> tuple[str, ...]:
-    asked, finer = prepared.scene.accuracy.tolerance, prepared.tolerance
-    channels = prepared.rig.mechanism.channels
-    told = []
-    if isinstance(prepared.loop, March) and asked is not None and finer < asked:
-        told.append(made_finer(asked, finer, channels))
-    return (*told, *soft_walls((walls.channel, walls.deepest) for walls in prepared.system.walls))
-
-
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
-    system, time = prepared.system, prepared.loop.time
-    if system.interrupted:
+    system, time = prepared.system, prepared.problem.time
+    if prepared.asked.is_set():
         return Outcome(False, time, INTERRUPTED)
     if system.stop_reason:
         return Outcome(False, time, system.stop_reason, system.stop_advice)

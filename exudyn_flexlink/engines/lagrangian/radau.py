@@ -19,15 +19,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation as Method
-from exudyn_flexlink.engines.lagrangian.collocation import ComplexArray, FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at, rate_at
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.rail import FINE
+from exudyn_flexlink.integrate.collocation import Collocation as Method
+from exudyn_flexlink.integrate.collocation import ComplexArray, FloatArray
 
 ITERATIONS = 8
 SMALL = 0.03  # of the local tolerance: what the iteration may leave
+HOPELESS = 0.99  # part of an error that an iteration leaves: more, and it does not converge
 
 SOLVED, DIVERGED = FINE, 10  # else: how the search for P ended
 
@@ -55,6 +56,14 @@ class Scale(NamedTuple):
     root: FloatArray  # (2,): gamma'
     places: NDArray[np.int64]  # first free coordinate, that of P, that of the first rod
     reaches: FloatArray  # (N,): of guide and levers, m
+
+
+class Aim(NamedTuple):
+    """How far to iterate."""
+
+    tolerance: float  # m: of one step
+    tau: float  # s: turns errors of speeds into lengths
+    slow: float  # 1/s: part of an error that an iteration left in a step before, by its length
 
 
 @inner
@@ -232,43 +241,48 @@ def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Met
 def iterate(  # noqa: PLR0911 - every way in which an iteration ends
     at: Instant,
     h: float,
-    allowed: tuple[float, float],
+    aim: Aim,
     equations: Equations,
     means: tuple[Method, Scale, Work],
-) -> tuple[int, int]:
+) -> tuple[int, int, float]:
     """Newton's method for the stages, to a part of the local tolerance.
 
-    `allowed` is that tolerance (m) and the time (s) that turns speeds into lengths. Return how it
-    ended and the number of iterations.
+    Return how it ended, the number of iterations, and `Aim.slow` for the next step. The first
+    correction mends at once what the guess missed of smooth motion, and so hides what goes slowly,
+    as where the face of a stiff contact turns within the step. From the second on that shows; where
+    those are spared, the last step that had them tells how slowly errors fall.
     """
-    tolerance, tau = allowed
+    tolerance, tau, slow = aim
     method, scale, work = means
     change = np.empty(work.speeds.shape)
-    before = 0.0
+    before, slowest = 0.0, 0.0
     for k in range(ITERATIONS):
         ended = _stages(at, h, equations, method, work)
         if ended != FINE:
-            return ended, k
+            return ended, k, slow
         _correct(h, change, method, work)
         size = _size_of(h, tau, change, scale, method)
         if not np.isfinite(size):
-            return DIVERGED, k
+            return DIVERGED, k, slow
         if size == 0.0:
-            return SOLVED, k + 1
+            return SOLVED, k + 1, slow
         if k > 0:
             rate = size / before
-            if rate >= 0.99:
-                return DIVERGED, k
-            ahead = size * rate ** (ITERATIONS - 1 - k) / (1.0 - rate)
-            if ahead > SMALL * tolerance:
-                return DIVERGED, k
-            if size * rate / (1.0 - rate) <= SMALL * tolerance:
+            ahead = size * rate ** (ITERATIONS - 1 - k)
+            if rate >= HOPELESS or ahead > SMALL * tolerance * (1.0 - rate):
+                return DIVERGED, k, slow
+            slowest = max(slowest, rate)
+            if k > 1:
+                slow = slowest / h
+            left = min(max(slowest, slow * h), HOPELESS)
+            if size * left <= SMALL * tolerance * (1.0 - left):
                 stale = size > SMALL * tolerance  # the rates, of which energies are made
-                return (_stages(at, h, equations, method, work) if stale else SOLVED), k + 1
+                ended = _stages(at, h, equations, method, work) if stale else SOLVED
+                return ended, k + 1, slow
         elif size <= 1e-3 * SMALL * tolerance:
-            return SOLVED, 1
+            return SOLVED, 1, slow
         before = size
-    return DIVERGED, ITERATIONS
+    return DIVERGED, ITERATIONS, slow
 
 
 @inner

@@ -9,28 +9,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import groupby
-from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.equations import Root
-from exudyn_flexlink.engines.lagrangian.events import Dense
 from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.lagrangian.touching import Rule
-from exudyn_flexlink.engines.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
 FloatArray = NDArray[np.float64]
+Dense = Callable[[float], FloatArray]
 _Motion = tuple[FloatArray, FloatArray, Root]
 
 BLOCK = 1024
-SECONDS_BETWEEN_REPORTS = 0.1
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
 GAUSS_NODES = (1 + _PLACES) / 2
 GAUSS = Rule.of(GAUSS_NODES, _WEIGHTS / 2)
@@ -69,7 +67,6 @@ class Recorder:
         system: System,
         grid: FloatArray,
         seeker: ExtremeSeeker,
-        progress: Callable[[float], None] | None,
     ) -> None:
         self.system = system
         self.seeker = seeker
@@ -77,7 +74,6 @@ class Recorder:
         layout = system.rig.layout
         self._levers = [layout.coordinate(lever.part) for lever in layout.levers]
         self.grid = grid
-        self.progress = progress
         self.samples = Samples()
         self.meter = EnergyMeter(system.rig.mechanism)
         self.energy_residual = 0.0
@@ -85,7 +81,6 @@ class Recorder:
         self.constraint_error = 0.0
         self.largest_penetration = 0.0
         self._next = 0
-        self._told = monotonic()
         self._events = 0
         self._checked: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
         self._waiting = 0
@@ -115,7 +110,6 @@ class Recorder:
         self._waiting += 1
         if self._waiting >= BLOCK:
             self.flush()
-        self._tell(t)
 
     def _follow_walls(self, end: float, dense: Dense) -> None:
         """Integrate over a step to `end`, by Gauss's rule."""
@@ -139,11 +133,6 @@ class Recorder:
             if walls.deepest > deepest_allowed(walls.channel):
                 self.system.stop(broken_wall(walls.channel), BROKEN_WALL_ADVICE)
 
-    def _tell(self, t: float) -> None:
-        if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
-            self._told = monotonic()
-            self.progress(min(t / float(self.grid[-1]), 1.0))
-
     def take(self, block: Block) -> None:
         """Keep the samples within steps in which nothing happened, and check their ends."""
         end = float(block.times[-1])
@@ -164,7 +153,6 @@ class Recorder:
         self._start = end, None
         if self._waiting >= BLOCK:
             self.flush()
-        self._tell(end)
 
     def _step(self, end: float, dense: Dense) -> _Steps:
         """Motion at the nodes of a step to `end` (s), whose states `dense` gives.

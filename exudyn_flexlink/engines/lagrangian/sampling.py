@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.collocation import Collocation
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
@@ -28,6 +27,7 @@ from exudyn_flexlink.engines.lagrangian.equations import (
 )
 from exudyn_flexlink.engines.lagrangian.walls import depths_squared
 from exudyn_flexlink.engines.lagrangian.watch import interpolate
+from exudyn_flexlink.integrate.collocation import Collocation
 
 FloatArray = NDArray[np.float64]
 

@@ -26,6 +26,7 @@ from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
 from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.engines.lagrangian.watch import APART, BEHIND, PRESSED, Watched
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
 from exudyn_flexlink.result import Event
@@ -61,7 +62,6 @@ class System:
         self.stop_reason = ""
         self.stop_advice = ""
         self.reached = False
-        self.interrupted = False
         mechanism, state = rig.mechanism, rig.assembly.state
         self.track = Track(mechanism.slots[0].curve, float(state.places[0]), rig.layout.guide.at)
         self.contacts = [Contact(face, self.events) for face in mechanism.contacts]
@@ -86,7 +86,7 @@ class System:
         self._turning = 0.0
         self._root = rig.layout.root
         self._chain = chain_of(rig.constants)
-        self.walls = [Walls(channel, self._chain) for channel in mechanism.channels]
+        self.walls = [Walls(channel, self._chain, rig.poses) for channel in mechanism.channels]
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
 
     @property
@@ -103,16 +103,12 @@ class System:
 
     @property
     def over(self) -> bool:
-        """Whether the run ends: the track, the turns to make, or the user's patience."""
-        return bool(self.stop_reason) or self.reached or self.interrupted
+        """Whether the run ends: by the track, or the turns to make."""
+        return bool(self.stop_reason) or self.reached
 
     def stop(self, reason: str, advice: str) -> None:
         """End the run after the step that is under way, for a reason."""
         self.stop_reason, self.stop_advice = reason, advice
-
-    def interrupt(self) -> None:
-        """End the run after the step that is under way."""
-        self.interrupted = True
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -328,6 +324,14 @@ class System:
         _, _, impulses, works = self.totals(y)
         return float(impulses[k]), float(works[k])
 
+    def intervals(self, t: float, y: FloatArray, k: int) -> list[Interval]:
+        """Every interval of one contact, up to the state y at t (s) in which the run ends."""
+        contact = self.contacts[k]
+        q, v, root = self.coordinates(t, y)
+        place = float(touches(q, v, root, self.rig.constants)[0][k, 1])
+        lasting = contact.lasting(place, *self._contact_totals(y, k))
+        return [*contact.intervals, *([] if lasting is None else [lasting])]
+
     def _end_contact(self, t: float, y: FloatArray, k: int, touch: FloatArray, side: Side) -> None:
         self.contacts[k].end(t, touch, side, *self._contact_totals(y, k))
 
@@ -343,7 +347,7 @@ class System:
         e = 0.0 if over else e
         y, hit, work = self._jump(t, y, k, e)
         if not over:
-            contact.hit(t, touch, _details(hit, work))
+            contact.hit(t, float(touch[1]), hit, work)
             endless = contact.endless(t, hit.approach_speed, REST_SPEED)
             if endless:
                 self.stop(endless, LOSE_SPEED)
@@ -398,13 +402,3 @@ class System:
                 self._end_contact(t, y, k, states[k], Side.APART)
                 self._acting[k] = 0
         return y
-
-
-def _details(hit: Impact, work: float) -> dict[str, float]:
-    return {
-        "approach_speed": hit.approach_speed,
-        "separation_speed": hit.separation_speed,
-        "impulse": hit.impulse,
-        "energy_lost": hit.energy_lost,
-        "motor_work": work,
-    }

@@ -6,28 +6,36 @@ over steps in which all forces are smooth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.equations import Root
-from exudyn_flexlink.engines.lagrangian.wall_events import NONE, calm, first_changed, wall_guards
+from exudyn_flexlink.engines.lagrangian.wall_events import (
+    EXACT,
+    NONE,
+    calm,
+    first_changed,
+    wall_guards,
+)
 from exudyn_flexlink.engines.lagrangian.walls import (
-    GAP_RATE,
     Chain,
     depths_squared,
     look,
     pair_count,
     wall_work,
 )
-from exudyn_flexlink.mechanism import Channel, pair_sides, pairs
-from exudyn_flexlink.result import SleeveHistory, Touches
+from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.mechanism import Channel, approach, pair_sides, pairs
+from exudyn_flexlink.result import SleeveHistory
 
 FloatArray = NDArray[np.float64]
+At = tuple[FloatArray, FloatArray, Root]  # coordinates, speeds, and P
+Poses = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 PARTS = 32  # of a step: where the largest force is looked for
-Row = tuple[int, float, float, float, float, float, float]
 
 
 class Rule(NamedTuple):
@@ -48,34 +56,55 @@ class Rule(NamedTuple):
 
 @dataclass
 class _Open:
-    """A touch that lasts: since when, how fast it began, what it gave and took, largest force."""
+    """A touch that lasts: since when, where and how fast it began, what it gave and took."""
 
     begin: float
+    place: float
     speed: float
     impulse: float = 0.0
     lost: float = 0.0
     peak: float = 0.0
+    depth: float = 0.0
+
+    def interval(self, pair: int) -> Interval:
+        """Return what is known of it up to now."""
+        return Interval(
+            self.begin,
+            place=self.place,
+            end_place=self.place,
+            approach_speed=self.speed,
+            impulse=self.impulse,
+            energy_lost=self.lost,
+            peak_force=self.peak,
+            penetration=self.depth,
+            pair=pair,
+        )
 
 
 @dataclass
 class Walls:
-    """The pairs of one channel; `deepest` is the largest penetration so far, m."""
+    """The pairs of one channel; `deepest` is the largest penetration so far, m.
+
+    `poses` gives poses and rates (n, parts, 3) of all parts at q, v (n, N) and P (n, 6).
+    """
 
     channel: Channel
     chain: Chain
+    poses: Poses
     deepest: float = 0.0
-    rows: list[Row] = field(default_factory=list)
+    intervals: list[Interval] = field(default_factory=list)  # those that ended
     _open: dict[int, _Open] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.touching = np.zeros(pair_count(self.chain), dtype=np.int64)
+        self._faces = pairs(self.channel)
         self._two_sided = self.channel.clearance == 0
         self.time = 0.0
         self._seen: FloatArray | None = None
 
     def start(self, q: FloatArray, v: FloatArray, root: Root) -> None:
         """Take in which pairs touch at time 0."""
-        self._change_all(0.0, look(q, v, root, self.chain).pairs)
+        self._change_all(0.0, (q, v, root))
 
     def guards(self, q: FloatArray, v: FloatArray, root: Root) -> list[float]:
         """Values at whose fall below zero a pair begins or ceases to touch, m."""
@@ -96,23 +125,34 @@ class Walls:
 
     def change(self, t: float, k: int, q: FloatArray, v: FloatArray, root: Root) -> None:
         """Pair k begins to touch, or ceases to; likewise whichever do at the same time."""
-        seen = look(q, v, root, self.chain).pairs
-        self._change(t, k, seen)
-        self._change_all(t, seen)
+        self._change(t, k, (q, v, root))
+        self._change_all(t, (q, v, root))
 
-    def _change_all(self, t: float, seen: FloatArray) -> None:
+    def _change_all(self, t: float, at: At) -> None:
+        seen = look(*at, self.chain).pairs
         for _ in seen:
             k = first_changed(seen, self.touching, self._two_sided)
             if k == NONE:
                 return
-            self._change(t, int(k), seen)
+            self._change(t, int(k), at)
 
-    def _change(self, t: float, k: int, seen: FloatArray) -> None:
+    def _change(self, t: float, k: int, at: At) -> None:
         self.touching[k] = 1 - self.touching[k]
+        q, v, root = at
+        poses, rates = self.poses(q[None], v[None], np.array([root]))
+        seen = approach(self._faces[k], poses[0], rates[0])
+        place, rate = float(seen.place), float(seen.gap_rate)
         if self.touching[k]:
-            self._open[k] = _Open(t, -float(seen[k, GAP_RATE]))
+            self._open[k] = _Open(t, place, -rate)
         else:
-            self.rows.append(self._row(k, self._open.pop(k), t))
+            ended = replace(
+                self._open.pop(k).interval(k),
+                end=t,
+                end_place=place,
+                separation_speed=rate,
+                slides_off=bool(seen.gap < -EXACT),
+            )
+            self.intervals.append(ended)
 
     def take(
         self,
@@ -139,7 +179,8 @@ class Walls:
             touch.lost += float(lengths @ power @ rule.weights)
             # A force that falls at once as the gap opens peaks between two nodes.
             depths, rates = depth @ rule.between.T, depth @ rule.slopes.T / lengths[:, None]
-            self.deepest = max(self.deepest, float(depths.max()))
+            touch.depth = max(touch.depth, float(depths.max()))
+            self.deepest = max(self.deepest, touch.depth)
             touch.peak = max(touch.peak, float(self.channel.law.force(depths, rates).max()))
 
     def pressed_at(self, q: FloatArray, v: FloatArray, root: Root) -> float:
@@ -151,14 +192,9 @@ class Walls:
         return np.asarray(self.channel.law.stored_energy(np.sqrt(pressed)))
 
     def history(self, force: FloatArray) -> SleeveHistory:
-        """All touches; what still touches ends now. `force` is (samples, pairs)."""
-        rows = [*self.rows, *(self._row(k, touch, self.time) for k, touch in self._open.items())]
-        rows = sorted(rows, key=lambda row: (row[1], row[0])) if self.channel.clearance > 0 else []
-        columns = np.array(rows, dtype=float).reshape(-1, 7).T
-        names = tuple(contact.name for contact in pairs(self.channel))
-        touches = Touches(columns[0].astype(np.int64), *columns[1:])
+        """Every touch, and samples of the forces (samples, pairs)."""
+        lasting = [touch.interval(k) for k, touch in self._open.items()]
+        found = [*self.intervals, *lasting] if self.channel.clearance > 0 else []
+        names = tuple(contact.name for contact in self._faces)
+        touches = Intervals.of(found)
         return SleeveHistory(names, pair_sides(self.channel), force, touches, self.deepest)
-
-    @staticmethod
-    def _row(k: int, touch: _Open, end: float) -> Row:
-        return (k, touch.begin, end, touch.impulse, touch.lost, touch.peak, touch.speed)

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Closures
-from exudyn_flexlink.engines.exudyn.minimal.collocation import STAGES, C
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Held
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import Press, Pressing
+from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import Anchor, FaceContact, face_length
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, ROOT, Frame, TreeLayout

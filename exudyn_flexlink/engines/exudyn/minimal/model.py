@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.bodies import body_of, turned
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contact_share import Press
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, press_by
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
@@ -26,10 +25,10 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Reaches,
     start_coordinates,
 )
-from exudyn_flexlink.engines.exudyn.minimal.radau import NOT_TOUCHING, Evaluation
 from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
+from exudyn_flexlink.integrate.problem import NO_CONTACT, Evaluation, Press
 from exudyn_flexlink.mechanism import Assembly, RotarySpring
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
@@ -186,7 +185,7 @@ class MinimalModel:
         self._across.pull(x, speeds, forces)
         for motor, row in self.torques:
             forces += np.outer([motor.ramp.at(at) for at in t.tolist()], row)
-        pushed = [(NO_PUSHES, NOT_TOUCHING)] * len(held)
+        pushed = [(NO_PUSHES, NO_CONTACT)] * len(held)
         if self.contacts:
             pushed = [self._push(*at) for at in zip(x, speeds, forces, strict=True)]
         walls = self.walls.push(x, speeds)
@@ -247,7 +246,7 @@ class MinimalModel:
             push, touch = contact.push(x, v, onto)
             pushes.append(push)
             touching.append(touch)
-        return pushes, np.array(touching) if touching else NOT_TOUCHING
+        return pushes, np.array(touching) if touching else NO_CONTACT
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers and walls; what turns with the mechanism is left to the iteration."""

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite
+from threading import Event as Asked
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
-from exudyn_flexlink.engines.exudyn.minimal.loop import MinimalLoop
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.reporting import Report, contact_events
-from exudyn_flexlink.engines.exudyn.sleeves import WallLog, sleeve_histories
+from exudyn_flexlink.engines.exudyn.reporting import Report
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
+from exudyn_flexlink.integrate.solve import Solution
+from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import FaceContact, anchor_position, approach, face_length
 from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
@@ -29,7 +33,10 @@ class MinimalRun:
 
     scene: Scene
     model: MinimalModel
-    loop: MinimalLoop
+    problem: MinimalProblem
+    stepper: ImplicitStepper
+    solution: Solution
+    asked: Asked  # whether the user asked to stop
     recorder: Recorder
     events: list[Event]
 
@@ -88,10 +95,11 @@ class _Reading:
     def report(self) -> Report:
         poses, rates = self.moved.poses, self.moved.rates
         energies = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
-        contacts = {}
+        contacts, written = {}, self._written()
         for k, contact in enumerate(self.mechanism.contacts):
-            at = self.approaches[k]
-            contacts[contact.name] = ContactHistory(at.gap, at.place, self.pressing[:, k])
+            at, force = self.approaches[k], self.pressing[:, k]
+            touches = written.intervals(k)
+            contacts[contact.name] = ContactHistory(at.gap, at.place, force, touches)
         return Report(
             settings=self._settings(),
             time=self.time,
@@ -101,11 +109,23 @@ class _Reading:
             joint_forces=self._joint_forces(),
             slot_forces={s.name: self.reactions.forces[s.name] for s in self.mechanism.slots},
             contacts=contacts,
-            sleeves=sleeve_histories(self.mechanism, self._wall_log(), self.pressing),
+            sleeves=sleeve_histories(self.mechanism, written, self.pressing),
             energy=EnergyHistory(*energies.T),
             extremes=self.run.recorder.seeker.extremes(),
-            events=self._events(),
+            laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
             checks=self._checks(),
+        )
+
+    def _written(self) -> Written:
+        entries, recorder = self.run.problem.entries, self.run.recorder
+        noted = zip(entries, recorder.at_notes, strict=True)
+        peaks = [contact.peak for contact in self.model.contacts]
+        return Written(
+            entries,
+            [recorder.totals_of(entry.index, at) for entry, at in noted],
+            recorder.totals_of,
+            lambda k: peaks[k] if k < len(peaks) else 0.0,  # of walls the seeker knows it
+            recorder.seeker,
         )
 
     def _settings(self) -> dict[str, float | str]:
@@ -117,44 +137,22 @@ class _Reading:
         if accuracy.step is not None:
             settings["step"] = accuracy.step
         if accuracy.tolerance is not None:
-            settings["tolerance"] = self.run.loop.control.tolerance
+            settings["tolerance"] = self.run.stepper.control.tolerance
         return settings
 
     def _checks(self) -> Checks:
-        loop, recorder = self.run.loop, self.run.recorder
+        stepper, recorder = self.run.stepper, self.run.recorder
         return Checks(
             energy_residual=recorder.energy_residual,
             largest_kinetic_energy=recorder.largest_kinetic_energy,
             constraint_error=recorder.constraint_error,
-            steps=loop.steps,
-            newton_iterations=loop.iterations,
-            smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
-            largest_step=loop.largest_step,
+            steps=stepper.steps,
+            newton_iterations=stepper.iterations,
+            smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
+            largest_step=stepper.largest,
             steps_per_contact=inf,  # the error is controlled there as everywhere
             largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
         )
-
-    def _events(self) -> tuple[Event, ...]:
-        names = [contact.name for contact in self.mechanism.contacts]
-        entries = self.run.loop.entries
-        events = [event for event in self.run.events if event.time < self.run.loop.end]
-        events += contact_events(entries, self._totals(), names)
-        return self.run.recorder.seeker.with_peaks(events)
-
-    def _totals(self) -> list[tuple[float, float]]:
-        """Impulse and loss of its contact at every entry.
-
-        As it begins and ends a contact stores nothing: what it stored as the point slid off is
-        lost.
-        """
-        count = len(self.run.recorder.contacts)
-        noted = zip(self.run.loop.entries, self.run.recorder.at_notes, strict=True)
-        return [(float(at[2 + e.index]), float(at[2 + count + e.index])) for e, at in noted]
-
-    def _wall_log(self) -> WallLog:
-        loop, recorder = self.run.loop, self.run.recorder
-        ends = recorder.totals_at_end()
-        return WallLog(loop.entries, self._totals(), ends, loop.time, recorder.seeker)
 
     # --- reactions ----------------------------------------------------------------------------
 

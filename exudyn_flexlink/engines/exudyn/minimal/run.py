@@ -3,23 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Event as Asked
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.coasting import SWING, coasting
+from exudyn_flexlink.engines.diagnostics.contacts import shortened
+from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.collocation import C
-from exudyn_flexlink.engines.exudyn.minimal.control import ErrorControl
-from exudyn_flexlink.engines.exudyn.minimal.loop import MinimalLoop
+from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, report
+from exudyn_flexlink.engines.exudyn.minimal.problem import IN_CONTACT, MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.minimal.stepper import IN_CONTACT
-from exudyn_flexlink.engines.exudyn.redundant.pace import shortened, too_long
-from exudyn_flexlink.engines.exudyn.reporting import result_of, turns_missing
-from exudyn_flexlink.engines.exudyn.sleeves import wall_penetrations
+from exudyn_flexlink.engines.exudyn.reporting import (
+    LOCKED_ADVICE,
+    NO_SOLUTION,
+    no_solution_advice,
+    result_of,
+    turns_missing,
+)
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.walls import made_finer, resolving, soft_walls
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.control import ErrorControl
+from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.radau import Lasting
+from exudyn_flexlink.integrate.solve import Solution
+from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
     Assembly,
     Mechanism,
@@ -34,6 +47,8 @@ from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
+
+FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 
 
 def prepare(
@@ -53,25 +68,44 @@ def prepare(
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
-    loop = MinimalLoop(
-        model,
-        ErrorControl(resolving(accuracy.tolerance or smallest, mechanism.channels), accuracy.step),
-        recorder,
-        end,
-        [t for t in _bends(mechanism) if 0 < t < end],
-        halves,
-        _goal(scene, assembly, layout),
-        progress,
-    )
-    return MinimalRun(scene, model, loop, recorder, events)
+    goal = _goal(scene, assembly, layout)
+    problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
+    tau = coasting(mechanism, end)
+    lasting = Lasting(tau, tau - (1 - FREE) * SWING)
+    tolerance = resolving(accuracy.tolerance or smallest, mechanism.channels)
+    control = ErrorControl(tolerance, accuracy.step)
+    stepper = ImplicitStepper(problem, control, lasting, end)
+    stops = [*(t for t in _bends(mechanism) if 0 < t < end), end]
+    asked = Asked()
+    solution = Solution(stepper, problem, stops, progress, asked.is_set)
+    return MinimalRun(scene, model, problem, stepper, solution, asked, recorder, events)
 
 
 def solve(run: MinimalRun) -> tuple[str, str]:
     """Integrate to the end; return what went wrong and what to try, empty if nothing."""
-    with interrupts(run.loop.interrupt):
-        complaint = run.loop.run()
+    complaint = "", ""
+    with interrupts(run.asked.set):
+        try:
+            run.solution.run()
+        except DeadCentreError as error:
+            complaint = str(error), LOCKED_ADVICE
+        except NoConvergenceError as error:
+            complaint = _no_convergence(run, error)
+    if run.stepper.time < run.problem.end * (1 - 1e-9):
+        run.recorder.mark()  # stopped early: the last state is kept
     run.recorder.flush()
     return complaint
+
+
+def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, str]:
+    """Say why no step is short enough, and what to try."""
+    locked = run.problem.locked(run.stepper.at)
+    if locked:
+        return locked, LOCKED_ADVICE
+    tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
+    shortest = instant(time, EVENT_TIME)
+    advice = no_solution_advice(run.model.assembly, tolerance, shortest, time)
+    return f"{NO_SOLUTION} ({error})", advice
 
 
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
@@ -79,33 +113,23 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     found = report(run)
     mechanism = run.model.assembly.mechanism
     outcome = _outcome(run, *complaint)
-    told = [*_shortened(run), *_on_dead_centres(run), *_of_walls(run)]
+    told = [*_shortened(run), *_on_dead_centres(run)]
     return result_of(run.scene, mechanism, found, told, outcome)
 
 
 def _shortened(run: MinimalRun) -> list[str]:
     """Say where the user's own step was too long for a contact that came to be."""
-    given, halves = run.loop.control.fixed, run.loop.half_periods
-    touched = {entry.index for entry in run.loop.entries}
+    given, halves = run.problem.given, run.problem.half_periods
+    touched = {entry.index for entry in run.problem.entries}
     if given is None:
         return []
-    found = [halves[k] for k in touched if too_long(given, halves[k])]
+    found = [halves[k] for k in touched if IN_CONTACT * halves[k] < given]
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
-
-
-def _of_walls(run: MinimalRun) -> list[str]:
-    """Say where a tolerance is no small part of a clearance, and where walls give way."""
-    mechanism = run.model.assembly.mechanism
-    channels, asked = mechanism.channels, run.scene.accuracy.tolerance
-    finer = run.loop.control.tolerance
-    told = [made_finer(asked, finer, channels)] if asked is not None and finer < asked else []
-    depths = wall_penetrations(channels, run.recorder.seeker, len(mechanism.contacts))
-    return [*told, *soft_walls(zip(channels, depths, strict=True))]
 
 
 def _on_dead_centres(run: MinimalRun) -> list[str]:
     """Say where a loop passed a dead centre so closely that rounding decided on errors."""
-    found = run.loop.rounded
+    found = run.stepper.rounded
     if not found:
         return []
     return [
@@ -138,16 +162,16 @@ def _goal(
 
 
 def _outcome(run: MinimalRun, complaint: str, advice: str) -> Outcome:
-    loop = run.loop
-    if loop.interrupted:
-        return Outcome(False, loop.time, INTERRUPTED)
-    if loop.stop_reason:
-        return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
+    problem, time = run.problem, run.stepper.time
+    if run.asked.is_set():
+        return Outcome(False, time, INTERRUPTED)
+    if problem.stop_reason:
+        return Outcome(False, time, problem.stop_reason, problem.stop_advice)
     if complaint:
-        return Outcome(False, loop.time, complaint, advice)
-    missing = not loop.reached if loop.goal is not None else cut_short(
+        return Outcome(False, time, complaint, advice)
+    missing = not problem.reached if problem.goal is not None else cut_short(
         run.scene, run.model.assembly.mechanism
     )  # fmt: skip
     if missing:
-        return Outcome(False, loop.time, *turns_missing(run.scene.run.of))
-    return Outcome(True, loop.time)
+        return Outcome(False, time, *turns_missing(run.scene.run.of))
+    return Outcome(True, time)

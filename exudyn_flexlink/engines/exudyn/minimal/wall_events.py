@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.collocation import NODES as TO_POWERS
-from exudyn_flexlink.engines.exudyn.minimal.collocation import C
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.radau import State, Step
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
-from exudyn_flexlink.engines.turning import StepPolynomial, highest
+from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.turning import StepPolynomial, highest
 from exudyn_flexlink.mechanism import Channel
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +28,6 @@ BoolArray = NDArray[np.bool_]
 EXACT = 1e-11  # m: of an event function, what may be left of it at the event
 LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
 HALVINGS = 20  # of the time between two looks, to find a value that has risen from zero
-LITTLE = 1e-2  # of a step: so much its end moves to an event without being made anew
 INSIDE = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
 NODES = np.array([0.0, *C])
 TINY = 1e-300
@@ -156,15 +154,6 @@ class WallWatch:
         if abs(value[k]) < EXACT or rate[k] == 0:
             return 0.0
         return float(-value[k] / rate[k])
-
-
-def moved(step: Step, later: float) -> Step:
-    """Move a step's end by a little (s), by its polynomial."""
-    h = step.h + later
-    powers = np.vander(NODES * (h / step.h), len(NODES), increasing=True)
-    q, v = step.at(np.array([step.t + h]))
-    speeds = powers @ (TO_POWERS @ step.speeds)
-    return step._replace(h=h, speeds=speeds, finish=State(q[0], v[0], step.finish.a))
 
 
 class _Event:

@@ -8,29 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.exudyn.redundant.pace import ENOUGH_STEPS, few_steps, shortened
+from exudyn_flexlink.engines.diagnostics.contacts import shortened
+from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     Report,
-    contact_events,
     no_solution_advice,
     result_of,
     turns_missing,
 )
-from exudyn_flexlink.engines.exudyn.sleeves import (
-    WallLog,
-    sleeve_histories,
-    wall_penetrations,
-)
-from exudyn_flexlink.engines.walls import made_finer, soft_walls
+from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
     ContactHistory,
     EnergyHistory,
-    Event,
     Outcome,
     Result,
 )
@@ -44,7 +38,7 @@ FloatArray = NDArray[np.float64]
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
     """Put the Result together; its timings are still to come."""
     report = _report(prepared, iterations)
-    warnings = _warnings(prepared, report)
+    warnings = _warnings(prepared)
     mechanism = prepared.assembly.mechanism
     return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
 
@@ -61,10 +55,11 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         joint_forces=_joint_forces(prepared, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
-        sleeves=sleeve_histories(prepared.assembly.mechanism, _wall_log(prepared), kept["forces"]),
+        sleeves=sleeve_histories(prepared.assembly.mechanism, _written(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.recorder.seeker.extremes(),
-        events=_events(prepared),
+        # A lap that begins as the run ends is none.
+        laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
         checks=_checks(prepared, iterations),
     )
 
@@ -90,10 +85,18 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
     return settings
 
 
-def _wall_log(prepared: Prepared) -> WallLog:
+def _written(prepared: Prepared) -> Written:
+    """Return what the run wrote down of its contacts and of its channels' pairs."""
     recorder, loop = prepared.recorder, prepared.loop
-    at_end = np.array([recorder.totals_of(k) for k in range(len(recorder.contacts))])
-    return WallLog(loop.log.entries, recorder.totals, at_end, loop.time, recorder.seeker)
+    channels = (contact for channel in loop.channels for contact in channel.contacts)
+    items = {contact.index: contact for contact in (*loop.contacts, *channels)}
+    return Written(
+        loop.log.entries,
+        recorder.totals,
+        recorder.totals_of,
+        lambda k: items[k].peak,
+        recorder.seeker,
+    )
 
 
 def _torques(
@@ -135,29 +138,18 @@ def _slot_forces(
 def _contacts(
     prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
 ) -> dict[str, ContactHistory]:
-    histories = {}
+    histories, told = {}, _written(prepared)
     for k, contact in enumerate(prepared.assembly.mechanism.contacts):
         at = approach(contact, poses, rates)
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k])
+        touches = told.intervals(k)
+        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k], touches)
     return histories
-
-
-def _events(prepared: Prepared) -> tuple[Event, ...]:
-    """Events, with the impulse (N s) and the energy lost (J) of every contact that ended."""
-    loop, contacts = prepared.loop, prepared.recorder.contacts
-    # A lap that begins as the run ends is none.
-    events = [event for event in loop.events if event.time < loop.end]
-    names = [contact.name for contact in contacts[: len(loop.contacts)]]
-    events += contact_events(loop.log.entries, prepared.recorder.totals, names)
-    return prepared.recorder.seeker.with_peaks(events)
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
-    given = prepared.scene.accuracy.step or inf
-    per_contact = min(
-        (pace.half_period / min(pace.step, given) for pace in prepared.paces), default=inf
-    )
+    given = prepared.scene.accuracy.step
+    per_contact = min((pace.steps(given) for pace in prepared.paces), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -171,26 +163,15 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
     )
 
 
-def _warnings(prepared: Prepared, report: Report) -> tuple[str, ...]:
-    """Say what makes the numbers doubtful."""
-    warnings, checks = [], report.checks
-    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    if touched and checks.steps_per_contact < ENOUGH_STEPS * (1 - 1e-9):
-        warnings.append(few_steps(checks.steps_per_contact))
+def _warnings(prepared: Prepared) -> list[str]:
+    """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
-    shorter = [pace for pace in prepared.paces if isfinite(pace.step)]
-    if touched and given is not None and shorter:
-        shortest = min(shorter, key=lambda pace: pace.step)
-        warnings.append(shortened(given, shortest.half_period, shortest.step))
-    channels = prepared.assembly.mechanism.channels
-    asked, finer = prepared.scene.accuracy.tolerance, prepared.loop.chooser.tolerance
-    if asked is not None and finer is not None and finer < asked:
-        warnings.append(made_finer(asked, finer, channels))
-    first = len(prepared.assembly.mechanism.contacts)
-    depths = wall_penetrations(channels, prepared.recorder.seeker, first)
-    walls = zip(channels, depths, strict=True)
-    warnings += soft_walls(walls)
-    return tuple(warnings)
+    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
+    shorter = [pace for pace in prepared.paces if given is not None and pace.step < given]
+    if given is None or not (touched and shorter):
+        return []
+    shortest = min(shorter, key=lambda pace: pace.step)
+    return [shortened(given, shortest.half_period, shortest.step)]
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

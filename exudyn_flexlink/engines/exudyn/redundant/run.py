@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.pace import Pace, pace_of, steps_of
 from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import (
@@ -26,14 +26,15 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.walls import resolving
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
-    WALL_SHARE,
     Assembly,
     FaceContact,
     Mechanism,
+    Pace,
     end_of_run,
+    pace_of_strike,
+    pace_of_wall,
     pairs,
     sample_times,
     turn_goal,
@@ -98,17 +99,17 @@ def _contact_items(
     scene: Scene, system: System, log: ContactLog
 ) -> tuple[list[ContactItem], list[ChannelItems]]:
     assembly = system.assembly
-    steps, given = scene.solver.steps_per_contact, scene.accuracy.step
+    asked = scene.solver.steps_per_contact
     contacts = []
     for i, contact in enumerate(assembly.mechanism.contacts):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         half = system.coordinates.half_period(contact)
-        pace = pace_of(half, steps_of(contact.law, steps), given)
+        pace = pace_of_strike(half, contact.law, asked)
         contacts.append(ContactItem(system, contact, i, pace, log))
     channels: list[ChannelItems] = []
     first = len(contacts)
     for channel in assembly.mechanism.channels:
-        pace = pace_of(wall_half_period(assembly, channel), WALL_SHARE * steps, given)
+        pace = pace_of_wall(wall_half_period(assembly, channel), asked)
         channels.append(ChannelItems(system, channel, first, pace, log))
         first += len(channels[-1].contacts)
     return contacts, channels

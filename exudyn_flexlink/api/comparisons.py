@@ -1,0 +1,74 @@
+"""Two runs side by side, as a notebook shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.api.figures import style_of
+from exudyn_flexlink.api.showing import page
+from exudyn_flexlink.comparison import Comparison as PlainComparison
+from exudyn_flexlink.comparison import compare as compare_runs
+from exudyn_flexlink.comparison import compare_variants
+from exudyn_flexlink.report import comparison_text
+from exudyn_flexlink.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison(PlainComparison):
+    """Two runs at common instants: how far the watched point is apart, strikes in pairs."""
+
+    def plot(self, style: str = "screen") -> Figure:
+        """Draw both runs over each other, and their difference.
+
+        Raises:
+            ValueError: the runs have no more than one instant in common; there is no such style.
+
+        """
+        from exudyn_flexlink import plots
+
+        figure = plots.comparison(self, style=style_of(style))
+        if figure is None:
+            raise ValueError("the runs have no more than one instant in common")
+        return figure
+
+    def summary(self) -> str:
+        """Return what the command line tells of the comparison."""
+        return comparison_text(self)
+
+    def __repr__(self) -> str:
+        """Return one line: what was compared, and how far it is apart."""
+        return (
+            f"<Comparison of {self.first.name} and {self.second.name}: {self.point} apart by "
+            f"{self.judged.largest:.3g} m at most>"
+        )
+
+    def _repr_html_(self) -> str:
+        title = f"{self.first.name} and {self.second.name}"
+        return page(title, self.summary(), self.plot() if len(self.time) > 1 else None)
+
+
+def compare(
+    first: Result,
+    second: Result,
+    again: Result | None = None,
+    *,
+    names: tuple[str, str] | None = None,
+) -> Comparison:
+    """Compare two runs of one scene, or with `names` of two scenes: rigid and flexible, say.
+
+    Two scenes are compared in what both have. `again` is a run of the second at another tolerance:
+    it tells the horizon, from which on instants can't be compared.
+
+    Raises:
+        ValueError: the runs have nothing in common, or without names are not of one scene.
+
+    """
+    if names is None:
+        found = compare_runs(first, second, again)
+    else:
+        found = compare_variants(first, second, names, again)
+    return Comparison(**{field.name: getattr(found, field.name) for field in fields(found)})

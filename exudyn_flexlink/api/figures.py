@@ -1,0 +1,73 @@
+"""The figures of a run as methods, by the names of `plots`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from exudyn_flexlink.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from exudyn_flexlink.plots import Style
+
+NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
+
+
+class Plots:
+    """Figures of one run: each a method that returns a matplotlib figure.
+
+    A notebook shows it once, as the value of its cell; `savefig` writes it. ``style="print"`` is
+    one column of a page wide and has no titles.
+    """
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    def __dir__(self) -> list[str]:
+        return [*NAMES, "all"]
+
+    def __repr__(self) -> str:
+        return f"<Plots: {', '.join(dir(self))}>"
+
+    def __getattr__(self, name: str) -> Callable[..., Figure]:
+        if name not in NAMES:
+            raise AttributeError(f"no figure '{name}'; there are: {', '.join(NAMES)}")
+        return partial(_drawn, self._result, name)
+
+    def all(self, style: str = "screen") -> dict[str, Figure]:
+        """Draw every figure that makes sense for this run, by name."""
+        from exudyn_flexlink import plots
+
+        return plots.figures(self._result, style_of(style))
+
+
+def _drawn(result: Result, name: str, *arguments: Any, style: str = "screen") -> Figure:
+    """Draw one figure.
+
+    Raises:
+        ValueError: this run has nothing to show in it, or there is no such style.
+
+    """
+    from exudyn_flexlink import plots
+
+    figure: Figure | None = getattr(plots, name)(result, *arguments, style=style_of(style))
+    if figure is None:
+        raise ValueError(f"this run has nothing to show in the figure '{name}'")
+    return figure
+
+
+def style_of(name: str) -> Style:
+    """Return a style of figures by its name.
+
+    Raises:
+        ValueError: there is none of that name.
+
+    """
+    from exudyn_flexlink import plots
+
+    if name not in plots.STYLES:
+        raise ValueError(f"no style '{name}'; there are: {', '.join(plots.STYLES)}")
+    return plots.STYLES[name]

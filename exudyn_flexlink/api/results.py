@@ -1,0 +1,180 @@
+"""Runs and what they mean, as a notebook asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink import engines, observables, storage
+from exudyn_flexlink.api.figures import Plots
+from exudyn_flexlink.api.scenes import own_scene
+from exudyn_flexlink.api.showing import page_of_run
+from exudyn_flexlink.api.tables import data_frame, data_set
+from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.observables import LeverResponse, PointPath, Strike
+from exudyn_flexlink.report import failure_text, run_text
+from exudyn_flexlink.result import Result as PlainResult
+from exudyn_flexlink.scene import Scene
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+
+@dataclass(frozen=True, repr=False)
+class Result(PlainResult):
+    """One run: samples, contacts, energies, how it ended, and the scene it belongs to.
+
+    SI units throughout; shapes stand at the fields, N is the number of samples.
+    """
+
+    def path(self, point: str) -> PointPath:
+        """Return the motion of a point 'body.point': time, position and velocity.
+
+        Raises:
+            ValueError: the scene has no such point.
+
+        """
+        return observables.path(self, point)
+
+    def strikes(self, contact: str) -> list[Strike]:
+        """Return the strikes of a contact in order, each a burst of touches.
+
+        Raises:
+            ValueError: the scene has no such contact.
+
+        """
+        return observables.strikes(self, contact)
+
+    def lever(self, body: str) -> LeverResponse:
+        """Return the motion of a struck body: angle, rate and displacement of its tip.
+
+        Raises:
+            ValueError: no contact strikes such a body.
+
+        """
+        struck = observables.struck_bodies(self.scene)
+        if body not in struck:
+            raise ValueError(f"no contact strikes '{body}'; struck are: {_names(struck)}")
+        return observables.lever_response(self, struck[body])
+
+    def touches(self, name: str) -> Intervals:
+        """Return every contact of a sleeve's walls, or of one contact of the scene, as columns.
+
+        Of a sleeve `pair` says which point met which wall: an index into
+        ``result.sleeves[name].pairs``.
+
+        Raises:
+            ValueError: the scene has neither a sleeve with clearance nor a contact of that name.
+
+        """
+        known = self.intervals
+        if name not in known:
+            raise ValueError(f"nothing touches in '{name}'; there are: {_names(known)}")
+        return known[name]
+
+    def to_dataframe(self, name: str) -> DataFrame:
+        """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.
+
+        Columns carry their units, as in the CSV files of a saved run. Needs pandas.
+
+        Raises:
+            ImportError: pandas is not installed.
+            ValueError: the scene has nothing of that name.
+
+        """
+        return data_frame(self, name)
+
+    def to_xarray(self) -> Dataset:
+        """Return all samples, poses, forces and energies, as one dataset. Needs xarray.
+
+        Raises:
+            ImportError: xarray is not installed.
+
+        """
+        return data_set(self)
+
+    @cached_property
+    def plot(self) -> Plots:
+        """The figures, by name: ``result.plot.coordinates()``; ``dir(result.plot)`` lists them."""
+        return Plots(self)
+
+    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
+        """Write the run into a folder that `load` reads, whole or not at all; return the folder.
+
+        An earlier run there is replaced; other files are not, unless `force` says so.
+
+        Raises:
+            StorageError: the folder can't be written, or holds what is no run.
+
+        """
+        with storage.staged_folder(Path(folder), force=force) as staged:
+            storage.save(self, staged)
+        return Path(folder)
+
+    def summary(self) -> str:
+        """Return what the command line tells of the run."""
+        end = [] if self.outcome.completed else [failure_text(self)]
+        return "\n\n".join([run_text(self), *end, *(f"warning: {told}" for told in self.warnings)])
+
+    def __repr__(self) -> str:
+        """Return one line: who made it, how it ended, what to be warned of."""
+        outcome = self.outcome
+        end = "completed" if outcome.completed else f"stopped: {outcome.reason}"
+        many = f", {len(self.warnings)} warnings" if len(self.warnings) > 1 else ""
+        warned = ", 1 warning" if len(self.warnings) == 1 else many
+        return (
+            f"<Result '{self.scene.title}' by {self.engine}: {end} at {outcome.time:g} s, "
+            f"{len(self.time)} samples{warned}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return page_of_run(self, self.summary())
+
+
+def simulate(
+    scene: Scene,
+    engine: str = "exudyn",
+    progress: Callable[[float], None] | None = None,
+    *,
+    measure: bool = True,
+    retries: int = 0,
+) -> Result:
+    """Simulate a scene with ``"exudyn"`` or ``"lagrangian"``; a run that fails is a Result, too.
+
+    Its `outcome` says whether it ran to its end. `progress` is called with the part that is done, 0
+    to 1. Where contacts multiply errors a second run tells how large they are, unless `measure` is
+    False. A run whose own numbers are doubtful warns, and is made again up to `retries` times, each
+    time ten times as accurate. Ctrl-C raises KeyboardInterrupt: signals are left alone.
+
+    Raises:
+        NotRepresentableError: the engine can't represent a part of the scene.
+        ValueError: there is no such engine.
+
+    """
+    made = engines.simulate(scene, engine, progress, measure=measure, retries=retries)
+    return own_result(made)
+
+
+def load(folder: str | PathLike[str]) -> Result:
+    """Read a saved run.
+
+    Raises:
+        StorageError: the folder holds no run, or a file of it is damaged.
+
+    """
+    return own_result(storage.load(Path(folder)))
+
+
+def own_result(found: PlainResult) -> Result:
+    """Return a result with the methods of this room."""
+    given = {field.name: getattr(found, field.name) for field in fields(PlainResult)}
+    return Result(**{**given, "scene": own_scene(found.scene)})
+
+
+def _names(known: Iterable[str]) -> str:
+    return ", ".join(f"'{name}'" for name in known) or "none"

@@ -1,0 +1,100 @@
+"""A run as tables of pandas, and as a dataset of xarray."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import struck_bodies
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage import lever_columns, touch_columns, trajectory_columns
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+FloatArray = NDArray[np.float64]
+
+
+def data_frame(result: Result, name: str) -> DataFrame:
+    """Return what is known of a point, a struck body, a contact or a sleeve as a table.
+
+    Raises:
+        ImportError: pandas is not installed.
+        ValueError: the scene has nothing of that name.
+
+    """
+    columns = _columns(result, name)
+    frame: DataFrame = _needed("pandas").DataFrame(columns)
+    return frame
+
+
+def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
+    struck = struck_bodies(result.scene)
+    if name in struck:
+        return lever_columns(result, struck[name])
+    if name in result.sleeves or name in result.contacts:
+        return touch_columns(result, name)
+    if "." not in name:
+        known = [*struck, *result.contacts, *result.sleeves]
+        raise ValueError(
+            f"nothing to tell of '{name}'; there are points such as 'link.end', and: "
+            f"{', '.join(known) or 'nothing else'}"
+        )
+    return trajectory_columns(result, name)
+
+
+def data_set(result: Result) -> Dataset:
+    """Return all samples as one dataset, over time, part and axis.
+
+    Raises:
+        ImportError: xarray is not installed.
+
+    """
+    energy = result.energy
+    variables: dict[str, Any] = {
+        "pose": (("time", "part", "pose_axis"), result.poses),
+        "rate": (("time", "part", "pose_axis"), result.rates),
+        **{
+            f"{kind}_energy": ("time", getattr(energy, kind), {"units": "J"})
+            for kind in ("kinetic", "stored", "dissipated", "supplied")
+        },
+    }
+    for kind, units in (("drive_torques", "N m"),):
+        for name, values in getattr(result, kind).items():
+            variables[f"{kind.removesuffix('s')}_{name}"] = ("time", values, {"units": units})
+    for kind in ("joint_forces", "slot_forces"):
+        for name, values in getattr(result, kind).items():
+            key = f"{kind.removesuffix('s')}_{name}"
+            variables[key] = (("time", "axis"), values, {"units": "N"})
+    for name, contact in result.contacts.items():
+        for key, units in (("gap", "m"), ("place", "m"), ("force", "N")):
+            variables[f"{name}_{key}"] = ("time", getattr(contact, key), {"units": units})
+    coordinates = {
+        "time": ("time", result.time, {"units": "s"}),
+        "part": list(result.part_names),
+        "pose_axis": ["x_m", "y_m", "angle_rad"],
+        "axis": ["x", "y"],
+    }
+    attributes = {"title": result.scene.title, "engine": result.engine}
+    found: Dataset = _needed("xarray").Dataset(variables, coordinates, attributes)
+    return found
+
+
+def _needed(package: str) -> Any:
+    """Import an optional package.
+
+    Raises:
+        ImportError: it is not installed; the message says how it is.
+
+    """
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise ImportError(
+            f"this needs {package}: pip install {package}, or pip install 'exudyn-flexlink[tables]'"
+        ) from error

@@ -1,0 +1,79 @@
+"""Ctrl-C ends a run after the step that is under way, and never loses what was computed.
+
+Signals are taken here and in `ending` alone: whoever uses the package from Python keeps theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from signal import SIG_DFL, SIGINT, getsignal, signal
+from types import FrameType
+from typing import Any
+
+
+class DeferrableInterrupt:
+    """A handler of Ctrl-C that hands it on to the one `before`, until it is told to defer it."""
+
+    def __init__(self, before: Any) -> None:
+        self._before = before
+        self._defers = False
+        self.pending = False
+        """Whether a Ctrl-C was deferred."""
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Take a Ctrl-C."""
+        if self._defers:
+            self.pending = True
+        elif callable(self._before):
+            self._before(number, frame)
+        elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
+            raise KeyboardInterrupt
+
+    def defer(self) -> None:
+        """From now on, only take note of Ctrl-C."""
+        self._defers = True
+
+
+@contextmanager
+def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
+    """Let Ctrl-C do what it did before, until `defer` is called on the handler."""
+    before = getsignal(SIGINT)
+    handler = DeferrableInterrupt(before)
+    try:
+        signal(SIGINT, handler)
+    except ValueError:  # not the main thread: Ctrl-C is not ours
+        yield handler
+        return
+    try:
+        yield handler
+    finally:
+        signal(SIGINT, SIG_DFL if before is None else before)
+
+
+@contextmanager
+def interrupts(end: Callable[[], None]) -> Iterator[None]:
+    """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
+
+    What follows in `simulate` puts the result together: there Ctrl-C is deferred.
+    """
+    try:
+        before = signal(SIGINT, lambda *_: end())
+    except ValueError:  # not the main thread: Ctrl-C is not ours
+        yield
+        return
+    try:
+        yield
+    finally:
+        if isinstance(before, DeferrableInterrupt):
+            before.defer()
+        signal(SIGINT, before)
+
+
+@contextmanager
+def ends_runs() -> Iterator[None]:
+    """Let Ctrl-C end the runs that are made inside, as the two above say."""
+    from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
+
+    with stopped_by(Stopping(interrupts, deferrable_interrupts)):
+        yield

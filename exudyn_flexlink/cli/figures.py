@@ -1,0 +1,113 @@
+"""What the commands ask of figures: their formats, and the style they are drawn in."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from exudyn_flexlink.result import Result
+
+FIGURE_FORMATS = ("png", "pdf", "svg")
+"""Those of `plots`, which is too slow to import for a help text; likewise"""
+FIGURE_STYLES = ("screen", "print")
+
+
+@dataclass(frozen=True)
+class Look:
+    """Formats that figures are written in, and the name of their style."""
+
+    formats: tuple[str, ...] = FIGURE_FORMATS[:1]
+    style: str = FIGURE_STYLES[0]
+
+    def save_run(self, result: Result, folder: Path) -> None:
+        """Draw all figures of a run into an existing folder."""
+        from exudyn_flexlink.plots import STYLES, save_figures
+
+        save_figures(result, folder, self.formats, STYLES[self.style])
+
+    def save(self, draw: Callable[..., Figure | None], what: Any, folder: Path, name: str) -> None:
+        """Draw one figure of something into an existing folder, if there is any."""
+        from exudyn_flexlink.plots import STYLES, save_figure
+
+        figure = draw(what, style=STYLES[self.style])
+        if figure is not None:
+            save_figure(figure, folder, name, self.formats)
+
+
+def add_figures(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how figures look."""
+    parser.add_argument(
+        "--format",
+        type=_formats,
+        metavar="FORMAT[,FORMAT]",
+        help=f"formats of figures: {', '.join(FIGURE_FORMATS)}; default: {FIGURE_FORMATS[0]}",
+    )
+    parser.add_argument(
+        "--style",
+        choices=FIGURE_STYLES,
+        help="how figures look: print is one column of a page wide, 86 mm, without titles; "
+        f"default: {FIGURE_STYLES[0]}",
+    )
+
+
+def look_of(options: argparse.Namespace) -> Look:
+    """Return how figures shall look."""
+    usual = Look()
+    return Look(options.format or usual.formats, options.style or usual.style)
+
+
+def idle_options(options: argparse.Namespace) -> str:
+    """Say which options mean nothing, since no figures are wanted; empty if none does."""
+    if not getattr(options, "no_plots", False):
+        return ""
+    given = [f"'--{name}'" for name in ("format", "style") if getattr(options, name)]
+    verb = "are" if len(given) > 1 else "is"
+    told = f"{' and '.join(given)} {verb} for figures, which '--no-plots' leaves out"
+    return told if given else ""
+
+
+def _formats(text: str) -> tuple[str, ...]:
+    """Names of formats, separated by commas, each once."""
+    names = tuple(dict.fromkeys(name.strip().lower() for name in text.split(",")))
+    for name in names:
+        if name not in FIGURE_FORMATS:
+            listed = ", ".join(FIGURE_FORMATS)
+            raise argparse.ArgumentTypeError(f"no format '{name}'; there is: {listed}")
+    return names
+
+
+def drawn(folder: Path, draw: Callable[[], Any]) -> int:
+    """Draw figures into a folder beside the numbers, which no failure of a figure may cost.
+
+    Returns the exit code: `DONE`; with no figure left, `INTERRUPTED` if the user did not wait for
+    them, and `FAILED` if they can't be drawn, which is said.
+    """
+    try:
+        draw()
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    except Exception as error:  # a mistake of the program, too: the run may have taken hours
+        code = complain(f"no figures: {why_not(error)}; the numbers are kept", FAILED)
+    else:
+        return DONE
+    for suffix in FIGURE_FORMATS:
+        for file in folder.rglob(f"*.{suffix}"):  # the last may be half a figure
+            file.unlink()
+    return code
+
+
+def why_not(error: Exception) -> str:
+    """Say why figures can't be drawn."""
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError):
+        return f"they can't be written: {error.strerror or error}"
+    return f"they can't be drawn: {type(error).__name__}: {error}"

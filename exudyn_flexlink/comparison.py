@@ -1,0 +1,332 @@
+"""Two Results of one scene, side by side: deviations, strikes, and how far either can be judged.
+
+Pure numbers from Results: no engine, no file. Times in s, lengths in m, angles in rad; N is the
+number of instants compared.
+
+Some motions are sensitive: runs of one engine that differ in nothing but their tolerance part
+visibly after some time, the horizon. Up to it two engines are compared instant by instant, beyond
+it by what does not depend on such details: means, scatter, extremes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import (
+    SAME_STRIKE,
+    ContactTotals,
+    Deviation,
+    LeverResponse,
+    Strike,
+    common_points,
+    common_times,
+    contact_totals,
+    farthest,
+    horizon,
+    lever_response,
+    parting_limit,
+    positions,
+    separation,
+    separations,
+    sleeves_with_play,
+    strikes,
+    struck_bodies,
+    watched_point,
+)
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+
+_TOLD = {
+    "tolerance": "tolerance {:.3g} m",
+    "step": "step {:.3g} s",
+    "elements": "beam of {:.0f} elements",
+}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is compared of one run.
+
+    `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `levers` are the
+    struck bodies' responses at the run's own samples, `angles` (N,) rad at the instants compared;
+    `contact` is by sleeve with clearance, up to the last of them.
+    """
+
+    name: str
+    result: Result
+    position: FloatArray
+    levers: Mapping[str, LeverResponse]
+    angles: Mapping[str, FloatArray]
+    strikes: Mapping[str, tuple[Strike, ...]]
+    contact: Mapping[str, ContactTotals]
+
+    @property
+    def accuracy(self) -> str:
+        """The accuracy and the impact model the run was made with, in words."""
+        settings = self.result.settings
+        told = [text.format(settings[key]) for key, text in _TOLD.items() if key in settings]
+        return ", ".join([*told, *(f"{kind} impacts" for kind in self.impacts)])
+
+    @property
+    def impacts(self) -> tuple[str, ...]:
+        """Kinds of the contacts' laws: penalty, impulse."""
+        return tuple(dict.fromkeys(c.law.type for c in self.result.scene.contacts.values()))
+
+    @property
+    def first_strike(self) -> float | None:
+        """Instant of the first touch of any contact, s; None if nothing is struck."""
+        return min((s.begin for found in self.strikes.values() for s in found), default=None)
+
+
+@dataclass(frozen=True)
+class StrikePair:
+    """One strike in both runs; None in a run that has no such strike."""
+
+    contact: str
+    lap: int
+    first: Strike | None
+    second: Strike | None
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """A stretch of one run as a whole.
+
+    `mean`, `rms`, `least` and `greatest` (2,) are of the watched point's coordinates, m, the last
+    three relative to the mean; `levers` are the least and the greatest angle of struck bodies, rad.
+    """
+
+    mean: FloatArray
+    rms: FloatArray
+    least: FloatArray
+    greatest: FloatArray
+    levers: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two runs of one scene at common instants `time` (N,), up to the end of the shorter run.
+
+    `point` is the watched one, S; `judged_by` are the points by which runs are judged, and
+    `distances` (N, points) m how far each is from itself in the other run.
+    `horizon` (s) is that from which on they can't be compared instant by instant, None if they can
+    throughout, or nobody looked; `limit` (m) is the parting that defines it and `apart` (m) how far
+    the two runs that tell it are apart at most, None if nobody looked.
+    """
+
+    point: str
+    judged_by: tuple[str, ...]
+    time: FloatArray
+    distances: FloatArray
+    first: Seen
+    second: Seen
+    horizon: float | None = None
+    limit: float | None = None
+    apart: float | None = None
+
+    @cached_property
+    def deviation(self) -> Deviation:
+        """Distance of the point that is farthest, and first minus second angle of a lever."""
+        angles = next(iter(self.angle_differences.values()), np.zeros_like(self.time))
+        return Deviation(self.time, self.distances.max(axis=1), angles)
+
+    def farthest(self, time: float) -> str:
+        """Name of the point that is farthest from itself in the other run at an instant (s)."""
+        return farthest(self.judged_by, self.distances[np.searchsorted(self.time, time)])
+
+    @property
+    def angle_differences(self) -> dict[str, FloatArray]:
+        """First minus second angle (N,) rad of every struck body."""
+        return {body: self.first.angles[body] - self.second.angles[body] for body in self.levers}
+
+    @property
+    def levers(self) -> tuple[str, ...]:
+        """Names of the struck bodies."""
+        return tuple(self.first.angles)
+
+    @property
+    def sleeves(self) -> tuple[str, ...]:
+        """Names of the sleeves with clearance in either run."""
+        return tuple(dict.fromkeys([*self.first.contact, *self.second.contact]))
+
+    @property
+    def judged(self) -> Deviation:
+        """The deviation up to the horizon: what the engines answer for. May be empty."""
+        return self.deviation if self.horizon is None else self.deviation.until(self.horizon)
+
+    @property
+    def first_strike(self) -> float | None:
+        """Instant of the first touch in either run, s; None if nothing is struck."""
+        found = [seen.first_strike for seen in (self.first, self.second)]
+        return min((time for time in found if time is not None), default=None)
+
+    @property
+    def before_strike(self) -> Deviation | None:
+        """The deviation before the first strike of either run; None without strike or instants."""
+        strike = self.first_strike
+        if strike is None or strike <= self.time[0]:
+            return None
+        return self.deviation.until(strike)
+
+    @property
+    def strikes(self) -> list[StrikePair]:
+        """Strikes of both runs, those that belong together as pairs, by contact, in order."""
+        return [
+            pair
+            for contact in self.first.strikes
+            for pair in _pairs(contact, self.first.strikes[contact], self.second.strikes[contact])
+        ]
+
+    @property
+    def beyond(self) -> tuple[Statistics, Statistics] | None:
+        """Statistics of both runs from the horizon on; None without a horizon."""
+        if self.horizon is None:
+            return None
+        after = self.time >= self.horizon
+        one, other = (
+            _statistics(seen, self.point, self.time, after) for seen in (self.first, self.second)
+        )
+        return one, other
+
+    def exceeds(self, tolerance: float) -> bool:
+        """Whether the deviation up to the horizon exceeds `tolerance` (m), or can't be told."""
+        judged = self.judged
+        return not len(judged.time) or not judged.largest <= tolerance
+
+
+def compare(
+    first: Result, second: Result, again: Result | None = None, limit: float | None = None
+) -> Comparison:
+    """Compare two runs of one scene, by different engines or at different settings.
+
+    `again` is a run of the second one's engine at other settings: it finds the horizon, the first
+    instant at which these two differ by more than `limit` (m; left out: see `parting_limit`), or at
+    which `again` failed.
+
+    Raises:
+        ValueError: the runs are not of one scene: other points, contacts or struck bodies.
+
+    """
+    for other in (second, again):
+        if other is not None:
+            _check_one_scene(first, other)
+    names = first.engine, second.engine
+    if names[0] == names[1]:
+        names = f"{names[0]} 1", f"{names[1]} 2"
+    return _compared((first, second), names, again, limit)
+
+
+def compare_variants(
+    first: Result, second: Result, names: tuple[str, str], again: Result | None = None
+) -> Comparison:
+    """Compare a scene with itself without some effect, under `names`; what both have is compared.
+
+    `again` is a run of the second at other settings, for the horizon: see `compare`.
+
+    Raises:
+        ValueError: the watched points differ.
+
+    """
+    one, other = watched_point(first.scene), watched_point(second.scene)
+    if one != other:
+        raise ValueError(f"the scenes' watched points are {one} and {other}")
+    return _compared((first, second), names, again, None)
+
+
+def _compared(
+    runs: tuple[Result, Result], names: tuple[str, str], again: Result | None, limit: float | None
+) -> Comparison:
+    first, second = runs
+    time = common_times(first, second)
+    contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
+    one, other = (
+        _seen(name, result, time, contacts) for name, result in zip(names, runs, strict=True)
+    )
+    points = common_points(first, second)
+    found = Comparison(
+        watched_point(first.scene), points, time, separations(first, second, time, points),
+        one, other,
+    )  # fmt: skip
+    if again is None:
+        return found
+    limit = parting_limit(second) if limit is None else limit
+    parted = horizon(second, again, limit)
+    if parted is None and not again.outcome.completed:
+        parted = float(again.time[-1])
+    apart = float(separation(second, again, common_times(second, again)).max())
+    return replace(found, horizon=parted, limit=limit, apart=apart)
+
+
+def _check_one_scene(first: Result, second: Result) -> None:
+    for what, of in (
+        ("watched points", watched_point),
+        ("contacts", lambda scene: list(scene.contacts)),
+        ("struck bodies", struck_bodies),
+    ):
+        one, other = of(first.scene), of(second.scene)
+        if one != other:
+            raise ValueError(f"the runs are not of one scene: their {what} are {one} and {other}")
+
+
+def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) -> Seen:
+    scene = result.scene
+    struck = {body: c for body, c in struck_bodies(scene).items() if c in contacts}
+    levers = {body: lever_response(result, c) for body, c in struck.items()}
+    return Seen(
+        name=name,
+        result=result,
+        position=positions(result, [watched_point(scene)], time)[:, 0],
+        levers=levers,
+        angles={body: lever.angle_at(time) for body, lever in levers.items()},
+        strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
+        contact={
+            joint: contact_totals(result, joint, end=float(time[-1]))
+            for joint in sleeves_with_play(result)
+        },
+    )
+
+
+def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> Iterator[StrikePair]:
+    """Pair strikes in order; one that a run misses shifts no other."""
+    while first or second:
+        one = first[0] if first and not _unmatched(second, first) else None
+        other = second[0] if second and not _unmatched(first, second) else None
+        found = one or other
+        assert found is not None  # of two strikes, at most the earlier one is unmatched
+        yield StrikePair(contact, found.lap, one, other)
+        first, second = first[one is not None :], second[other is not None :]
+
+
+def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
+    """Whether the next of `earlier` has no partner in `later`, so that `later` has to wait."""
+    if not earlier or not later or earlier[0].begin >= later[0].begin:
+        return False
+    apart = later[0].begin - earlier[0].begin
+    if len(earlier) > 1 and abs(later[0].begin - earlier[1].begin) < apart:
+        return True
+    one, other = earlier[0].crank_angle, later[0].crank_angle
+    return one is not None and other is not None and abs(one - other) > SAME_STRIKE
+
+
+def _statistics(seen: Seen, point: str, time: FloatArray, part: NDArray[np.bool_]) -> Statistics:
+    """Statistics over a part of the instants; least and greatest are those of the run itself."""
+    position, (begin, end) = seen.position[part], time[part][[0, -1]].tolist()
+    mean = position.mean(axis=0)
+    turns = [seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy"]
+    reached = [np.append(own.value, x) for own, x in zip(turns, position.T, strict=True)]
+    levers = {
+        body: lever.between(begin, np.nextafter(end, np.inf)) for body, lever in seen.levers.items()
+    }
+    return Statistics(
+        mean=mean,
+        rms=np.sqrt(np.mean((position - mean) ** 2, axis=0)),
+        least=np.array([x.min() for x in reached]) - mean,
+        greatest=np.array([x.max() for x in reached]) - mean,
+        levers={body: (own.least[0], own.greatest[0]) for body, own in levers.items()},
+    )

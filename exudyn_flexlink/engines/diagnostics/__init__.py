@@ -1,0 +1,29 @@
+"""What a run's own numbers say against it, whatever engine made it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from exudyn_flexlink.engines.diagnostics.consistency import doubts, refusal
+from exudyn_flexlink.engines.diagnostics.contacts import few_steps, thin_overlaps
+from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
+from exudyn_flexlink.engines.diagnostics.sampling import few_samples
+from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, soft_walls
+from exudyn_flexlink.result import Result
+
+
+def diagnosed(result: Result) -> Result:
+    """Return a run with warnings of all that is doubtful; failed, where it is no motion at all."""
+    warnings = (
+        *result.warnings,
+        *few_steps(result),
+        *finer_than_asked(result),
+        *soft_walls(result),
+        *doubts(result),
+        *many_iterations(result),
+        *tiny_steps(result),
+        *few_samples(result),
+        *thin_overlaps(result),
+    )
+    failed = refusal(result) if result.outcome.completed else None
+    return replace(result, warnings=warnings, outcome=failed or result.outcome)

@@ -1,0 +1,53 @@
+"""Strikes that a run resolves badly: with too few steps, or at the edge of the face."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from exudyn_flexlink.mechanism import build_mechanism, face_length
+from exudyn_flexlink.result import Result
+
+ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 1 %
+THIN = 0.25  # of the overlap of point and face: a deeper strike depends on how soft the face is
+
+
+def struck(result: Result) -> bool:
+    """Tell whether any contact of the scene closed."""
+    return any(len(contact.touches) for contact in result.contacts.values())
+
+
+def shortened(given: float, half_period: float, step: float) -> str:
+    """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
+    return (
+        f"steps of {given:.3g} s would leave {half_period / given:.2g} for a contact: in contact "
+        f"they were {step:.3g} s"
+    )
+
+
+def few_steps(result: Result) -> Iterator[str]:
+    """Say that contacts were resolved by few steps."""
+    steps = result.checks.steps_per_contact
+    touched = any(len(sleeve.touches) for sleeve in result.sleeves.values())
+    if steps < ENOUGH_STEPS * (1 - 1e-9) and (touched or struck(result)):
+        yield (
+            f"{steps:.3g} steps per contact: below {ENOUGH_STEPS} the restitution is off by more "
+            "than 1 %; raise 'solver.steps_per_contact'"
+        )
+
+
+def thin_overlaps(result: Result) -> Iterator[str]:
+    """Say of each contact where it went deepest against the overlap of its point and its face."""
+    for face in build_mechanism(result.scene).contacts:
+        length, worst = face_length(face), (0.0, 0.0, 0.0, 0.0)
+        for touch in result.contacts[face.name].touches:
+            if not touch.lasts:
+                overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))
+                share = touch.penetration / max(overlap, 1e-300)
+                worst = max(worst, (share, touch.penetration, overlap, touch.begin))
+        share, depth, overlap, at = worst
+        if share > THIN:
+            yield (
+                f"contact '{face.name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
+                f"{overlap:.2g} m by which the point overlaps the face: the face's stiffness "
+                "decides there, not the mechanism; raise it and compare"
+            )

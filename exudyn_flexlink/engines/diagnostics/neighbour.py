@@ -1,0 +1,125 @@
+"""A neighbouring run tells how wrong a run is whose steps alone do not keep the tolerance.
+
+It is of the same scene and engine, but more accurate: until both part the distance tells the error
+of the run, after that it is the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+
+from exudyn_flexlink.engines.diagnostics.amplification import aiming, multiplying
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.result import INTERRUPTED, NOT_MEASURED, MeasuredError, Result
+from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Scene
+from exudyn_flexlink.sensitivity import measured_error
+
+# Errors of the neighbour's steps over those of the run's: a third more steps by a method of order
+# 9, twice as many by one of order 2, whose errors a neighbour of a half told four times too small.
+HIGH_ORDER, SECOND_ORDER = 0.1, 0.25
+LOOSER = 10.0  # likewise, where the run is as accurate as rounding allows
+NO_MEMORY = "there is not enough memory for a neighbouring run"
+GAVE_UP = "the neighbouring run was interrupted"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run with its error; `neighbour` is what told it, None where the run had stopped."""
+
+    result: Result
+    neighbour: Result | None = None
+
+
+def unmeasured(result: Result) -> Result:
+    """Return a run that says so where only a neighbour can measure its error."""
+    if not result.outcome.completed or not (multiplying(result) or aiming(result)):
+        return result
+    return replace(result, error=MeasuredError(missing=NOT_MEASURED))
+
+
+def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
+    """Measure the error of a run by a neighbour that `again` makes; one that stopped is left.
+
+    Raises:
+        LateInterruptError: the user interrupted the neighbour; the run, which is whole, is in it.
+
+    """
+    if not result.outcome.completed:
+        return Measured(result)
+    factor = neighbouring(result)
+    try:
+        neighbour = again(retuned(result.scene, result, factor))
+    except KeyboardInterrupt as error:
+        raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP))) from error
+    except MemoryError:
+        return Measured(_with(result, MeasuredError(missing=NO_MEMORY)))
+    if neighbour.outcome.reason == INTERRUPTED:
+        raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP)))
+    return Measured(_with(result, measured_error(result, neighbour, factor)), neighbour)
+
+
+def neighbouring(result: Result) -> float:
+    """Return the errors that a step of the neighbour may make, over those of the run's steps."""
+    settings = result.settings
+    finer = SECOND_ORDER if {"steps_per_contact", "step"} & set(settings) else HIGH_ORDER
+    least = least_tolerance(assemble_scene(result.scene))
+    asked = float(settings.get("tolerance", inf))
+    at_best = finer * asked < least * (1 - 1e-9)
+    return LOOSER if at_best else finer
+
+
+def retuned(scene: Scene, result: Result, factor: float) -> Scene:
+    """Return the scene with steps that make errors `factor` times those of a run.
+
+    Steps that are given, and those of a contact, are of a method of order 2, or better. A
+    tolerance stays within what a scene may ask for.
+    """
+    settings = result.settings
+    other: dict[str, float] = {}
+    if "tolerance" in settings:
+        least = least_tolerance(assemble_scene(scene))
+        other["tolerance"] = max(least, factor * float(settings["tolerance"]))
+    if "step" in settings:
+        other["step"] = sqrt(factor) * float(settings["step"])
+    given = scene.accuracy.model_dump(exclude_none=True)
+    accuracy = type(scene.accuracy).model_validate(given | other)
+    if "steps_per_contact" not in settings:
+        return scene.changed(accuracy=accuracy)
+    per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
+    steps = {"steps_per_contact": max(FEWEST_STEPS_PER_CONTACT, per_contact)}
+    return scene.changed(accuracy=accuracy, solver=scene.solver.model_copy(update=steps))
+
+
+def _with(result: Result, error: MeasuredError) -> Result:
+    """Return a run with its error, and with warnings of what is too large, or not known."""
+    told = [f"{text}{_why(result)}" for text in _told(error)]
+    return replace(result, error=error, warnings=(*result.warnings, *told))
+
+
+def _why(result: Result) -> str:
+    if reason := multiplying(result):
+        return f": errors multiply ({reason})"
+    if reason := aiming(result):
+        return f": its steps only aim at the tolerance ({reason})"
+    return ""
+
+
+def _told(error: MeasuredError) -> Iterator[str]:
+    if error.missing:
+        yield f"how far points are off was not measured: {error.missing}"
+        return
+    if error.exceeds_from is not None:
+        yield (
+            f"from t = {error.exceeds_from:.4g} s on points may be off by more than "
+            f"{error.limit:.3g} m, {error.worst} in the end by {error.largest:.2g} m, as a "
+            "neighbouring run shows"
+        )
+    if error.stopped is not None:
+        yield (
+            "how far points are off was measured up to "
+            f"t = {error.stopped:.4g} s only, where the neighbouring run stopped"
+        )

@@ -1,0 +1,58 @@
+"""What a sleeve's clearance asks of an engine's accuracy; what is said of walls that give way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from exudyn_flexlink.mechanism import Channel
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import SleeveJoint
+
+SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
+RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
+BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
+COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
+
+
+def resolving(tolerance: float, channels: Sequence[Channel]) -> float:
+    """Return the tolerance, or a tenth of the smallest clearance where that is less, m."""
+    return min([tolerance, *(RESOLVED * c.clearance for c in channels if c.clearance > 0)])
+
+
+def finer_than_asked(result: Result) -> Iterator[str]:
+    """Say that steps were those of a tolerance smaller than the scene's: see `resolving`."""
+    asked, used = result.scene.accuracy.tolerance, result.settings.get("tolerance")
+    clearances = {name: gap for name, gap in _clearances(result).items() if gap > 0}
+    if asked is None or used is None or not clearances:
+        return
+    name = min(clearances, key=clearances.__getitem__)
+    if asked <= RESOLVED * clearances[name]:
+        return
+    yield (
+        f"the tolerance of {asked:.3g} m is no small part of the clearance of '{name}', "
+        f"{clearances[name]:.3g} m: to touch its walls where it does, steps were those of "
+        f"{float(used):.3g} m"
+    )
+
+
+def soft_walls(result: Result) -> Iterator[str]:
+    """Warn of walls whose largest penetration is no small part of their clearance."""
+    for name, clearance in _clearances(result).items():
+        depth = result.sleeves[name].deepest if name in result.sleeves else 0.0
+        if depth > SOFT * clearance > 0:
+            yield (
+                f"the walls of '{name}' give way by {depth:.3g} m, {depth / clearance:.2g} "
+                "of the clearance: their stiffness, not the clearance, decides there; raise the "
+                "stiffness"
+            )
+
+
+def broken_wall(channel: Channel) -> str:
+    """Why a run stopped."""
+    return f"the link broke through a wall of '{channel.name}'"
+
+
+def _clearances(result: Result) -> dict[str, float]:
+    """Clearance (m) of every sleeve of the scene."""
+    joints = result.scene.joints.items()
+    return {name: joint.clearance for name, joint in joints if isinstance(joint, SleeveJoint)}

@@ -1,0 +1,203 @@
+"""What happens first within a step: a contact begins, turns or ends, a piece of a slot ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
+from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.events import NOTHING, Event, fall, farthest, first_fall, zero
+from exudyn_flexlink.integrate.radau import Step
+
+FloatArray = NDArray[np.float64]
+Goal = Callable[[FloatArray], float]
+"""Angle still to turn at all coordinates of the tree."""
+
+SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it
+
+
+class ContactChange(NamedTuple):
+    """A contact, of this number, begins or ends; or its point comes to rest and its force leaps."""
+
+    contact: int
+
+
+class PieceEnd(NamedTuple):
+    """The point of slot number k comes to the end of its piece (way 1) or to its start (-1)."""
+
+    slot: int
+    way: int
+
+
+class WallChange(NamedTuple):
+    """A pair of link and guide, of this number, begins or ceases to press."""
+
+    pair: int
+
+
+class TurnsMade(NamedTuple):
+    """The turns that end the run are made."""
+
+
+class Finder:
+    """Looks at steps; `touches` are those of the contacts at the end of the last one accepted."""
+
+    def __init__(
+        self, model: MinimalModel, goal: Goal | None, x: FloatArray, v: FloatArray
+    ) -> None:
+        self.model, self.goal = model, goal
+        self.touches = [contact.touch(x, v) for contact in model.contacts]
+        self.walls = WallWatch(model, x, v) if model.walls.contacts else None
+        self._looks: dict[float, Held] = {}  # within the present step
+
+    def accept(self, step: Step, x: FloatArray, v: FloatArray) -> None:
+        """Take the coordinates (links,) and speeds at the end of a step."""
+        if self.walls is not None:
+            self.walls.accept(step.end, x, v)
+        before, h = self.touches, step.h
+        self.touches = [contact.touch(x, v) for contact in self.model.contacts]
+        for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
+            touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
+            if not contact.acts and contact.beside(touch):
+                contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
+
+    def first(self, step: Step) -> Event | None:
+        """What happens first within the step."""
+        self._looks.clear()
+        last: Held = step.stages[-1].kept
+        found = [*self._ends_of_pieces(step, last), *self._changes_of_contacts(step)]
+        if self.walls is not None and (touched := self.walls.first(step)) is not None:
+            found.append(Event(touched[0], WallChange(touched[1]), bends=True))
+        if self.goal is not None and self.goal(last.x) < 0:
+            time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
+            found.append(Event(time, TurnsMade()))
+        return min(found, key=lambda event: event.time, default=None)
+
+    def _at(self, step: Step, t: float) -> Held:
+        """All coordinates at a time within the step."""
+        held = self._looks.get(t)
+        if held is None:
+            q, v = step.at(np.array([t]))
+            held = self._looks[t] = self.model.whole(t, q[0], v[0])
+        return held
+
+    def _to_turn(self, step: Step, t: float) -> float:
+        assert self.goal is not None
+        return float(self.goal(self._at(step, t).x))
+
+    def _ends_of_pieces(self, step: Step, last: Held) -> list[Event]:
+        found = []
+        for k, guide in enumerate(self.model.coordinates.points):
+            ahead, behind = guide.left(last.places[k])
+            if min(ahead, behind) < -SEAM:
+                way = 1 if ahead < behind else -1
+                time = fall(partial(self._on_piece, step, k, way), step.t, step.end)
+                found.append(Event(time, PieceEnd(k, way)))
+        return found
+
+    def _on_piece(self, step: Step, k: int, way: int, t: float) -> float:
+        """How far a slot's point is from the end of its piece (way 1) or from its start (-1)."""
+        left = self.model.coordinates.points[k].left(self._at(step, t).places[k])
+        return left[0] if way == 1 else left[1]
+
+    # --- contacts -----------------------------------------------------------------------------
+
+    def _changes_of_contacts(self, step: Step) -> list[Event]:
+        found = []
+        for k, contact in enumerate(self.model.contacts):
+            time = self._change(contact, k, step)
+            if time is not None:
+                found.append(Event(time, ContactChange(k)))
+            elif contact.acts:
+                turn = self._turn(contact, step)
+                if turn is not None:
+                    found.append(Event(turn, ContactChange(k), leaps=True))
+        return found
+
+    def _touch(self, contact: MinimalContact, step: Step, t: float) -> Touch:
+        at = self._at(step, t)
+        return contact.touch(at.x, at.v)
+
+    def _turn(self, contact: MinimalContact, step: Step) -> float | None:
+        """When within the step the force of a contact leaps, as its point turns; None if never."""
+
+        def rate(t: float) -> float:
+            return self._touch(contact, step, t).gap_rate
+
+        if not contact.turns(rate(step.t), rate(step.end)):
+            return None
+        return zero(rate, step.t, step.end)
+
+    def _change(self, contact: MinimalContact, k: int, step: Step) -> float | None:
+        """When within the step a contact's state changes; None if it does not."""
+        if self._surely_unchanged(contact, k, step):
+            return None
+        if contact.acts:
+            stays, closes = (
+                partial(self._stays, contact, step),
+                partial(self._closes, contact, step),
+            )
+            return first_fall(stays, None, (step.t, step.end), closes)
+        way = 1.0 if contact.side is Side.APART else -1.0
+
+        def gap(t: float) -> float:
+            return way * self._touch(contact, step, t).gap
+
+        def rate(t: float) -> float:
+            return way * self._touch(contact, step, t).gap_rate
+
+        return first_fall(gap, rate, (step.t, step.end))
+
+    def _stays(self, contact: MinimalContact, step: Step, t: float) -> float:
+        """Value (m) that is positive as long as the point presses on the face."""
+        touch = self._touch(contact, step, t)
+        return min(-touch.gap, touch.place, contact.length - touch.place)
+
+    def _closes(self, contact: MinimalContact, step: Step, t: float) -> float:
+        """How fast (m/s) a contact that has begun a hair before it touches goes on to touch."""
+        touch = self._touch(contact, step, t)
+        return 0.0 if contact.beside(touch) else -touch.gap_rate
+
+    def _surely_unchanged(self, contact: MinimalContact, k: int, step: Step) -> bool:
+        """Tell from both ends, or from the stages, that nothing can have changed in between."""
+        last = step.stages[-1].kept
+        ends = (self.touches[k], contact.touch(last.x, last.v))
+        apart = contact.side is not Side.PRESSED
+        if apart and (_beside(contact, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
+            return True
+        inner = [contact.touch(at.kept.x, at.kept.v) for at in step.stages[:-1]]
+        touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
+        unchanged = _apart if apart else partial(_pressed, contact)
+        between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
+        return all(unchanged(before, after, h) for before, after, h in between)
+
+
+def _apart(before: Touch, after: Touch, h: float) -> bool:
+    """Tell that a gap did not close, nor open, in a time h (s)."""
+    way = farthest(before.gap_rate, after.gap_rate, h)
+    return before.gap * after.gap > 0 and min(abs(before.gap), abs(after.gap)) > way
+
+
+def _beside(contact: MinimalContact, before: Touch, after: Touch, h: float) -> bool:
+    """Tell, likewise, that a point stayed beside a face, where it may pass the face's line."""
+    slid = farthest(before.place_rate, after.place_rate, h)
+    places = (before.place, after.place)
+    return max(places) < -slid or min(places) > contact.length + slid
+
+
+def _pressed(contact: MinimalContact, before: Touch, after: Touch, h: float) -> bool:
+    """Tell, likewise, that a contact lasted on its face."""
+    way = farthest(before.gap_rate, after.gap_rate, h)
+    slid = farthest(before.place_rate, after.place_rate, h)
+    places = (before.place, after.place)
+    on_face = min(places) > slid and max(places) < contact.length - slid
+    return on_face and max(before.gap, after.gap) < -way

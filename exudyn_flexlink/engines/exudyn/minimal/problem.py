@@ -1,0 +1,271 @@
+"""The mechanism as the integration sees it: equations in coordinates that may change, and events.
+
+Places on the slots' curves are followed along with the coordinates; contacts begin and end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.coasting import SWING
+from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.events import (
+    ContactChange,
+    Finder,
+    Goal,
+    PieceEnd,
+    TurnsMade,
+    WallChange,
+)
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
+from exudyn_flexlink.integrate.collocation import WEIGHTS
+from exudyn_flexlink.integrate.events import NOTHING, Event
+from exudyn_flexlink.integrate.problem import Evaluation, Press, State
+from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.slow_motions import slow_motions
+
+FloatArray = NDArray[np.float64]
+
+IN_CONTACT = 0.15  # of the contact's half period: the first step in it
+FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
+SHORTEST_LOOK = 1e-3  # of a contact's half period
+
+
+@dataclass
+class MinimalProblem:
+    """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
+
+    `half_periods` (s) are those of the contacts, `given` (s) is the user's own step. `entries` are
+    the contacts' beginnings and ends.
+    """
+
+    model: MinimalModel
+    recorder: Recorder
+    goal: Goal | None
+    half_periods: list[float]
+    end: float
+    given: float | None
+    entries: list[Entry] = field(default_factory=list)
+    reached: bool = False
+    stop_reason: str = ""
+    stop_advice: str = ""
+    _slow: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        x, v = self.model.start
+        for contact in self.model.contacts:
+            if contact.touch(x, v).gap < -NOTHING:
+                contact.side = Side.BEHIND
+        self._finder = Finder(self.model, self.goal, x, v)
+        if self._finder.walls is not None:
+            self._change_walls(self._finder.walls, 0.0)
+
+    @property
+    def over(self) -> bool:
+        """Whether the run ends here."""
+        return bool(self.stop_reason) or self.reached
+
+    # --- equations ----------------------------------------------------------------------------
+
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
+        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
+        return self.model.evaluate_all(t, q, v)
+
+    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix of springs, dampers and walls."""
+        return self.model.jacobians(at)
+
+    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+        """Gradients (c, n) of the gaps of the contacts that act, and their forces."""
+        return self.model.contacts_at(at)
+
+    def size(self, change: FloatArray) -> float:
+        """How far (m) changes (..., n) of the coordinates move anything, at most."""
+        return self.model.size(change)
+
+    # --- coordinates --------------------------------------------------------------------------
+
+    def begin(self, at: Evaluation) -> None:
+        """Record the state at time 0."""
+        self.recorder.begin(at)
+
+    def restart(self, time: float) -> tuple[Evaluation, State, FloatArray]:
+        """Take up the present state, with the independent coordinates that are best there."""
+        coordinates = self.model.coordinates
+        coordinates.resume()
+        q, v = coordinates.state()
+        at = self.model.evaluate(time, q, v)
+        self.model.look(at.kept.x, at.kept.reach)
+        if self._slow is None or len(self._slow) != len(q) or at.kept.reach is not None:
+            # Once for an open chain; what follows others may do so otherwise, or by other ones.
+            self._slow = slow_motions(at.mass, self.model.springs(at)[0], self.end, SWING)
+        return at, State(q, v, self.model.accelerations(at)), self._slow
+
+    def worn(self) -> bool:
+        """Tell whether other coordinates should be the independent ones."""
+        return self.model.coordinates.worn()
+
+    def accept(self, step: Step) -> None:
+        """Go to the end of a step, and record it."""
+        end = self.model.whole(step.end, step.finish.q, step.finish.v)
+        self.model.coordinates.settle(step.end, end, step.finish.a)
+        self.model.look(end.x, end.reach)
+        self._finder.accept(step, end.x, end.v)
+        acting = False
+        for contact, touch in self._contacts():
+            if contact.acts:
+                acting, contact.peak = True, max(contact.peak, contact.force(touch))
+        self.recorder.take(step, end)
+        if acting:
+            self.recorder.mark()  # even samples miss the peaks of a contact's force
+        walls = self._finder.walls
+        if walls is not None and (broken := walls.broken()) is not None:
+            self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
+
+    def _contacts(self) -> list[tuple[MinimalContact, Touch]]:
+        """Every contact with where it is."""
+        return list(zip(self.model.contacts, self._finder.touches, strict=True))
+
+    def longest(self, at: Evaluation) -> float:
+        """Limit of a step, s: places stay near those searched from, a point comes to rest."""
+        near = self.model.coordinates.longest(at.kept)
+        rests = [contact.rests_in(touch) for contact, touch in self._contacts() if contact.acts]
+        return min([near, *rests, *self._paces()], default=inf)
+
+    def _paces(self) -> list[float]:
+        """Longest steps (s) of contacts that act, where the user gave a step."""
+        if self.given is None:
+            return []
+        halves = zip(self.model.contacts, self.half_periods, strict=True)
+        acting = [half for contact, half in halves if contact.acts]
+        return [IN_CONTACT * half for half in acting]
+
+    def slipped(self, step: Step) -> float:
+        """How far (m) a dependent coordinate ended from where its speed would have taken it."""
+        stages = [at.kept for at in step.stages]
+        return self.model.coordinates.slipped(step.h, WEIGHTS, stages, step.begin.kept)
+
+    def on_singularity(self) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step fell on a dead centre."""
+        return self.model.coordinates.on_dead_centre()
+
+    def locked(self, at: Evaluation) -> str:
+        """Say at which dead centre the mechanism all but is; empty if at none."""
+        return self.model.coordinates.locked(at.kept)
+
+    # --- places on curves ---------------------------------------------------------------------
+
+    def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Knots and jumps of the slots' present pieces."""
+        return [(p.knots.places, p.knots.jumps) for p in self.model.coordinates.points]
+
+    def places(self, at: Evaluation) -> Sequence[float]:
+        """Places of the slots' points on their present pieces."""
+        found: tuple[float, ...] = at.kept.places
+        return found
+
+    def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
+        """As `places`, at coordinates and speeds."""
+        return self.model.whole(t, q, v).places
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
+        return self.model.moved_by_point(k, at)
+
+    # --- events -------------------------------------------------------------------------------
+
+    def first_event(self, step: Step) -> Event | None:
+        """Locate what happens first within a step."""
+        return self._finder.first(step)
+
+    def late(self, event: Event, step: Step) -> float:
+        """How long before the step's end a wall began or ceased to press, s, or a point slid off.
+
+        There it matters: a force is gone from one instant to the next.
+        """
+        if isinstance(event.what, WallChange):
+            assert self._finder.walls is not None
+            return -self._finder.walls.missed(event.what.pair, step)
+        if event.leaps or not isinstance(event.what, ContactChange):
+            return 0.0
+        last = step.stages[-1].kept
+        contact = self.model.contacts[event.what.contact]
+        return contact.left_since(contact.touch(last.x, last.v))
+
+    def misses(self, event: Event, step: Step) -> bool:
+        """Tell that a contact would end well off its face.
+
+        A tolerance may allow more than the contact is deep, but a force that pulls there, or is
+        gone too early, changes speeds by no little.
+        """
+        if not isinstance(event.what, ContactChange):
+            return False
+        k = event.what.contact
+        contact = self.model.contacts[k]
+        if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
+            return False
+        last = step.stages[-1].kept
+        touch = contact.touch(last.x, last.v)
+        off = FARTHEST_OFF * contact.peak / contact.law.stiffness
+        return not contact.beside(touch) and touch.gap > off
+
+    def cross(self, event: Event) -> float:
+        """Change the equations; return how long (s) the next step may be."""
+        longest = inf
+        if isinstance(event.what, TurnsMade):
+            self.reached = True
+        elif isinstance(event.what, PieceEnd):
+            guide = self.model.coordinates.points[event.what.slot]
+            if not guide.next_piece(event.what.way, event.time):
+                self.stop_reason = f"the point of slot '{guide.slot.name}' reached the curve's end"
+                self.stop_advice = "lengthen the curve, or end the run before"
+        elif isinstance(event.what, WallChange):
+            assert self._finder.walls is not None
+            self._change_walls(self._finder.walls, event.time, event.what.pair)
+        elif isinstance(event.what, ContactChange):
+            k = event.what.contact
+            self._change_contact(event.time, k, self._finder.touches[k])
+            self.recorder.mark()
+            if self.model.contacts[k].acts:
+                longest = IN_CONTACT * self.half_periods[k]
+        return longest
+
+    def _change_contact(self, time: float, k: int, touch: Touch) -> None:
+        contact = self.model.contacts[k]
+        if not contact.acts and contact.beside(touch):
+            contact.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
+        elif contact.side is Side.BEHIND:
+            contact.side = Side.APART
+        elif contact.side is Side.APART:
+            contact.side, contact.peak = Side.PRESSED, 0.0
+            self._tell(time, k, "contact begins", touch)
+        else:
+            off = min(touch.place, contact.length - touch.place) < min(-touch.gap, 1e-9)
+            contact.side = Side.BEHIND if off else Side.APART
+            self._tell(time, k, "leaves the face" if off else "contact ends", touch)
+
+    def _change_walls(self, walls: WallWatch, time: float, first: int | None = None) -> None:
+        """Let a pair of link and guide, if any, begin or cease to press, and others that do so."""
+        before = len(self.model.contacts)
+        others = [k for k in walls.changed().tolist() if k != first]
+        for k in others if first is None else [first, *others]:
+            self.model.walls.change(k)
+            kind = "contact begins" if self.model.walls.touching[k] else "contact ends"
+            touch = walls.touch(k)
+            self.entries.append(Entry(time, before + k, kind, touch, -touch.gap_rate, 0.0))
+            self.recorder.note()
+
+    def _tell(self, time: float, k: int, kind: str, touch: Touch) -> None:
+        peak = self.model.contacts[k].peak
+        self.entries.append(Entry(time, k, kind, touch, -touch.gap_rate, peak))
+        self.recorder.note()

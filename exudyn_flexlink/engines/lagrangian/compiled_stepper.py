@@ -1,0 +1,184 @@
+"""Blocks of steps in machine code, cut at events; see `integrate.solve.Stepper`.
+
+Only a step in which a guard may have fallen is looked at here; what an event changes is the
+problem's own, as under the explicit method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.advance import (
+    ITERATED,
+    LOOK,
+    PAIR,
+    STEP,
+    STUCK,
+    TROUBLE,
+    Buffer,
+    Control,
+    advance,
+)
+from exudyn_flexlink.engines.lagrangian.compiled import numba
+from exudyn_flexlink.engines.lagrangian.course import Course
+from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
+from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.track import TROUBLES
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE
+from exudyn_flexlink.engines.lagrangian.watch import interpolate
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.collocation import Collocation
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.problem import NoConvergenceError
+
+FloatArray = NDArray[np.float64]
+
+FIRST_STEP = 1e-6  # s
+JUST_AHEAD = 1e-9  # s
+
+
+@dataclass
+class CompiledStepper:
+    """Makes steps of one error each, many at once, and counts them."""
+
+    problem: LagrangianProblem
+    method: Collocation
+    control: Control
+    first_step: float = FIRST_STEP
+    room: int = 256 if numba is not None else 16  # steps between looks at the user's patience
+    steps: int = 0
+    iterations: int = 0
+    smallest: float = inf
+    largest: float = 0.0
+
+    @property
+    def time(self) -> float:
+        """Where the integration is, s."""
+        return self.problem.time
+
+    def begin(self) -> None:
+        """Take up the state at time 0."""
+        self.problem.begin()
+        self._buffer = self._room_for(self.room)
+        self._buffer.memory[STEP] = self.first_step
+
+    def _room_for(self, steps: int) -> Buffer:
+        size = len(self.problem.system.start)
+        return Buffer(
+            np.zeros(steps + 1),
+            np.zeros((steps + 1, size)),
+            np.zeros((steps, len(self.method.nodes), size)),
+            np.zeros(steps + 1),
+            np.zeros(10),
+        )
+
+    def compile(self) -> None:
+        """Have everything compiled that steps and samples are made by: of no step, and none."""
+        system, buffer = self.problem.system, self._room_for(1)
+        course, none = system.course(), np.zeros(0)
+        advance(0.0, course, (self.method, self.control), system.watched(), buffer)
+        states = states_within(
+            none, buffer.times, buffer.states, buffer.changes, self.method.powers
+        )
+        motions_at(none, states, none, course, False)
+        system.motion(0.0, system.start)
+
+    def restart(self, longest: float) -> None:
+        """Begin anew from the present state."""
+        memory = self._buffer.memory
+        memory[STEP] = min(memory[STEP], longest)
+
+    def forget(self) -> None:
+        """Go on from the present state: every block starts afresh."""
+
+    def refresh(self) -> None:
+        """Go on from the present state: every block takes the equations anew."""
+
+    def advance(self, stop: float) -> Event | None:
+        """Make a block of steps, no further than to `stop` (s); return the event at its end.
+
+        Raises:
+            NoConvergenceError: no step is short enough.
+
+        """
+        problem, system, buffer = self.problem, self.problem.system, self._buffer
+        course, watched = system.course(), system.watched()
+        buffer.times[0], buffer.states[0] = problem.time, problem.state
+        buffer.places[0] = system.track.u
+        buffer.memory[PAIR] = NONE
+        # An iteration that goes astray may overflow: it is not a number, hence rejected.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            done, ended = advance(stop, course, (self.method, self.control), watched, buffer)
+        for contact, peak in zip(system.contacts, watched.peaks, strict=True):
+            contact.peak = max(contact.peak, float(peak))
+        self._take(0, done - 1 if ended == LOOK else done, course)
+        if ended == STUCK:
+            self._give_up()
+        event = self._look(done - 1, course) if ended == LOOK else None
+        if event is None and buffer.memory[PAIR] >= 0:
+            event = Event(problem.time, Pair(int(buffer.memory[PAIR])))
+        return event
+
+    def _take(self, first: int, last: int, course: Course) -> None:
+        """Record steps in which nothing happened."""
+        if last == first:
+            return
+        b = self._buffer
+        block = Block(
+            b.times[first : last + 1],
+            b.states[first : last + 1],
+            b.changes[first:last],
+            b.places[first : last + 1],
+            course,
+            self.method,
+        )
+        lengths = np.diff(block.times)
+        self.largest = max(self.largest, float(lengths.max()))
+        self.smallest = min(self.smallest, float(lengths.min()))
+        self.steps += last - first
+        self.iterations = int(b.memory[ITERATED])
+        self.problem.accept_block(block)
+
+    def _look(self, last: int, course: Course) -> Event | None:
+        """Look for an event in the step with number `last`, and go to it, or to the step's end."""
+        b = self._buffer
+        begin, end = float(b.times[last]), float(b.times[last + 1])
+        dense = Dense(begin, end, b.states[last].copy(), b.changes[last].copy(), self.method)
+        event = self.problem.locate(self.problem.system.point_guards, begin, end, dense)
+        if event is None:
+            self._take(last, last + 1, course)
+            return None
+        self.steps += 1
+        self.largest = max(self.largest, event.time - begin)
+        if event.time - begin > instant(event.time, EVENT_TIME):
+            self.smallest = min(self.smallest, event.time - begin)
+        self.problem.accept(event.time, dense, event)
+        return event
+
+    def _give_up(self) -> None:
+        """Say why no step is short enough: where P can't be found next, that is what is wrong."""
+        system = self.problem.system
+        system.trouble = TROUBLES.get(int(self._buffer.memory[TROUBLE]), "")
+        if not system.trouble:
+            system.rate(self.time + JUST_AHEAD, self.problem.state)
+        raise NoConvergenceError("required step size is less than spacing between numbers")
+
+
+class Dense:
+    """The collocation polynomial of one step."""
+
+    def __init__(
+        self, begin: float, end: float, y: FloatArray, changes: FloatArray, method: Collocation
+    ) -> None:
+        self._begin, self._length = begin, end - begin
+        self._y, self._changes, self._powers = y, changes, method.powers
+
+    def __call__(self, t: float) -> FloatArray:
+        """State at t."""
+        at = np.empty(len(self._y))
+        interpolate((t - self._begin) / self._length, self._y, self._changes, self._powers, at)
+        return at

@@ -1,0 +1,153 @@
+"""What contacts do in the systems of an implicit step: few forces, which leap.
+
+A contact's force changes from loading to unloading within a small part of a step: its slopes at one
+instant mislead the iteration. So the gaps at all stages, few numbers, are solved for at every round
+with the forces themselves; the matrices carry only what they mean for the other coordinates.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.integrate.collocation import (
+    FROM,
+    NODES,
+    REAL,
+    STAGES,
+    TO,
+    WEIGHTS,
+    A,
+)
+from exudyn_flexlink.integrate.problem import Press, Pressing
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)
+ROUNDS = 40
+CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
+SHORTEST_PART = 1e-3  # of Newton's way
+LOOKS, LOOK_WEIGHTS = np.polynomial.legendre.leggauss(12)  # a finer rule than that of the stages
+LOOKS, LOOK_WEIGHTS = (1 + LOOKS) / 2, LOOK_WEIGHTS / 2
+TO_LOOKS = np.vander(LOOKS, STAGES + 1, increasing=True) @ NODES
+STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
+
+
+class ContactShare(NamedTuple):
+    """Contacts beside the iteration's systems, by Woodbury's formula."""
+
+    rows: FloatArray  # (c, n): gradients of the gaps
+    arms: ComplexArray  # (systems, n, c): inverse times rows
+    gains: FloatArray  # (stages c, stages c): changes of the gaps' rates by forces at the stages
+    press: Press
+    touching: FloatArray  # (c, 2): gaps and rates at the start of the step
+    start: Pressing  # (c,) each: there
+
+    @classmethod
+    def of(
+        cls, rows: FloatArray, press: Press, inverses: ComplexArray, touching: FloatArray
+    ) -> ContactShare:
+        """Contacts that touch so (c, 2) at the start of the step."""
+        arms = inverses @ rows.T
+        by_system = rows @ arms  # (systems, c, c)
+        count = len(rows)
+        gains = (BOTH @ by_system.reshape(len(arms), -1)).real  # (stages stages, c c)
+        gains = gains.reshape(STAGES, STAGES, count, count).transpose(0, 2, 1, 3)
+        gains = gains.reshape(STAGES * count, STAGES * count)
+        return cls(rows, arms, gains, press, touching, press(touching))
+
+    def share(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
+        """What the contacts add to a change (stages, n) of the speeds found without them.
+
+        `touching` (stages, c, 2) are gaps and rates before it.
+        """
+        free = change @ self.rows.T
+        before = self.press(touching)
+        pushes = self._pushes(h, free, touching, before) - before.force
+        of_systems = TO @ pushes  # (systems, c)
+        return np.asarray((FROM @ (self.arms @ of_systems[:, :, None])[:, :, 0]).real)
+
+    def _pushes(
+        self, h: float, free: FloatArray, touching: FloatArray, start: Pressing
+    ) -> FloatArray:
+        """Forces (stages, c) once the rates of the gaps have changed by `free` and by themselves.
+
+        Newton's method, each step as long as it helps: forces fall with gap and rate, so that there
+        is one solution, but they hardly change on both sides of where they leap.
+        """
+        shape, size = free.shape, free.size
+        spread, same = h * _spread(shape[1]), np.eye(size)
+        flat = free.ravel()
+        enough = CLOSE * float(np.abs(flat).max())
+        pressing, rates, off = start, np.zeros(size), flat
+        left = float(np.abs(off).max())
+        for _ in range(ROUNDS):
+            if left <= enough:
+                break
+            slopes = pressing.stiffness.reshape(size, 1) * spread
+            slopes.flat[:: size + 1] += pressing.damping.ravel()
+            way = np.linalg.solve(same + self.gains @ slopes, off)
+            part, before = 1.0, left
+            while True:
+                trial = rates + part * way
+                moved = np.stack([(spread @ trial).reshape(shape), trial.reshape(shape)], axis=-1)
+                pressing = self.press(touching + moved)
+                off = flat + self.gains @ (pressing.force - start.force).ravel() - trial
+                left = float(np.abs(off).max())
+                if left < before or part < SHORTEST_PART:
+                    break
+                part /= 2
+            rates = trial
+        return np.asarray(pressing.force)
+
+    def pull(self, change: FloatArray) -> FloatArray:
+        """Forces (n,) against a change of the coordinates, at the start of the step."""
+        return np.asarray(self.rows.T @ (self.start.stiffness * (self.rows @ change)))
+
+    def errors(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
+        """Errors of the speeds (1 or 2, n), of which `change` (n,) was found without contacts.
+
+        `touching` (stages, c, 2) are gaps and rates at the stages. A contact that creeps is a stiff
+        damper: it wipes out errors. But the damper fades while the point speeds up to lift off, and
+        what it no longer wipes out counts. So contacts damp as little as they do anywhere in the
+        step. And where they leap like that, what happens between the stages counts, too.
+        """
+        stages = self.press(touching)
+        stiffness = np.minimum(self.start.stiffness, stages.stiffness.min(axis=0))
+        damping = np.minimum(self.start.damping, stages.damping.min(axis=0))
+        filtered = self._filtered(stiffness * h / REAL + damping, change)
+        most = np.maximum(self.start.damping, stages.damping.max(axis=0))
+        if np.all(damping > STEADY * most):  # where all are zero, a leap may lie in between
+            return filtered[None]
+        return np.stack([filtered, self._missed(h, touching, stages)])
+
+    def _filtered(self, of_rates: FloatArray, change: FloatArray) -> FloatArray:
+        """A change (n,) found by the real system without contacts, with such ones (c,) in it."""
+        arm = self.arms[0].real
+        system = np.eye(len(arm.T)) + (self.rows @ arm) * of_rates
+        return np.asarray(
+            change - arm @ (of_rates * np.linalg.solve(system, self.rows @ change)), float
+        )
+
+    def _missed(self, h: float, touching: FloatArray, stages: Pressing) -> FloatArray:
+        """Errors (n,) of the speeds by what the forces do between the stages.
+
+        The embedded formula sees the stages alone. Where a force leaps between two of them, its
+        impulse by a finer rule, along the step's polynomial, is another than by the stages.
+        """
+        nodes = np.concatenate([self.touching[None], touching])
+        between = self.press(
+            (TO_LOOKS @ nodes.reshape(STAGES + 1, -1)).reshape(-1, *nodes.shape[1:])
+        )
+        impulses = h * (LOOK_WEIGHTS @ between.force - WEIGHTS @ stages.force)
+        return np.asarray((REAL / h) * (self.arms[0].real @ impulses))
+
+
+@cache
+def _spread(count: int) -> FloatArray:
+    """Coefficients a of the method, for each of `count` contacts."""
+    return np.asarray(np.kron(A, np.eye(count)), dtype=np.float64)

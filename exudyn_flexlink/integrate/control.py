@@ -1,0 +1,58 @@
+"""How long steps are: by the error that one may make, or all alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from exudyn_flexlink.integrate.collocation import STAGES
+
+SHARE = 0.1  # of the tolerance: the error estimated of one step
+LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
+SAFETY = 0.9
+KEEP = (0.9, 1.2)  # a step that may grow by a factor between these stays, with its matrices
+ORDER = STAGES + 1  # of the estimated error
+
+
+@dataclass
+class ErrorControl:
+    """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
+
+    Measured on the shipped scenes by `scripts/tolerance.py`: over two turns, the error of S and of
+    the lever's tip is 0.01 to 0.5 of the tolerance, from 1e-3 to 1e-8 m, where that decides on the
+    steps.
+    """
+
+    tolerance: float
+    fixed: float | None = None
+    _before: tuple[float, float] | None = None  # length and error ratio of the last step
+
+    @property
+    def allowed(self) -> float:
+        """Error that one step may make, m."""
+        return SHARE * self.tolerance
+
+    def passes(self, error: float) -> bool:
+        """Tell whether a step of this error (m) is good enough."""
+        return self.fixed is not None or error <= self.allowed
+
+    def forget(self) -> None:
+        """The equations have changed: the last step tells nothing."""
+        self._before = None
+
+    def note(self, h: float, error: float) -> None:
+        """Take note of a step of length h (s) that was good enough."""
+        self._before = (h, max(error / self.allowed, 1e-2))
+
+    def factor(self, h: float, error: float) -> float:
+        """By how much the next step may be longer (Hairer and Wanner, eq. IV.8.25)."""
+        ratio = max(error / self.allowed, 1e-12)
+        grow = float(SAFETY * ratio ** (-1 / ORDER))
+        if self._before is not None:
+            before, then = self._before
+            grow = min(grow, SAFETY * h / before * float((then / ratio**2) ** (1 / ORDER)))
+        return max(LEAST_GROWTH, min(MOST_GROWTH, grow))
+
+    def next(self, h: float, factor: float) -> float:
+        """Length of the next step, s: the same if it may hardly grow."""
+        low, high = KEEP
+        return h if low <= factor <= high else h * factor

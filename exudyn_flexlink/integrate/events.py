@@ -1,0 +1,112 @@
+"""Where event functions fall to zero within a step.
+
+An event function (m, or any length) is positive as long as the present equations hold. It is looked
+at a few times within the step; one that falls below zero and rises again between two looks is found
+by the zero of its rate. Right after an event it may start at zero: then it falls after its highest
+place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isnan
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from exudyn_flexlink.integrate.problem import NoConvergenceError
+
+EVENT_TIME = 1e-13  # s: to which events are located, where the clock tells that apart
+LOOKS = 8  # at event functions within a step in which they may fall
+NOTHING = 1e-14  # m: an event function this little below zero is there by rounding
+HALVINGS = 40  # of the time to the next look, in the search for where a function rises from zero
+
+Function = Callable[[float], float]
+"""A value, or a rate, by the time (s)."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happens first within a step, and when (s); `what` is the problem's own.
+
+    Where a force `leaps` the equations stay as they are: the integration only starts afresh. Where
+    they change and forces only bend, the last step still tells where the next one goes (`bends`).
+    """
+
+    time: float
+    what: Any
+    leaps: bool = False
+    bends: bool = False
+
+
+def zero(value: Function, begin: float, end: float) -> float:
+    """Instant (s) of the zero of a value that changes its sign between two instants.
+
+    Raises:
+        NoConvergenceError: the value is no number in between.
+
+    """
+
+    def number(t: float) -> float:
+        found = value(t)
+        if isnan(found):
+            raise NoConvergenceError("the state is no number any more: the tolerance is too loose")
+        return found
+
+    return float(brentq(number, begin, end, xtol=EVENT_TIME, rtol=1e-15))
+
+
+def fall(value: Function, begin: float, end: float) -> float:
+    """Instant at which a value falls to zero that is below it at the end."""
+    return begin if value(begin) <= 0 else zero(value, begin, end)
+
+
+def first_fall(
+    value: Function,
+    rate: Function | None,
+    within: tuple[float, float],
+    goes_on: Function | None = None,
+) -> float | None:
+    """Find when an event function falls below zero first; None if it does not.
+
+    With its `rate` it is also found between two looks. A function that is below zero from the start
+    and `goes_on` to rise, positive there, is let be until the next look.
+    """
+    t, end = within
+    for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():
+        if value(after) < -NOTHING:
+            if value(t) > NOTHING:
+                return zero(value, t, after)
+            if goes_on is None or not goes_on(after) > 0:
+                return _after_rising(value, t, after)
+        elif rate is not None:
+            grazed = _grazed(value, rate, t, after)
+            if grazed is not None:
+                return grazed
+        t = after
+    return None
+
+
+def _grazed(value: Function, rate: Function, t: float, after: float) -> float | None:
+    """When a value falls below zero, if it does and rises again between two looks."""
+    if not rate(t) < 0 < rate(after):
+        return None
+    lowest = zero(rate, t, after)
+    return None if value(lowest) >= -NOTHING else fall(value, t, lowest)
+
+
+def _after_rising(value: Function, t: float, after: float) -> float:
+    """When a value falls that starts at zero; at once if it does not rise first."""
+    top = max((t + (after - t) * 0.5**k for k in range(1, HALVINGS)), key=value)
+    return t if value(top) <= 0 else zero(value, top, after)
+
+
+def farthest(before: float, after: float, h: float) -> float:
+    """How far a value strays from its two ends within a time h (s), from its rates there.
+
+    The cubic through both ends does so by less than a sixth of the way of the larger rate; the
+    margin is threefold.
+    """
+    return 0.5 * h * max(abs(before), abs(after))

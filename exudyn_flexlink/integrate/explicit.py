@@ -1,0 +1,138 @@
+"""Steps of SciPy's DOP853: a second method, so that every run of the first has a judge.
+
+DOP853 is the explicit Runge-Kutta method of order 8 by Dormand and Prince, with dense output of
+order 7. Between two events the equations are smooth, so it keeps its order. Its tolerances are
+those of one step, of every number of the state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.problem import NoConvergenceError
+
+FloatArray = NDArray[np.float64]
+Dense = Callable[[float], FloatArray]
+"""State by the time (s), within a step."""
+
+# Of one step, per metre that the run may be off: over the paper's two turns, and through strikes,
+# what is left of 1e-3 to 1e-8 m is a tenth or less.
+RELATIVE, ABSOLUTE = 1e-3, 1e-5
+LEAST = 3e-14  # of each: what is less is rounding
+
+
+class FirstOrderProblem(Protocol):
+    """``y' = rate(t, y)``, which changes at events; `state` is where it is."""
+
+    state: FloatArray
+
+    def begin(self) -> None:
+        """Take up the state at time 0."""
+
+    def rate(self, t: float, y: FloatArray) -> FloatArray:
+        """dy/dt; not a number where there is none."""
+
+    def longest(self, t: float, y: FloatArray) -> float:
+        """Limit of the next step, s."""
+
+    def first_event(self, begin: float, end: float, dense: Dense) -> Event | None:
+        """Locate what happens first in a step between two instants."""
+
+    def accept(self, end: float, dense: Dense, event: Event | None) -> None:
+        """Go to the end of a step, where something may happen, and record it."""
+
+
+class ExplicitStepper:
+    """Makes steps so that the run is off by no more than its tolerance (m)."""
+
+    iterations = 0
+
+    def __init__(self, problem: FirstOrderProblem, tolerance: float) -> None:
+        self.problem = problem
+        self.relative = max(LEAST, RELATIVE * tolerance)
+        self.absolute = max(LEAST, ABSOLUTE * tolerance)
+        self.time = 0.0
+        self.steps, self.smallest, self.largest = 0, inf, 0.0
+        self._solver: Any = None
+
+    def begin(self) -> None:
+        """Take up the state at time 0."""
+        self.problem.begin()
+
+    def restart(self, longest: float) -> None:  # noqa: ARG002 - the method finds its first step
+        """Begin anew from the present state."""
+        self._solver = None
+
+    def forget(self) -> None:
+        """Go on from the present state, where a force leaps."""
+        self._solver = None
+
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed."""
+        self._solver = None
+
+    def advance(self, stop: float) -> Event | None:
+        """Make one step, no further than to `stop` (s); return the event at its end, if any.
+
+        Raises:
+            NoConvergenceError: no step is short enough.
+
+        """
+        solver = self._solver = self._solver_to(stop)
+        # A trial step far too long may overflow: it is not a number, hence rejected.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            complaint = solver.step()
+        if solver.status == "failed":
+            raise NoConvergenceError(str(complaint))
+        _require_numbers(solver.y)
+        dense = _Lazy(solver)
+        event = self.problem.first_event(solver.t_old, solver.t, dense)
+        end = float(solver.t if event is None else event.time)
+        done = end - self.time
+        self.time = end
+        self.steps, self.largest = self.steps + 1, max(self.largest, done)
+        if done > instant(end, EVENT_TIME):
+            self.smallest = min(self.smallest, done)
+        self.problem.accept(end, dense, event)
+        _require_numbers(self.problem.state)
+        solver.max_step = self.problem.longest(solver.t, solver.y)
+        return event
+
+    def _solver_to(self, stop: float) -> Any:
+        if self._solver is not None and self._solver.t_bound == stop:
+            return self._solver
+        y = self.problem.state
+        _require_numbers(y)
+        return DOP853(
+            self.problem.rate, self.time, y, stop, self.problem.longest(self.time, y),
+            rtol=self.relative, atol=self.absolute,
+        )  # fmt: skip
+
+
+def _require_numbers(y: FloatArray) -> None:
+    """Refuse a state that overflowed, which a tolerance may be loose enough to let pass."""
+    if not np.isfinite(y).all():
+        raise NoConvergenceError("the state is no number any more: the tolerance is too loose")
+
+
+class _Lazy:
+    """Dense output of the last step, which costs three evaluations, only where it is asked for."""
+
+    def __init__(self, solver: Any) -> None:
+        self._solver = solver
+        self._dense: Any = None
+
+    def __call__(self, t: float) -> FloatArray:
+        if t == self._solver.t:
+            return np.asarray(self._solver.y)
+        if self._dense is None:
+            self._dense = self._solver.dense_output()
+        return np.asarray(self._dense(t))

@@ -1,0 +1,124 @@
+r"""Knots of a curve that a coordinate follows: over which of them a step may go.
+
+At a knot the curve's third derivative jumps by J. With the speed u' of the place on the curve the
+acceleration of the point there bends: from there on it has ``J u'^3 (t - t_k)`` more. The method
+takes smooth functions to order 9, a bend only to order 2. If a step of length h passes the knots
+after its parts sigma_k, the speed at its stage i misses
+
+    h^2 u'^3 sum_k kappa_i(sigma_k) J_k,
+    kappa_i(s) = (c_i - s)_+^2 / 2 - sum_j a_ij (c_j - s)_+    (Peano's kernel).
+
+A lone knot counts in full; many close knots of a smooth curve cancel each other, as their jumps
+change slowly. A step goes over as many knots as may be, and else ends at one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from exudyn_flexlink.integrate.collocation import A, C
+from exudyn_flexlink.integrate.problem import Evaluation, State
+from exudyn_flexlink.integrate.radau import Step
+
+FloatArray = NDArray[np.float64]
+
+AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
+
+
+class Followed(Protocol):
+    """Places on curves, as the problem's coordinates follow them."""
+
+    def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Of each curve the knots' places (k,), in order, and the jumps there (k, 2)."""
+
+    def places(self, at: Evaluation) -> Sequence[float]:
+        """Places on the curves at an evaluation."""
+
+    def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
+        """Places on the curves at coordinates and speeds; ValueError where there are none."""
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) things accelerate if curve k pushes its point by 1 m/s^2."""
+
+
+class KnotControl:
+    """Keeps what knots cost below an error of the accelerations, m/s^2, of anything."""
+
+    def __init__(self, followed: Followed, allowed: float) -> None:
+        """Take that error of a step, on average over the step."""
+        self.followed, self.allowed = followed, allowed
+        self._moved: dict[int, float] = {}  # by a push of each point: the most so far
+
+    def shortened(self, t: float, h: float, state: State, at: Evaluation) -> float:
+        """Length (s) of the next step, at most h, by where the points will be.
+
+        `at` is the evaluation at its start.
+        """
+
+        def place(k: int, after: float) -> float:
+            q = state.q + after * (state.v + after / 2 * state.a)
+            return self.followed.places_near(t + after, q, state.v)[k]
+
+        def left(k: int, to: float, after: float) -> float:
+            return place(k, after) - to
+
+        for k, (knots, _) in enumerate(self.followed.knots()):
+            if not len(knots):
+                continue
+            try:
+                end = place(k, h)
+                to = self._reached(k, at, end, h)
+                if to != end:
+                    h = self._until(partial(left, k, to), h)
+            except ValueError:
+                return h  # no place there: the step itself will be shorter
+        return h
+
+    def part(self, step: Step) -> float:
+        """Part of a step after which it should have ended; 1 if it is good."""
+        part = 1.0
+        for k, (knots, _) in enumerate(self.followed.knots()):
+            if not len(knots):
+                continue
+            begin, end = (self.followed.places(at)[k] for at in (step.begin, step.stages[-1]))
+            to = self._reached(k, step.begin, end, step.h, step.stages[-1])
+            if to != end:
+                part = min(part, (to - begin) / (end - begin))
+        return part
+
+    def _until(self, left: Callable[[float], float], h: float) -> float:
+        """Time (s) until a place is reached; `left` is the way from there, by the time."""
+        return float(brentq(left, 0, h, xtol=1e-3 * AT_KNOT * h, rtol=AT_KNOT))
+
+    def _reached(
+        self, k: int, at: Evaluation, end: float, h: float, after: Evaluation | None = None
+    ) -> float:
+        """How far a step of length h from `at` to `end` may go: there, or to a knot before."""
+        (places, jumps), begin = self.followed.knots()[k], self.followed.places(at)[k]
+        low, high = np.searchsorted(places, [min(begin, end), max(begin, end)])
+        if low == high:
+            return end
+        places, jumps, speed = places[low:high], jumps[low:high], abs(end - begin) / h
+        if end < begin:
+            places, jumps = places[::-1], jumps[::-1]
+        for known in (at, after):
+            if known is not None:
+                moved = self.followed.moved_by_point(k, known)
+                self._moved[k] = max(self._moved.get(k, 0.0), moved)
+        scale = speed**2 * self._moved[k]
+        while len(places):
+            parts = (places - begin) / (end - begin)
+            since = np.maximum(C[:, None] - parts, 0.0)
+            missed = ((since * since / 2 - A @ since) * (parts > AT_KNOT)) @ jumps
+            if scale * abs(end - begin) * np.hypot(*missed.T).max() <= self.allowed:
+                break
+            half = np.count_nonzero(parts <= AT_KNOT)
+            half += (len(places) - half) // 2
+            end, places, jumps = float(places[half]), places[:half], jumps[:half]
+        return end

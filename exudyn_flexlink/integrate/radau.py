@@ -1,0 +1,248 @@
+r"""Steps of Radau IIA, of order 9, for ``M(q) q'' = f(t, q, q')``, with an estimate of their error.
+
+E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8: five stages,
+collocation at c, L-stable, stiffly accurate. The unknowns are the stages' speeds ``V = v0 + W``:
+
+    A = (1/h) B W,  B = (a_ij)^-1,     Q = q0 + h a V,     R = f(Q, V) - M(Q) A = 0
+
+solved by simplified Newton, ``(M/h B + D + h a K) dW = R``, with springs K and dampers D, to which
+contacts add their own share. In the eigenvectors of B that is one real system and two complex ones
+of the size of q:
+
+    (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
+
+The error is that of Hairer and Wanner's embedded formula, of order 5, filtered by the real matrix,
+with contacts as slack as they become within the step; and where their forces leap, what their
+impulses along the step's polynomial differ by from those of the stages (see `contact_share`).
+Between steps speeds follow the polynomial through those of the start and of the stages, places its
+integral.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.integrate.collocation import (
+    EIGENVALUES,
+    ERROR,
+    FROM,
+    NODES,
+    REAL,
+    STAGES,
+    TO,
+    A,
+    B,
+    C,
+)
+from exudyn_flexlink.integrate.contact_share import ContactShare
+from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+POWERS = np.arange(1, STAGES + 2)
+SYSTEMS = EIGENVALUES[:, None, None]
+MOST_ITERATIONS = 8
+NEWTON = 1e-3  # of the error allowed: what the iteration may leave
+LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
+STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
+SLOW = 0.2  # slower convergence asks for new matrices
+LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
+
+
+class Step(NamedTuple):
+    """One step from `t` over `h`, both s, with the states at its ends.
+
+    `begin` is the evaluation at its start, `stages` are those of the iteration's last round,
+    `accelerations` (stages, n) go with them; `error` (m) is the one estimated.
+    """
+
+    t: float
+    h: float
+    start: State
+    finish: State
+    begin: Evaluation
+    stages: list[Evaluation]
+    speeds: FloatArray
+    accelerations: FloatArray
+    error: float
+
+    @property
+    def end(self) -> float:
+        """Time at its end, s."""
+        return self.t + self.h
+
+    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates and speeds (instants, n) at times within the step."""
+        part = ((time - self.t) / self.h)[:, None]
+        powers = part ** np.arange(STAGES + 1)
+        speeds = NODES @ self.speeds
+        q = self.start.q + self.h * ((part * powers / POWERS) @ speeds)
+        return q, powers @ speeds
+
+    def ending(self, end: float) -> Step:
+        """Return the same with its end moved a little, to `end` (s), along its polynomial."""
+        h = end - self.t
+        begins = np.concatenate([[0.0], C]) * (h / self.h)
+        speeds = np.vander(begins, STAGES + 1, increasing=True) @ (NODES @ self.speeds)
+        q, v = self.at(np.array([end]))
+        return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
+
+
+class Lasting(NamedTuple):
+    """How long errors of speeds last until they have become those of places, s."""
+
+    in_contact: float  # those of steps with a contact in them, whose force leaps
+    free: float
+
+
+class Radau:
+    """Steps of one problem."""
+
+    def __init__(self, problem: Problem, lasting: Lasting, slow: FloatArray) -> None:
+        """Take the problem, how long errors of speeds last, and its slow motions.
+
+        `slow` (n, n), s, is the matrix by which those make places of errors of speeds.
+        """
+        self.problem, self.lasting, self.slow = problem, lasting, slow
+        self.iterations = 0
+        self._matrices: _Matrices | None = None
+        # Begin, length and speeds of the last step solved.
+        self._last: tuple[float, float, FloatArray] | None = None
+        self._rate = 1.0  # at which the last iteration converged
+
+    def restart(self) -> None:
+        """Forget the last step: the equations have changed."""
+        self._last = self._matrices = None
+
+    def refresh(self) -> None:
+        """Make new matrices for the next step: the equations have changed, but not by much."""
+        self._matrices = None
+
+    def step(
+        self, t: float, h: float, start: Evaluation, state: State, allowed: float
+    ) -> Step | None:
+        """Make a step of this length, whatever its error; None if the iteration fails.
+
+        `start` is the evaluation at `state`; `allowed` (m) is the error in whose parts the
+        iteration counts.
+        """
+        fresh = self._matrices is None or self._matrices.h != h or self._rate > SLOW
+        matrices = self._matrices = self._factorised(h, start) if fresh else self._matrices
+        assert matrices is not None
+        w = self._solve(t, state, matrices, allowed)
+        if w is None and not fresh:
+            matrices = self._matrices = self._factorised(h, start)
+            w = self._solve(t, state, matrices, allowed)
+        if w is None:
+            self._matrices = None
+            return None
+        speeds, pushes = state.v + w, (B @ w) / h
+        moved = h * (A @ speeds)
+        errors = self._errors(start, state, w, moved, matrices)
+        in_contact = matrices.contacts is not None
+        tau = self.lasting.in_contact if in_contact else self.lasting.free
+        errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
+        error = self.problem.size(errors)
+        known = np.vstack([state.v, speeds])
+        self._last = (t, h, known)
+        end = State(state.q + moved[-1], speeds[-1], pushes[-1])
+        return Step(t, h, state, end, start, self._stages, known, pushes, error)
+
+    def _factorised(self, h: float, start: Evaluation) -> _Matrices:
+        stiffness, damping = self.problem.jacobians(start)
+        systems = start.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
+        inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
+        self._rate = 1.0
+        found = self.problem.contacts_at(start)
+        contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
+        return _Matrices(h, inverses, stiffness, contacts)
+
+    def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
+        """Increments of the stages' speeds, from the polynomial of the last step solved.
+
+        That is the step before, or a longer one from the same instant.
+        """
+        if self._last is None:
+            return np.zeros((STAGES, len(v)))
+        begin, before, speeds = self._last
+        ahead = np.vander((t - begin + C * h) / before, STAGES + 1, increasing=True)
+        return np.asarray(ahead @ (NODES @ speeds) - v)
+
+    def _solve(
+        self, t: float, state: State, matrices: _Matrices, allowed: float
+    ) -> FloatArray | None:
+        """Increments W of the stages' speeds; None if the iteration does not converge."""
+        h = matrices.h
+        w, before, rate = self._guess(t, h, state.v), 0.0, self._rate
+        enough = NEWTON * allowed
+        for _ in range(MOST_ITERATIONS):
+            self.iterations += 1
+            residual = self._residual(t, h, state, w)
+            if residual is None:
+                return None
+            turned = matrices.inverses @ (TO @ residual)[:, :, None]
+            change = (FROM @ turned[:, :, 0]).real
+            if matrices.contacts is not None:
+                change += matrices.contacts.share(h, change, self._touching())
+            w += change
+            size = h * self.problem.size(change)
+            size += LASTING * self.problem.size(self.slow @ change[-1])
+            if before > 0:
+                rate = size / before
+                if not rate < 1:
+                    return w if size < STAGNATED * allowed else None
+            # What is left is at most this, at the present rate, or after one round at the last.
+            if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
+                self._rate = max(rate, LEAST_RATE)
+                return w
+            before = size
+        return None
+
+    def _residual(self, t: float, h: float, state: State, w: FloatArray) -> FloatArray | None:
+        """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
+        speeds = state.v + w
+        places, pushes = state.q + h * (A @ speeds), (B @ w) / h
+        try:
+            stages = self.problem.evaluate_all(t + C * h, places, speeds)
+        except (ValueError, ArithmeticError):
+            return None
+        self._stages = stages
+        return np.array([at.force - at.mass @ pushes[i] for i, at in enumerate(stages)])
+
+    def _touching(self) -> FloatArray:
+        """Gaps and their rates (stages, c, 2) of the contacts that act."""
+        return np.array([stage.touching for stage in self._stages])
+
+    def _errors(
+        self,
+        start: Evaluation,
+        state: State,
+        w: FloatArray,
+        moved: FloatArray,
+        matrices: _Matrices,
+    ) -> FloatArray:
+        """Estimated errors of coordinates, and of speeds in one or two ways (2 or 3, n)."""
+        h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
+        of_place = state.v + ERROR @ moved / h
+        push = start.force + start.mass @ (ERROR @ w) / h
+        pull = matrices.stiffness @ of_place
+        if contacts is not None:
+            pull += contacts.pull(of_place)
+        of_speed = real @ (push - (h / REAL) * pull)
+        of_speeds = of_speed[None]
+        if contacts is not None:
+            of_speeds = contacts.errors(h, of_speed, self._touching())
+        return np.vstack([(h / REAL) * (of_place + of_speeds[0]), of_speeds])
+
+
+class _Matrices(NamedTuple):
+    """Inverses of the iteration's systems for steps of length h, and the stiffness behind them."""
+
+    h: float
+    inverses: ComplexArray  # (systems, n, n), that of the real one first
+    stiffness: FloatArray
+    contacts: ContactShare | None

@@ -1,0 +1,133 @@
+"""The loop of every run: from step to step, over stops and events, until the end or a reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import monotonic
+from typing import Protocol
+
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.problem import NoConvergenceError
+
+SECONDS_BETWEEN_REPORTS = 0.1
+MOST_AT_ONCE = 200  # events at one instant before the loop gives up
+
+
+class Stepper(Protocol):
+    """Makes steps, and counts them."""
+
+    @property
+    def time(self) -> float:
+        """Where it is, s."""
+
+    @property
+    def iterations(self) -> int:
+        """Newton's iterations so far; 0 of an explicit method."""
+
+    def begin(self) -> None:
+        """Take up the state at time 0."""
+
+    def advance(self, stop: float) -> Event | None:
+        """Make steps, no further than to `stop` (s); return the event at their end, if any.
+
+        Raises:
+            NoConvergenceError: no step is short enough.
+
+        """
+
+    def restart(self, longest: float) -> None:
+        """Begin anew from the present state, by a step of at most `longest` (s)."""
+
+    def forget(self) -> None:
+        """Go on from the present state, where a force leaps: the last step tells nothing."""
+
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed, where forces only bend."""
+
+
+class Events(Protocol):
+    """What events change."""
+
+    @property
+    def over(self) -> bool:
+        """Whether the run ends here."""
+
+    def cross(self, event: Event) -> float:
+        """Change the equations; return how long (s) the next step may be."""
+
+
+@dataclass
+class Solution:
+    """One run over `stops` (s), where the equations bend, to the last of them."""
+
+    stepper: Stepper
+    events: Events
+    stops: Sequence[float]
+    progress: Callable[[float], None] | None = None
+    should_stop: Callable[[], bool] | None = None
+    _at_once: int = 0
+    _told: float = 0.0
+
+    @property
+    def time(self) -> float:
+        """Where the run is, s."""
+        return self.stepper.time
+
+    @property
+    def end(self) -> float:
+        """Where it shall end, s."""
+        return self.stops[-1]
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether it was asked to stop."""
+        return self.should_stop is not None and self.should_stop()
+
+    def run(self) -> None:
+        """Integrate to the end, or to where the run is over or asked to stop.
+
+        Raises:
+            NoConvergenceError: no step is short enough, or events follow one another at once.
+
+        """
+        self._told = monotonic()
+        self.stepper.begin()
+        for stop in self.stops:
+            while stop - self.time > instant(stop, EVENT_TIME) and not self._over():
+                began = self.time
+                event = self.stepper.advance(stop)
+                self._count(began, event)
+                if event is not None:
+                    self._cross(event)
+                self._tell()
+
+    def _over(self) -> bool:
+        return self.events.over or self.interrupted
+
+    def _cross(self, event: Event) -> None:
+        if event.leaps:
+            self.stepper.forget()
+            return
+        longest = self.events.cross(event)
+        if self.events.over:
+            return
+        if event.bends:
+            self.stepper.refresh()
+        else:
+            self.stepper.restart(longest)
+
+    def _count(self, began: float, event: Event | None) -> None:
+        """Count events in a row without a step between them."""
+        if self.time - began >= instant(self.time, EVENT_TIME):
+            self._at_once = 0
+        elif event is not None:
+            self._at_once += 1
+            if self._at_once > MOST_AT_ONCE:
+                raise NoConvergenceError("events follow one another at one instant")
+
+    def _tell(self) -> None:
+        if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
+            self._told = monotonic()
+            self.progress(min(self.time / self.end, 1.0))

@@ -1,0 +1,254 @@
+"""Makes one good step: solved, accurate, where everything was to go, and on events.
+
+After every step it is looked whether an event function fell within it. If so the step is made anew,
+up to that instant, where the equations change and the integration starts afresh: no force leaps
+inside a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.control import ErrorControl
+from exudyn_flexlink.integrate.events import EVENT_TIME, Event
+from exudyn_flexlink.integrate.knots import Followed, KnotControl
+from exudyn_flexlink.integrate.problem import Evaluation, NoConvergenceError, Problem, State
+from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
+
+FloatArray = NDArray[np.float64]
+
+LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a singular place, each of the last
+ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
+LANDINGS = 4  # steps that try to end right at an event
+LITTLE = 1e-2  # of a step: so much its end moves to where forces bend without being made anew
+
+
+class HybridProblem(Problem, Followed, Protocol):
+    """Equations that change at events, and may choose other coordinates to be solved for."""
+
+    def begin(self, at: Evaluation) -> None:
+        """Record the state at time 0."""
+
+    def restart(self, time: float) -> tuple[Evaluation, State, FloatArray]:
+        """Take up the present state (s), choosing the coordinates to go on with.
+
+        Return the evaluation there, the state, and what `slow_motions.slow_motions` makes of it.
+        """
+
+    def worn(self) -> bool:
+        """Tell whether other coordinates should be chosen."""
+
+    def accept(self, step: Step) -> None:
+        """Go to the end of a step that is good, and record it."""
+
+    def longest(self, at: Evaluation) -> float:
+        """Limit of the next step from here, s."""
+
+    def slipped(self, step: Step) -> float:
+        """How far (m) a coordinate that is not solved for ended from where its speed takes it."""
+
+    def on_singularity(self) -> tuple[bool, bool]:
+        """Tell whether a stage, and whether the end, of the last step tried fell on a singularity.
+
+        There rounding decides on what follows from the coordinates solved for.
+        """
+
+    def first_event(self, step: Step) -> Event | None:
+        """Locate what happens first within a step."""
+
+    def late(self, event: Event, step: Step) -> float:
+        """How long (s) before a step's end the event was; negative: after. 0 if near enough."""
+
+    def misses(self, event: Event, step: Step) -> bool:
+        """Tell that a step ends too far from its event, whatever its error is."""
+
+
+class ImplicitStepper:
+    """Where the integration is, and the steps from there; `h` (s) is the next one.
+
+    `rounded` are the instants (s) of steps on singularities, where rounding decided on errors.
+    """
+
+    def __init__(
+        self, problem: HybridProblem, control: ErrorControl, lasting: Lasting, end: float
+    ) -> None:
+        """`end` (s) is that of the run."""
+        self.problem, self.control = problem, control
+        self.radau = Radau(problem, lasting, np.zeros((0, 0)))
+        self.time = 0.0
+        self.h = 1e-3 * end if control.fixed is None else control.fixed
+        self.rounded: list[float] = []
+        self.lengths: Sequence[float] = LENGTHS
+        self.steps, self.smallest, self.largest = 0, inf, 0.0
+        self._end = end
+
+    def begin(self) -> None:
+        """Take up the state at time 0."""
+        self.restart(inf)
+        # An error a of the acceleration moves what swings by a tau^2, what moves freely by a end^2.
+        lasts = self._end if self.radau.slow.any() else self.radau.lasting.free
+        self.knots = KnotControl(self.problem, self.control.allowed / lasts**2)
+        self.problem.begin(self.at)
+
+    @property
+    def iterations(self) -> int:
+        """Newton's iterations so far."""
+        return self.radau.iterations
+
+    def restart(self, longest: float) -> None:
+        """Begin anew from the present state, by a step of at most `longest` (s)."""
+        self.forget()
+        self.at, self._state, self.radau.slow = self.problem.restart(self.time)
+        if self.control.fixed is None:
+            self.h = min(self.h, longest)
+
+    def forget(self) -> None:
+        """Go on from the present state, where a force leaps: the last step tells nothing."""
+        self.radau.restart()
+        self.control.forget()
+
+    def refresh(self) -> None:
+        """Go on from the present state with equations that have changed, where forces only bend."""
+        self.radau.refresh()
+        self.at = self.problem.evaluate_all(
+            np.array([self.time]), self._state.q[None], self._state.v[None]
+        )[0]
+        a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
+        self._state = self._state._replace(a=a)
+
+    def advance(self, stop: float) -> Event | None:
+        """Make one step, no further than to `stop` (s); return the event at its end, if any.
+
+        Raises:
+            NoConvergenceError: no step is short enough.
+
+        """
+        step = self._attempt(stop)
+        event = self.problem.first_event(step)
+        close = instant(step.end, EVENT_TIME)
+        if event is not None and event.time < step.t + close:
+            return event
+        if event is not None and event.time < step.end - close:
+            landed = self._landed(event)
+            if landed is None:
+                return None
+            step = landed
+        self.time, self._state, self.at = step.end, step.finish, step.stages[-1]
+        self.steps += 1
+        self.smallest, self.largest = min(self.smallest, step.h), max(self.largest, step.h)
+        self.problem.accept(step)
+        return event
+
+    # --- one step -----------------------------------------------------------------------------
+
+    def _attempt(self, stop: float) -> Step:
+        """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
+        if self.problem.worn():
+            self.restart(inf)
+        h, first, lengths = min(self.h, self.problem.longest(self.at)), True, [*self.lengths]
+        while True:
+            h = self._fitted(h, stop - self.time)
+            step = self._step(h)
+            if lengths and self._on_singularity(step):
+                # Rounding decides there, whatever the length: let the stages fall elsewhere.
+                h *= lengths.pop()
+            elif step is None or self._slips(step):
+                h, first = h / 4, False
+            elif self.control.fixed is not None:
+                return step
+            elif self._over_knots(step):
+                h *= self.knots.part(step)
+            else:
+                factor = self.control.factor(h, step.error)
+                if self.control.passes(step.error) or self._rounded(step):
+                    if self.problem.on_singularity()[0]:
+                        self.rounded.append(self.time)
+                    self.control.note(h, step.error)
+                    self.h = self.control.next(h, factor if first else min(factor, 1.0))
+                    return step
+                h, first = h * min(factor, 0.9), False
+
+    def _fitted(self, h: float, left: float) -> float:
+        """Length of a step so that what is `left` (s) ends with a step, and knots end steps, too.
+
+        Raises:
+            NoConvergenceError: the clock does not tell it from none.
+
+        """
+        if h > 0.999999 * left:
+            h = left
+        elif h > 0.5 * left:
+            h = left / 2
+        if h < instant(self.time, EVENT_TIME) and h < left:
+            raise NoConvergenceError(f"{h:.3g} s")
+        if self.control.fixed is not None:
+            return h
+        return self.knots.shortened(self.time, h, self._state, self.at)
+
+    def _step(self, h: float) -> Step | None:
+        # An iteration that goes astray may overflow: it is not a number, hence rejected.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
+
+    def _on_singularity(self, step: Step | None) -> bool:
+        """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
+        if self.control.fixed is not None:
+            return False
+        any_stage, end = self.problem.on_singularity()
+        return end or (any_stage and not self._good(step))
+
+    def _good(self, step: Step | None) -> bool:
+        return step is not None and not self._slips(step) and self.control.passes(step.error)
+
+    def _rounded(self, step: Step) -> bool:
+        """Tell that an error too large may be one of rounding, at a singularity that is passed."""
+        on_one = self.problem.on_singularity()[0]
+        return on_one and step.error < ROUNDED * self.control.allowed
+
+    def _over_knots(self, step: Step) -> bool:
+        """Tell that a step goes over knots that cost too much."""
+        return self.control.fixed is None and self.knots.part(step) < 1
+
+    def _slips(self, step: Step) -> bool:
+        """Tell that a dependent coordinate did not go where its speed would have taken it."""
+        return self.control.fixed is None and self.problem.slipped(step) > self.control.tolerance
+
+    # --- up to an event -----------------------------------------------------------------------
+
+    def _landed(self, event: Event) -> Step | None:
+        """Make a step to an event; None, and a shorter one next, if it is not good enough."""
+        h = event.time - self.time
+        step = self._to_its_end(event, h)
+        if step is None or self._misses(event, step) or self._over_knots(step):
+            self.h = h / 3  # reach the event from nearer
+            return None
+        return step
+
+    def _to_its_end(self, event: Event, h: float) -> Step | None:
+        """Make a step of length h (s) to an event, and so that it ends right there.
+
+        The polynomial in which it was located is less accurate than a step's end.
+        """
+        for _ in range(LANDINGS):
+            step = self._step(h)
+            late = 0.0 if step is None else self.problem.late(event, step)
+            if step is not None and event.bends and abs(late) < LITTLE * h:
+                return step.ending(step.end - late) if late else step
+            if abs(late) < instant(self.time, EVENT_TIME) or not 0.5 * h < h - late < 1.5 * h:
+                return step
+            h -= late
+        return step
+
+    def _misses(self, event: Event, step: Step) -> bool:
+        """Tell that a step made anew, up to an event, is not good enough."""
+        if self.control.fixed is not None:
+            return False
+        if event.leaps:  # where a force leaps the error counts anew
+            return not self.control.passes(step.error)
+        return self.problem.misses(event, step)

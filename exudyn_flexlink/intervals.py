@@ -1,0 +1,111 @@
+"""Contacts as intervals, each from the first touch to the separation: what every engine writes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from math import inf, isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """One contact of a point and a face, from the first touch to the separation.
+
+    `begin` and `end` are in s; what still touches as the run ends has no end: `end` is inf, and
+    impulse and energy count up to there. `place` and `end_place` (m) are along the face from its
+    start. `approach_speed` and `separation_speed` (m/s) are those along its normal at begin and
+    end. `impulse` (N s) is that of the normal force, `energy_lost` (J) has friction in it.
+    `peak_force` (N) and `penetration` (m) are the largest. An impact, under an impulse law, begins
+    and ends at one instant: its force is inf, and `motor_work` (J) is what a speed drive supplied
+    in it. `slides_off` tells that the point slid off an end of the face while pressed to it.
+    `pair` is an index into the `pairs` of a sleeve; 0 of a contact of the scene.
+    """
+
+    begin: float
+    end: float = inf
+    place: float = 0.0
+    end_place: float = 0.0
+    approach_speed: float = 0.0
+    separation_speed: float = 0.0
+    impulse: float = 0.0
+    energy_lost: float = 0.0
+    peak_force: float = 0.0
+    penetration: float = 0.0
+    motor_work: float = 0.0
+    slides_off: bool = False
+    pair: int = 0
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it has no end within the run."""
+        return not isfinite(self.end)
+
+    @property
+    def impact(self) -> bool:
+        """Whether it is an impulse without duration."""
+        return not isfinite(self.peak_force)
+
+
+COLUMN_TYPES: Mapping[Any, type[np.generic]] = {
+    "float": np.float64,
+    "bool": np.bool_,
+    "int": np.int64,
+}
+"""Types of columns by those of the fields of `Interval`."""
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Every contact of one contact of the scene, or of all pairs of one sleeve.
+
+    Columns (K,) of the fields of `Interval`, in order of `begin`. Events, strikes, tables, figures
+    and warnings are all made of these.
+    """
+
+    begin: FloatArray
+    end: FloatArray
+    place: FloatArray
+    end_place: FloatArray
+    approach_speed: FloatArray
+    separation_speed: FloatArray
+    impulse: FloatArray
+    energy_lost: FloatArray
+    peak_force: FloatArray
+    penetration: FloatArray
+    motor_work: FloatArray
+    slides_off: NDArray[np.bool_]
+    pair: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, found: Iterable[Interval] = ()) -> Intervals:
+        """Return intervals as columns, in order of their begins."""
+        rows = sorted(found, key=lambda row: (row.begin, row.pair))
+        return cls(
+            **{
+                column.name: np.array(
+                    [getattr(row, column.name) for row in rows], COLUMN_TYPES[column.type]
+                )
+                for column in fields(Interval)
+            }
+        )
+
+    def __len__(self) -> int:
+        return len(self.begin)
+
+    def __iter__(self) -> Iterator[Interval]:
+        columns = [getattr(self, column.name).tolist() for column in fields(Interval)]
+        return (Interval(*row) for row in zip(*columns, strict=True))
+
+    def where(self, chosen: NDArray[Any]) -> Intervals:
+        """Those that `chosen`, a mask or indices, picks."""
+        return Intervals(**{c.name: getattr(self, c.name)[chosen] for c in fields(Intervals)})
+
+    def until(self, last: float) -> FloatArray:
+        """Ends (K,) s, `last` of what lasts longer."""
+        return np.minimum(self.end, last)

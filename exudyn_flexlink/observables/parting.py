@@ -1,0 +1,105 @@
+"""How far two runs are apart, instant by instant, in the points by which runs are judged.
+
+Times in s, lengths in m; N is the number of instants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
+from exudyn_flexlink.observables.interpolation import between_samples
+from exudyn_flexlink.observables.points import judged_points, paths, room
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+
+STILL = 1e-13  # m: rounding; what moves by less stands still
+ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
+VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
+
+
+def horizon(first: Result, second: Result, limit: float) -> float | None:
+    """First common instant (s) at which a point differs by more than `limit` (m).
+
+    None if none ever does. Of two runs of one engine at different settings it says how long the
+    motion is predictable: from it on, pointwise differences say nothing about an engine.
+    """
+    time = common_times(first, second)
+    parted = np.flatnonzero(~(separation(first, second, time) <= limit))
+    return float(time[parted[0]]) if len(parted) else None
+
+
+def separation(
+    first: Result, second: Result, time: FloatArray, points: Sequence[str] = ()
+) -> FloatArray:
+    """Distance (N,) m of what is farthest of some points, or of those judged, at instants (N,) s.
+
+    Raises:
+        ValueError: one of the scenes has no such point.
+
+    """
+    points = points or common_points(first, second)
+    return np.asarray(separations(first, second, time, points).max(axis=1))
+
+
+def separations(
+    first: Result, second: Result, time: FloatArray, points: Sequence[str]
+) -> FloatArray:
+    """Distances (N, points) m of points in two runs at instants (N,) s.
+
+    Raises:
+        ValueError: one of the scenes has no such point.
+
+    """
+    one, other = (positions(result, points, time) for result in (first, second))
+    return np.asarray(np.linalg.norm(one - other, axis=-1))
+
+
+def farthest(points: Sequence[str], distances: FloatArray) -> str:
+    """Name of the point with the largest of distances (points,), the first of those alike."""
+    alike = distances >= ALIKE * distances.max()
+    return points[int(alike.argmax())]
+
+
+def common_points(first: Result, second: Result) -> tuple[str, ...]:
+    """Names of the points by which both runs are judged."""
+    other = judged_points(second.scene)
+    return tuple(point for point in judged_points(first.scene) if point in other)
+
+
+def parting_limit(result: Result) -> float:
+    """Difference (m) that counts as parted: a part of the room the judged points take."""
+    return VISIBLE * room(result, judged_points(result.scene))
+
+
+def common_times(first: Result, second: Result) -> FloatArray:
+    """Even instants (N,) s that the first run's scene asks for, up to the end of the shorter run.
+
+    Where a run has no sample there, it is interpolated: see `between_samples`.
+    """
+    scene = first.scene
+    end = float(min(first.time[-1], second.time[-1]))
+    if end <= 0:
+        return np.zeros(1)
+    mechanism = build_mechanism(scene)
+    grid = sample_times(scene, mechanism, end_of_run(scene, mechanism))
+    kept = grid[grid < end * (1 - 1e-9)]
+    return np.append(kept, end)
+
+
+def positions(result: Result, points: Sequence[str], time: FloatArray) -> FloatArray:
+    """Positions (N, points, 2) m at instants (N,) s, interpolated between samples.
+
+    Raises:
+        ValueError: the scene has no such point.
+
+    """
+    found = [
+        between_samples(seen.time, seen.position, seen.velocity, time)
+        for seen in paths(result, points)
+    ]
+    return np.stack(found, axis=1)

@@ -1,0 +1,193 @@
+"""What axes share: letters, legends, units, the axis along a run, what lies beyond the horizon."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, MultipleLocator
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import crank_angle, turns
+from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, SCREEN
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+BEYOND: dict[str, Any] = {"color": "#C9B8D8", "alpha": 0.45, "linewidth": 0}
+"""How what lies beyond the horizon is shaded in every figure,"""
+BEYOND_LINE: dict[str, Any] = {
+    "color": BEYOND["color"],
+    "alpha": BEYOND["alpha"],
+    "solid_capstyle": "butt",
+    "zorder": 1,
+}
+"""and along a line."""
+
+NARROW = 5.0  # inches: a figure as narrow has no room for a legend beside its axes
+LETTERS = 118  # that fit into an inch of legend, over the points of their font
+HANDLE = 6  # letters that the sample of a line takes in a legend
+COINCIDE = 0.01  # of the room of both: lines nearer than this hide each other
+OFTEN = 0.3  # of the samples: then they do so for long enough to be missed
+BROADER = 2.2  # points, of a line for each other that lies on it
+BACK = 1e-6  # rad: a crank that goes back by no more goes forward
+
+
+def engine_colour(result: Result) -> str:
+    """Colour of the result's engine; black for one without a colour of its own."""
+    return ENGINE_COLOURS.get(result.engine, BLACK)
+
+
+def letter(panels: Iterable[Axes]) -> None:
+    """Name panels (a), (b), .., before their titles, where there are several."""
+    panels = list(panels)
+    for i, axes in enumerate(panels if len(panels) > 1 else ()):
+        name = chr(ord("a") + i) if i < 26 else str(i + 1)
+        axes.set_title(f"({name}) {axes.get_title(loc='left')}".rstrip(), loc="left")
+
+
+def is_narrow(figure: Any) -> bool:
+    """Whether a figure has no room beside its axes."""
+    return bool(figure.get_figwidth() < NARROW)
+
+
+def legend_outside(axes: Axes, left: float = 1.01, **more: Any) -> None:
+    """Put the legend, if there is anything to say, off the data.
+
+    Right of the axes, from `left` axes widths; in a narrow figure above them. `more` is for
+    ``Axes.legend``, such as other `handles`.
+    """
+    labels = [h.get_label() for h in more["handles"]] if "handles" in more else None
+    labels = axes.get_legend_handles_labels()[1] if labels is None else labels
+    if not labels:
+        return
+    figure = axes.figure
+    if not is_narrow(figure):
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (left, 1.0)}
+    else:
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "columnspacing": 1.0,
+                 "handlelength": 1.6, "ncols": columns_of(labels, figure)}  # fmt: skip
+        more.pop("title", None)
+    legend = axes.legend(**place, borderaxespad=0.2, **more)
+    legend.set_zorder(10)
+
+
+def columns_of(labels: Sequence[str], figure: Any, part: float = 0.85) -> int:
+    """Columns of a legend, filled one after the other, no wider than a part of the figure."""
+    size = mpl.rcParams["legend.fontsize"]
+    room = part * figure.get_figwidth() * LETTERS / float(size)
+    lengths = [max(len(part) for part in name.replace("$", "").split("\n")) for name in labels]
+    for count in range(len(labels), 1, -1):
+        columns = np.array_split(lengths, count)
+        if sum(int(np.max(column)) + HANDLE for column in columns) <= room:
+            return count
+    return 1
+
+
+def sized(points: float) -> float:
+    """Size of a mark, or width of a line, that is `points` on a screen, in the present style."""
+    return points * float(mpl.rcParams["lines.linewidth"]) / SCREEN.line
+
+
+def forward(result: Result) -> bool:
+    """Whether the crank goes round and never back: then every angle comes once."""
+    if not turns(result):
+        return False
+    made = np.diff(crank_angle(result))
+    return bool(np.all(made >= -BACK) or np.all(made <= BACK))
+
+
+def along(result: Result) -> tuple[FloatArray, str]:
+    """Return the axis (N,) of a whole run and its label: turns of the crank, else time.
+
+    Time also where the crank goes back, so that no part of a line lies on another.
+    """
+    if forward(result):
+        angle = crank_angle(result)
+        return np.asarray(angle / (2 * np.pi)), "crank angle (turns)"
+    return result.time, "time (s)"
+
+
+def limits(axes: Axes, x: FloatArray) -> None:
+    """Let the x-axis show a whole run, from left to right, also where `x` falls."""
+    if np.ptp(x) > 0:
+        axes.set_xlim(float(np.min(x)), float(np.max(x)))
+    if x[-1] < x[0]:
+        axes.invert_xaxis()  # a crank that turns clockwise
+
+
+def horizon(result: Result) -> tuple[float, str] | None:
+    """Instant (s) from which on positions are not known as well as asked for, and why.
+
+    None if they are throughout, or nobody looked.
+    """
+    error = result.error
+    if error is None or error.missing:
+        return None
+    if error.exceeds_from is not None:
+        limit = f"{1e3 * error.limit:.1g} mm"
+        return error.exceeds_from, f"beyond the horizon:\nnot within {limit}"
+    if error.stopped is not None:
+        return error.stopped, "error not known:\nits run ended here"
+    return None
+
+
+def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = True) -> None:
+    """Shade what lies beyond the horizon; `x` (N,) are the places of the samples."""
+    found = horizon(result)
+    if found is None or found[0] >= result.time[-1]:
+        return
+    begin = float(np.interp(found[0], result.time, x))
+    axes.axvspan(begin, float(x[-1]), label=found[1] if named else None, zorder=0, **BEYOND)
+
+
+def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
+    """Widths (points) of lines drawn in order, so that none is hidden by later ones that lie on it.
+
+    Of series (N,) each, in one unit; `thin` is the width of a line that nothing lies on.
+    """
+    if not series:
+        return []
+    room = max(float(np.ptp(values)) for values in series) or 1.0
+    step = BROADER * sized(1.0)
+    return [
+        thin + step * sum(_coincide(values, later, room) for later in series[i + 1 :])
+        for i, values in enumerate(series)
+    ]
+
+
+def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
+    """Whether two lines lie on each other for long; where both are zero does not count."""
+    near = COINCIDE * room
+    away = (np.abs(values) > near) | (np.abs(later) > near)
+    same = np.abs(values - later) < near
+    return bool(np.mean(same[away]) > OFTEN) if away.any() else True
+
+
+def ticks_in_degrees(axes: Axes, largest: float) -> None:
+    """Let the x-axis, in rad, run from 0 to `largest` and show degrees, without their sign."""
+    axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
+    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
+
+
+def length_unit(size: float) -> tuple[float, str]:
+    """Factor from m, and its name, of the unit fit for lengths of this size (m)."""
+    return (1e3, "mm") if size < 1 else (1.0, "m")
+
+
+def subscripted(point: str, coordinate: str) -> str:
+    """Label of a coordinate of 'body.point', as math text."""
+    return rf"${coordinate}$ of {point}"
+
+
+def cycle_of(scene: Scene) -> int:
+    """Laps after which the mechanism does the same again: the curves of a track of laps, else 1."""
+    for curve in scene.curves.values():
+        if curve.type == "laps":
+            return len(curve.curves)
+    return 1

@@ -1,0 +1,43 @@
+"""Figures to files, in the formats that are asked for."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+FORMATS = ("png", "pdf", "svg")
+"""Formats that figures are written in; the first is the usual one."""
+
+MISSING = "Glyph .* missing from font"
+"""A warning of matplotlib: a letter that it has no font for is drawn as a box."""
+
+# Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
+_RC: dict[Any, Any] = {"pdf.fonttype": 42, "svg.hashsalt": "exudyn-flexlink"}
+_UNDATED: dict[str, dict[str, Any]] = {
+    "pdf": {"CreationDate": None},
+    "svg": {"Date": None},
+}
+
+
+def save_figure(
+    figure: Figure, folder: Path, name: str, formats: Sequence[str] = FORMATS[:1]
+) -> list[Path]:
+    """Write a figure as ``<name>.<format>`` into an existing folder; returns the files.
+
+    Raises:
+        OSError: a file can't be written.
+
+    """
+    written = []
+    with mpl.rc_context(_RC), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", MISSING)
+        for suffix in formats:
+            file = Path(folder) / f"{name}.{suffix}"
+            figure.savefig(file, format=suffix, dpi=figure.dpi, metadata=_UNDATED.get(suffix))
+            written.append(file)
+    return written

@@ -1,0 +1,208 @@
+"""Bodies, walls, slots and named points of a mechanism at one instant, drawn into axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Channel,
+    Mechanism,
+    anchor_position,
+    build_mechanism,
+)
+from exudyn_flexlink.observables import path, point_anchor, watched_point
+from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import FlexibleBody, RigidBody, Scene
+
+FloatArray = NDArray[np.float64]
+
+_WALL: dict[str, Any] = {"color": "#A9A9A9", "linewidth": 2.0, "zorder": 2}
+_BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
+BAND = 7.0  # points, of the shading along the path beyond the horizon
+_MARKS = {"O": "+", "P": "s", "S": "o"}
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """What is drawn of a run: its mechanism, and the path (N, 2) m of the watched point S."""
+
+    result: Result
+
+    @cached_property
+    def model(self) -> Mechanism:
+        """The mechanism of the run's scene."""
+        return build_mechanism(self.result.scene)
+
+    @cached_property
+    def track(self) -> FloatArray:
+        """Where S goes."""
+        return path(self.result, watched_point(self.result.scene)).position
+
+    @cached_property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Lower left and upper right corner (2,) m of all that is drawn, with a margin."""
+        every = max(1, len(self.result.time) // 200)
+        points = [self.track]
+        for body in self.result.scene.bodies:
+            lines = self.lines(body, slice(None, None, every))
+            points += [line.reshape(-1, 2) for line in lines]
+        points += [slot.curve.samples[1] for slot in self.model.slots]
+        fixed = [pin.first for pin in self.model.pins if pin.first.part == GROUND]
+        points += [np.array([[at.x, at.y]]) for at in fixed]
+        all_ = np.concatenate(points)
+        low, high = all_.min(axis=0), all_.max(axis=0)
+        size = float(np.max(high - low)) or 1.0
+        # A mechanism that moves along a line still needs some height to be drawn.
+        thin = np.maximum(0.3 * size - (high - low), 0.0) / 2
+        return low - thin - 0.05 * size, high + thin + 0.05 * size
+
+    @cached_property
+    def unit(self) -> tuple[float, str]:
+        """Factor from m, and name, of the unit of lengths."""
+        low, high = self.box
+        return length_unit(float(np.max(high - low)))
+
+    def window(self, axes: Axes, box: tuple[FloatArray, FloatArray]) -> None:
+        """Let axes show a box, by its corners (2,) m."""
+        low, high = (self.unit[0] * corner for corner in box)
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+        axes.set_aspect("equal")
+
+    def lines(self, body: str, samples: slice) -> list[FloatArray]:
+        """Polylines (instants, points, 2) in m for a body: its rods, or rays to its points."""
+        result, model = self.result, self.model
+        q, scene = result.poses[samples], result.scene
+        spec = scene.bodies[body]
+        if isinstance(spec, RigidBody):
+            centre = anchor_position(point_anchor(scene, model, f"{body}.centre"), q)
+            others = [
+                anchor_position(point_anchor(scene, model, f"{body}.{name}"), q)
+                for name in spec.points
+            ]
+            return [np.stack([centre, other], axis=1) for other in others] or [centre[:, None]]
+        starts = [q[:, part, :2] for part in model.parts_of(body)]
+        end = anchor_position(point_anchor(scene, model, f"{body}.end"), q)
+        return [np.stack([*starts, end], axis=1)]
+
+    def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
+        """Draw slots, bodies and fixed joints at a sample."""
+        factor, _ = self.unit
+        for slot in self.model.slots:
+            axes.plot(*(factor * slot.curve.samples[1]).T, color=PURPLE, linewidth=1.0, zorder=1)
+        for i, body in enumerate(self.result.scene.bodies):
+            own = self.model.parts_of(body)
+            walls = [c for c in _with_play(self.model) if c.guide.part in own]
+            if walls:
+                self._draw_walls(axes, index, walls, alpha)
+                continue
+            look = _body_style(self.result.scene, body, i)
+            for line in self.lines(body, slice(index, index + 1)):
+                axes.plot(*(factor * line[0]).T, **look, alpha=alpha)
+        for pin in self.model.pins:
+            if GROUND in (pin.first.part, pin.second.part):
+                at = pin.first if pin.first.part == GROUND else pin.second
+                axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
+                          markersize=sized(7), zorder=5)  # fmt: skip
+
+    def _draw_walls(
+        self, axes: Axes, index: int, channels: Sequence[Channel], alpha: float
+    ) -> None:
+        q = self.result.poses[index]
+        for channel in channels:
+            at = channel.guide
+            for y in (at.y + channel.clearance, at.y - channel.clearance):
+                ends = [Anchor(at.part, x, y) for x in (at.x, at.x + channel.length)]
+                wall = self.unit[0] * np.array([anchor_position(end, q) for end in ends])
+                axes.plot(*wall.T, **_WALL, alpha=alpha)
+
+    def draw_path(self, axes: Axes, done: slice) -> None:
+        """Draw where S goes, the part of the samples `done` in black."""
+        factor, _ = self.unit
+        axes.plot(*(factor * self.track).T, color=GREY, linewidth=sized(0.7), zorder=1)
+        axes.plot(*(factor * self.track[done]).T, color=BLACK, linewidth=sized(1.0), zorder=2)
+        found = horizon(self.result)
+        if found is not None:
+            beyond = self.track[self.result.time >= found[0]]
+            axes.plot(*(factor * beyond).T, **BEYOND_LINE, linewidth=sized(BAND))
+
+    def name_points(self, axes: Axes, index: int) -> None:
+        """Mark and name, as the paper does, the origin O, P in the one slot, and S."""
+        points = {"O": np.zeros(2), "S": self.track[index]}
+        if len(self.model.slots) == 1:
+            at = self.model.slots[0].anchor
+            points["P"] = np.asarray(anchor_position(at, self.result.poses[index]))
+        for name, place in points.items():
+            shown = self.unit[0] * place
+            axes.plot(*shown, _MARKS[name], color=BLACK, markersize=sized(4), zorder=6)
+            axes.annotate(
+                name,
+                shown,
+                xytext=(0, sized(5)),
+                textcoords="offset points",
+                ha="center",
+                fontsize=mpl.rcParams["legend.fontsize"],
+                annotation_clip=True,
+                zorder=7,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
+            )
+
+    def legend(self) -> list[Line2D]:
+        """Entries for all that is drawn."""
+        scene, model = self.result.scene, self.model
+        walled = {model.parts[channel.guide.part].body for channel in _with_play(model)}
+        handles = []
+        for i, body in enumerate(scene.bodies):
+            if body in walled:
+                handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
+                continue
+            handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
+        if any(joint.type == "slot" for joint in scene.joints.values()):
+            handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label="track"))
+        mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4)}
+        handles.append(
+            Line2D(
+                [], [], marker="o", linewidth=1.0, label=f"S: {watched_point(scene)}, path", **mark
+            )
+        )
+        if len(model.slots) == 1:
+            handles.append(Line2D([], [], marker="s", linestyle="", label="P: in the slot", **mark))
+        handles.append(Line2D([], [], marker="+", linestyle="", label="O: origin", **mark))
+        if any("ground" in getattr(joint, "points", ()) for joint in scene.joints.values()):
+            pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
+            handles.append(Line2D([], [], label="fixed joint", **pivot))
+        found = horizon(self.result)
+        if found is not None:
+            handles.append(Line2D([], [], label=found[1], **BEYOND_LINE, linewidth=sized(BAND)))
+        return handles
+
+
+def _with_play(model: Mechanism) -> list[Channel]:
+    """Guides with clearance: they are drawn as their two walls."""
+    return [channel for channel in model.channels if channel.clearance > 0]
+
+
+def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
+    """Guides are broad and pale, so that what slides in them is seen; hinges are dots."""
+    guides = [joint.guide for joint in scene.joints.values() if joint.type == "sleeve"]
+    spec = scene.bodies[body]
+    if body in guides:
+        return {"color": "#C9C9C9", "linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2}
+    colour = _BODY_COLOURS[number % len(_BODY_COLOURS)]
+    style: dict[str, Any] = {"color": colour, "linewidth": sized(2.2), "zorder": 4}
+    if isinstance(spec, FlexibleBody):
+        style |= {"linewidth": 1.5, "marker": ".", "markersize": sized(3)}
+    return style | ({"marker": "o", "markersize": sized(4)} if isinstance(spec, RigidBody) else {})

@@ -1,0 +1,90 @@
+"""How figures look on a screen and in print: width, fonts, whether they carry a title."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+import matplotlib as mpl
+
+Parameters = ParamSpec("Parameters")
+Drawn = TypeVar("Drawn")
+
+# Okabe and Ito: told apart by colour-blind readers, and in grey by their lightness.
+BLUE, GREEN, RED, ORANGE = "#0072B2", "#009E73", "#D55E00", "#E69F00"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#777777"
+FAILED = "#C00000"
+
+ENGINE_COLOURS = {"exudyn": BLUE, "lagrangian": RED}
+"""The colour of each engine in every figure."""
+
+_SHARED: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "text.usetex": False,
+    "legend.frameon": False,
+    "axes.grid": True,
+    "axes.titlelocation": "left",
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#999999",
+    "grid.color": "#E3E3E3",
+}
+
+
+@dataclass(frozen=True)
+class Style:
+    """Where figures are for: `width` (inches), `scale` of heights, font sizes and lines (points).
+
+    `titled` figures have a title above and a caption below; in print the page has these. A figure
+    without room beside its axes, `narrow`, has its legends above them.
+    """
+
+    name: str
+    width: float
+    scale: float
+    titled: bool
+    narrow: bool
+    font: float
+    small: float
+    line: float
+    dpi: int
+
+    @property
+    def rc(self) -> dict[Any, Any]:
+        """Settings of matplotlib."""
+        small = ("xtick.labelsize", "ytick.labelsize", "legend.fontsize", "axes.titlesize")
+        return {
+            **_SHARED,
+            "font.size": self.font,
+            "axes.labelsize": self.font,
+            **dict.fromkeys(small, self.small),
+            "legend.title_fontsize": self.small,
+            "lines.linewidth": self.line,
+            "lines.markersize": 4.6 * self.line,
+            **dict.fromkeys(("xtick.major.size", "ytick.major.size"), 2.7 * self.line),
+            "axes.linewidth": 0.6 * self.line,
+            "grid.linewidth": 0.45 * self.line,
+        }
+
+
+SCREEN = Style("screen", 8.0, 1.0, titled=True, narrow=False, font=10, small=9, line=1.3, dpi=150)
+COLUMN = 86 / 25.4  # inches: one of a journal's two columns
+PRINT = Style("print", COLUMN, 0.6, titled=False, narrow=True, font=8, small=7, line=0.9, dpi=300)
+STYLES = {style.name: style for style in (SCREEN, PRINT)}
+
+
+def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
+    """Let a function draw in the style it is given by keyword, `style`, or for the screen.
+
+    Whatever the user's own matplotlibrc says.
+    """
+
+    @wraps(draw)
+    def inside(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Drawn:
+        style = kwargs.get("style", SCREEN)
+        assert isinstance(style, Style)
+        with mpl.rc_context(), mpl.rc_context(style.rc):
+            return draw(*args, **kwargs)
+
+    return inside

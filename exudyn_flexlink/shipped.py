@@ -1,0 +1,36 @@
+"""The models that come with the program: the folder `models` of an installation or a checkout."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+
+def models_folder() -> Path:
+    """Return the folder of the models.
+
+    Raises:
+        FileNotFoundError: the installation has none.
+
+    """
+    for folder in (HERE / "models", HERE.parent / "models"):
+        if (folder / "no_clearance.yaml").is_file():
+            return folder
+    raise FileNotFoundError(f"the models are missing beside {HERE}; install the program again")
+
+
+def model_names() -> list[str]:
+    """Names of the models, such as ``no_clearance`` or ``textbook/whitworth``."""
+    folder = models_folder()
+    files = (file.relative_to(folder) for file in folder.rglob("*.yaml"))
+    return sorted(file.with_suffix("").as_posix() for file in files)
+
+
+def model_file(name: str) -> Path | None:
+    """Return the file of a model by its name, or by the last part of it; None if there is none."""
+    found = [known for known in model_names() if known == name or known.split("/")[-1] == name]
+    exact = [known for known in found if known == name]
+    if len(exact or found) != 1:
+        return None
+    return models_folder() / f"{(exact or found)[0]}.yaml"

@@ -1,0 +1,284 @@
+"""Make every figure of the README and the documentation again, and every table of measured numbers.
+
+Usage:
+  .venv/bin/python scripts/make_docs.py                  all of them, which takes hours
+  .venv/bin/python scripts/make_docs.py tutorial verify  some, by name
+  .venv/bin/python scripts/make_docs.py --list           names, files and how long they take
+  .venv/bin/python scripts/make_docs.py --check          measure cheap parts again, write nothing
+
+Each is one or more commands that draw into a scratch folder or print Markdown tables; what they
+made is put into docs/ once all commands of an item have ended. Exit code 1: a command failed, or
+`--check` found text and measurement apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+OUT = "{out}"  # in a command: the scratch folder
+PROGRAM = ("-m", "exudyn_flexlink")
+NOISE = 3.0  # factor by which errors and counts of steps may differ between machines and versions
+ROUNDING = 1e-12  # what is smaller is rounding, and equal
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
+SECONDS = re.compile(r"\d+(?:\.\d+)?(?= s\b)")  # times of a machine are not compared
+
+
+@dataclass(frozen=True)
+class Item:
+    """What is made together: commands, and the files of docs/ that come of them.
+
+    `figures` are files of docs/ by the file of the scratch folder that they are; `table` is the
+    file of docs/ that takes what is printed; `sample` a cheap command whose rows have to be in the
+    table.
+    """
+
+    name: str
+    takes: str
+    commands: tuple[tuple[str, ...], ...]
+    figures: Mapping[str, str] = field(default_factory=dict)
+    table: str = ""
+    sample: tuple[str, ...] = ()
+
+    @property
+    def files(self) -> list[str]:
+        """All files that it writes, relative to docs/."""
+        return [*self.figures, *([self.table] if self.table else [])]
+
+    @property
+    def shown(self) -> list[str]:
+        """Its commands as one would type them after the interpreter."""
+        return [re.sub(r" --out \S+", "", " ".join(command)) for command in self.commands]
+
+
+def script(name: str, *arguments: str) -> tuple[str, ...]:
+    """A command that runs a script of this folder."""
+    return (f"scripts/{name}.py", *arguments)
+
+
+def run_of(model: str) -> tuple[str, ...]:
+    """A command that simulates a model into a folder of its name."""
+    return (*PROGRAM, "simulate", model, "--quiet", "--out", f"{OUT}/{Path(model).stem}")
+
+
+STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
+         "--set", "bodies.link.hinges.stiffness=beam", "--budget", "90")  # fmt: skip
+PAPER = {f"paper_fig{number}.png": f"paper_fig{number}.png" for number in (3, 4, 5)}
+
+ITEMS = (
+    Item(
+        "mechanism",
+        "5 s",
+        (run_of("models/no_clearance.yaml"),),
+        {"no_clearance_mechanism.png": "no_clearance/mechanism.png"},
+    ),
+    Item(
+        "tutorial",
+        "20 s",
+        tuple(run_of(f"docs/tutorial/{n}.yaml") for n in ("2_slide", "4_flexible", "5_strike")),
+        {
+            "tutorial_2.png": "2_slide/mechanism.png",
+            "tutorial_4.png": "4_flexible/coordinates.png",
+            "tutorial_5.png": "5_strike/lever.png",
+        },
+    ),
+    Item("paper", "2 min", (script("paper_figures", "--out", OUT),), PAPER),
+    Item(
+        "clearance_statements",
+        "1 min",
+        (script("clearance_statements"),),
+        table="tables/clearance_statements.md",
+    ),
+    Item(
+        "closing_clearance",
+        "5 min",
+        (script("closing_clearance", "--out", OUT),),
+        {"closing_clearance.png": "closing_clearance.png"},
+    ),
+    Item(
+        "clearance_limits",
+        "30 min",
+        (script("clearance_limits", "--speeds", "100", "10"),),
+        table="tables/clearance_limits.md",
+    ),
+    Item(
+        "beam_against_rods",
+        "3 min",
+        (script("beam_against_rods", "--out", OUT),),
+        {"beam_against_rods.png": "beam_against_rods.png"},
+        "tables/beam_against_rods.md",
+    ),
+    Item(
+        "impact_models",
+        "3 min",
+        tuple(script("impact_models", study, "--out", OUT) for study in ("stiffness", "rods")),
+        {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
+        "tables/impact_models.md",
+    ),
+    Item(
+        "tolerance",
+        "15 min",
+        (script("tolerance", "--engine", "exudyn", "lagrangian"),),
+        table="tables/tolerance.md",
+    ),
+    Item(
+        "loop_tolerance",
+        "1 min",
+        (script("loop_tolerance"),),
+        table="tables/loop_tolerance.md",
+        sample=script("loop_tolerance", "--models", "textbook/double_pendulum"),
+    ),
+    Item(
+        "verify",
+        "5 min",
+        (script("verify"),),
+        table="tables/verify.md",
+        sample=script("verify", "--only", "frequencies"),
+    ),
+    Item(
+        "accuracy",
+        "2 min",
+        ((*STUDY, "--out", f"{OUT}/study"),),
+        {"accuracy.png": "study/accuracy.png"},
+        "tables/accuracy.txt",
+    ),
+    Item("benchmark", "15 min", (script("benchmark", "--markdown"),), table="tables/benchmark.md"),
+    Item("told_errors", "15 min", (script("told_errors", "--count", "20"),),
+         table="tables/told_errors.md"),
+    Item(
+        "hard_cases",
+        "20 min",
+        (script("hard_cases", "--quick"),),
+        table="tables/hard_cases.md",
+        sample=script("hard_cases", "--quick", "--only", "tip", "two_contacts"),
+    ),
+    Item("random_scenes", "2 h", (script("random_scenes", "--count", "204"),),
+         table="tables/random_scenes.md"),
+    Item("many_turns", "90 min", (script("many_turns"),), table="tables/many_turns.md"),
+)  # fmt: skip
+
+
+def output_of(command: tuple[str, ...], out: Path) -> tuple[str, int]:
+    """Run a command from the project's folder; what it printed, and its exit code."""
+    arguments = [argument.replace(OUT, str(out)) for argument in command]
+    wide = {**os.environ, "COLUMNS": "160"}
+    ended = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=ROOT,
+        env=wide,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    return ended.stdout, ended.returncode
+
+
+def told(text: str, file: str) -> str:
+    """Return what a file keeps of what was printed: tables and their bold captions, or a report."""
+    lines = text.splitlines()
+    if file.endswith(".txt"):  # that of `accuracy`, from its first table to its advice
+        first = next(i for i, line in enumerate(lines) if line.startswith("Errors"))
+        last = max(i for i, line in enumerate(lines) if line.startswith(("Recomm", "That is:")))
+        return "\n".join(lines[first : last + 1]) + "\n"
+    kept: list[str] = []
+    for line in lines:
+        if line.startswith(("|", "**")):
+            kept.append(line)
+        elif kept and kept[-1]:
+            kept.append("")
+    return "\n".join(kept).strip() + "\n"
+
+
+def make(item: Item) -> bool:
+    """Make the files of an item; tells whether all its commands ended well."""
+    fine, printed = True, []
+    with TemporaryDirectory() as folder:
+        out = Path(folder)
+        for command in item.commands:
+            text, code = output_of(command, out)
+            printed.append(text)
+            if code:
+                fine = False
+                print(f"{item.name}: exit code {code} of {' '.join(command)}", file=sys.stderr)
+        missing = [source for source in item.figures.values() if not (out / source).exists()]
+        if missing or (item.table and not any(printed)):
+            print(f"{item.name}: not made: {', '.join(missing) or item.table}", file=sys.stderr)
+            return False
+        for name, source in item.figures.items():
+            shutil.copyfile(out / source, DOCS / name)
+    if item.table:
+        (DOCS / item.table).write_text(told("\n".join(printed), item.table), encoding="utf-8")
+    print(f"{item.name}: written: {', '.join(item.files)}", flush=True)
+    return fine
+
+
+def check(item: Item) -> list[str]:
+    """Measure the sample of an item; returns rows that the table does not have."""
+    with TemporaryDirectory() as folder:
+        text, code = output_of(item.sample, Path(folder))
+    if code:
+        return [f"exit code {code} of {' '.join(item.sample)}"]
+    rows = told(text, item.table).splitlines()
+    table = (DOCS / item.table).read_text(encoding="utf-8").splitlines()
+    return list(apart(rows, table))
+
+
+def apart(rows: list[str], table: list[str]) -> Iterator[str]:
+    """Yield the rows (Markdown) that no row of a table agrees with."""
+    for row in rows:
+        if not any(agree(row, other) for other in table):
+            yield row
+
+
+def agree(row: str, other: str) -> bool:
+    """Whether two rows name the same, have the same words, and numbers within the noise."""
+    row, other = SECONDS.sub("", row), SECONDS.sub("", other)
+    if row.split("|")[:2] != other.split("|")[:2] or NUMBER.sub("#", row) != NUMBER.sub("#", other):
+        return False
+    pairs = zip(NUMBER.findall(row), NUMBER.findall(other), strict=True)
+    return all(close(float(one), float(two)) for one, two in pairs)
+
+
+def close(one: float, two: float) -> bool:
+    """Whether two numbers differ by noise alone."""
+    small, large = sorted((abs(one), abs(two)))
+    return large < ROUNDING or (one * two > 0 and large <= NOISE * small) or one == two
+
+
+def main() -> int:
+    """Make, list or check items."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    names = [item.name for item in ITEMS]
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of: {', '.join(names)}")
+    parser.add_argument("--list", action="store_true", help="print names, files and times")
+    parser.add_argument("--check", action="store_true", help="measure cheap parts again")
+    options = parser.parse_args()
+    if unknown := [name for name in options.names if name not in names]:
+        parser.error(f"nothing is named '{unknown[0]}'; there is: {', '.join(names)}")
+    chosen = [item for item in ITEMS if not options.names or item.name in options.names]
+    if options.list:
+        for item in chosen:
+            print(f"{item.name}: {', '.join(item.files)}; about {item.takes}")
+        return 0
+    if options.check:
+        found = {item.name: check(item) for item in chosen if item.sample}
+        for name, rows in found.items():
+            print(f"{name}: {'fine' if not rows else 'measured now, and not in the table:'}")
+            print("".join(f"  {row}\n" for row in rows), end="")
+        return 1 if any(found.values()) else 0
+    failed = [item.name for item in chosen if not make(item)]
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

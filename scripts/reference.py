@@ -1,0 +1,224 @@
+"""Write the pages of the documentation that the program itself knows: keys, commands, items.
+
+Usage:
+  .venv/bin/python scripts/reference.py            into docs/_generated
+  .venv/bin/python scripts/reference.py --out DIR
+
+`model_file.md` has every key of a model file with meaning, unit and default, by the JSON schema;
+`commands.md` the help of every command; `items.md` what `make_docs.py` makes; `tutorial_N.diff`
+what step N of the tutorial changes. Sphinx calls this before it builds the site.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stdout
+from difflib import unified_diff
+from io import StringIO
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from make_docs import DOCS, ITEMS
+
+from exudyn_flexlink.cli import main as program
+from exudyn_flexlink.quantities import UNITS, Dimension
+from exudyn_flexlink.scene import json_schema
+
+Schema = dict[str, Any]
+COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "schema")
+UNIT = re.compile(r"(?:^|: )[a-z ]+; (?P<unit>[^;]+) or e\.g\. '[^']+'$")  # end of a description
+WIDTH = "100"  # columns of a help text
+
+
+def write(folder: Path) -> None:
+    """Write all pages into a folder, which is made if it is not there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pages: dict[str, Callable[[], Iterator[str]]] = {
+        "model_file": model_file,
+        "commands": commands,
+        "items": items,
+    }
+    for name, lines in pages.items():
+        (folder / f"{name}.md").write_text("\n".join(lines()) + "\n", encoding="utf-8")
+    steps = sorted((DOCS / "tutorial").glob("*.yaml"))
+    for before, after in pairwise(steps):
+        text = "".join(changes(before, after))
+        (folder / f"tutorial_{after.stem[0]}.diff").write_text(text, encoding="utf-8")
+
+
+def changes(before: Path, after: Path) -> Iterator[str]:
+    """Lines that a model gained or lost, with two around them; its title and source left out."""
+    first, second = (
+        [
+            line
+            for line in path.read_text(encoding="utf-8").splitlines(keepends=True)
+            if not line.startswith(("#", "title:", "source:"))
+        ]
+        for path in (before, after)
+    )
+    for line in list(unified_diff(first, second, n=2))[3:]:
+        yield "@@\n" if line.startswith("@@") else line
+
+
+def model_file() -> Iterator[str]:
+    """Lines that tell every key of a model file, section by section."""
+    whole = json_schema()
+    parts = whole["$defs"]
+    yield "A model file is YAML. Sections in which things are named hold any number of them.\n"
+    yield from table(whole, parts)
+    told: set[str] = set()
+    for section, value in whole["properties"].items():
+        names = [name for name in reached(value, parts) if name not in told]
+        told.update(names)
+        if names:
+            yield f"\n## `{section}`\n\n{sentence(value['description'])}"
+        for name in names:
+            yield f"\n({anchor(name)})=\n### {title(name, parts)}\n\n{parts[name]['description']}\n"
+            yield from table(parts[name], parts)
+    yield "\n## Units\n\nA number without a unit is in SI units. A text may carry one of these, or"
+    yield "any that Pint knows. Radians count: a speed in Hz is refused where rad/s is meant.\n"
+    yield "| quantity | SI unit | also |\n|---|---|---|"
+    for dimension in Dimension:
+        others = [name for name, unit in UNITS.items() if dimension.accepts(unit.powers)]
+        if dimension.si:
+            yield f"| {dimension.words} | {dimension.si} | {', '.join(others)} |"
+
+
+def reached(value: Schema, parts: Schema) -> list[str]:
+    """Names of the definitions that a key refers to, and those that they refer to, in order."""
+    found: list[str] = []
+    for name in references(value):
+        if name not in found:
+            found.append(name)
+            deeper = [references(key) for key in parts[name]["properties"].values()]
+            found += [inner for inners in deeper for inner in inners if inner not in found]
+    return list(dict.fromkeys(found))
+
+
+def references(value: Any) -> list[str]:
+    """Names of the definitions that a piece of the schema refers to, in order."""
+    if isinstance(value, list):
+        return [name for item in value for name in references(item)]
+    if not isinstance(value, dict):
+        return []
+    own = [value["$ref"].rpartition("/")[2]] if "$ref" in value else []
+    return own + [name for key, item in value.items() if key != "$ref" for name in references(item)]
+
+
+def anchor(name: str) -> str:
+    """Target of links to a definition."""
+    return f"model-file-{name.lower()}"
+
+
+def title(name: str, parts: Schema) -> str:
+    """What a definition is called: by its `type`, or by its class."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.removesuffix("Spec")).lower()
+    kind = parts[name]["properties"].get("type", {}).get("const")
+    return f"`type: {kind}`, {words}" if kind else words.capitalize()
+
+
+def word(name: str, parts: Schema) -> str:
+    """What a link to a definition says: its `type`, or its title."""
+    kind = parts[name]["properties"].get("type", {}).get("const")
+    return f"`{kind}`" if kind else title(name, parts)
+
+
+def table(part: Schema, parts: Schema) -> Iterator[str]:
+    """Lines of the table of a definition's keys."""
+    required = part.get("required", [])
+    yield "| key | meaning | value | default |\n|---|---|---|---|"
+    for key, value in sorted(part["properties"].items(), key=lambda one: one[0] != "type"):
+        meaning = UNIT.sub("", value.get("description", "")) or "-"
+        if "const" in value:
+            meaning = "which part this is"
+        default = "required" if key in required else default_of(value)
+        yield f"| `{key}` | {escaped(meaning)} | {kind_of(value, parts)} | {default} |"
+
+
+def default_of(value: Schema) -> str:
+    """What holds where a key is left out."""
+    if "default" not in value or value["default"] == "":
+        return "none"
+    text = str(value["default"]).lower() if isinstance(value["default"], bool) else value["default"]
+    return f"`{text}`"
+
+
+def kind_of(value: Schema, parts: Schema) -> str:
+    """Unit, words to choose from, or parts that a key takes."""
+    told = [f"[{word(name, parts)}](#{anchor(name)})" for name in dict.fromkeys(references(value))]
+    named = "by name: " if "additionalProperties" in value else ""
+    if told:
+        return escaped(named + ", ".join(told))
+    inner = value.get("additionalProperties", value)
+    forms = inner.get("anyOf", [inner])
+    words = [f"`{word}`" for form in forms for word in form.get("enum", [])]
+    if "const" in value:
+        words = [f"`{value['const']}`"]
+    if unit := UNIT.search(inner.get("description", "")):
+        words.append(unit["unit"])
+    return escaped(named + (", ".join(words) or plain(inner)))
+
+
+def plain(value: Schema) -> str:
+    """A kind of value that has neither unit nor choice."""
+    kind = value.get("type")
+    if kind == "array":
+        return "pair" if value.get("maxItems") == 2 else "list"
+    words = {"string": "text", "boolean": "true, false", "number": "number", "object": "by name"}
+    text = words.get(str(kind), "whole number")
+    least = value.get("minimum", value.get("exclusiveMinimum"))
+    if least is not None:
+        text += f" {'from' if 'minimum' in value else 'above'} {least:g}"
+    return text + (f" to {value['maximum']:g}" if "maximum" in value else "")
+
+
+def sentence(text: str) -> str:
+    """A description as a sentence."""
+    return text[0].upper() + text[1:] + "."
+
+
+def escaped(text: str) -> str:
+    """Text for a cell of a table."""
+    return text.replace("|", "\\|")
+
+
+def commands() -> Iterator[str]:
+    """Lines with the help of every command."""
+    for command in COMMANDS:
+        yield f"## `{command}`\n\n```text\n{help_of(command)}```\n"
+
+
+def help_of(command: str) -> str:
+    """What `--help` of a command prints."""
+    text = StringIO()
+    with redirect_stdout(text), patch.dict("os.environ", COLUMNS=WIDTH, NO_COLOR="1"):
+        try:
+            program([command, "--help"])
+        except SystemExit as ended:
+            if ended.code:
+                raise
+    return text.getvalue()
+
+
+def items() -> Iterator[str]:
+    """Lines of the table of what `make_docs.py` makes, and by what."""
+    yield "| name | files in `docs/` | made by | takes about |\n|---|---|---|---|"
+    for item in ITEMS:
+        files = ", ".join(f"`{file}`" for file in item.files)
+        made = "<br>".join(f"`python {command}`" for command in item.shown)
+        yield f"| {item.name} | {files} | {escaped(made)} | {item.takes} |"
+
+
+def main() -> None:
+    """Write the pages."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    parser.add_argument("--out", type=Path, default=DOCS / "_generated", help="folder")
+    write(parser.parse_args().out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,244 @@
+"""What a run's own numbers say against it: told, or refused; made again where one asks for it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import results
+from hard.catalogue import MODELS
+
+from exudyn_flexlink.engines import LateInterruptError, simulate
+from exudyn_flexlink.engines.diagnostics import diagnosed
+from exudyn_flexlink.engines.diagnostics.consistency import doubts, refusal
+from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
+from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
+from exudyn_flexlink.engines.diagnostics.retries import retried
+from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    EnergyHistory,
+    Outcome,
+    Result,
+)
+from exudyn_flexlink.scene import Scene
+
+STRIKE = MODELS / "strike_stiffness.yaml"
+
+
+@pytest.fixture(scope="module")
+def run() -> Result:
+    return simulate(load_scene(STRIKE, ["accuracy.tolerance=1e-4"]))
+
+
+def off_by(run: Result, share: float, from_sample: int = 50) -> Result:
+    """The run with an energy balance that misses a share of the largest kinetic energy."""
+    missing = share * run.checks.largest_kinetic_energy
+    supplied = run.energy.supplied.copy()
+    supplied[from_sample:] += missing
+    energy = EnergyHistory(run.energy.kinetic, run.energy.stored, run.energy.dissipated, supplied)
+    return replace(run, energy=energy, checks=replace(run.checks, energy_residual=missing))
+
+
+def never(scene: Scene) -> Result:
+    raise AssertionError("made again")
+
+
+def test_a_good_run_is_left_alone(run: Result) -> None:
+    kept, interrupted = retried(run, never, 2)
+    assert (kept.warnings, kept.outcome, interrupted) == (run.warnings, run.outcome, False)
+
+
+def test_a_run_that_misses_energy_says_so_and_is_not_made_again_unasked(run: Result) -> None:
+    kept, _ = retried(off_by(run, 0.05), never, 0)
+    (told,) = diagnosed(kept).warnings
+    assert told.startswith("the energy balance misses")
+    assert told.endswith("tighten the tolerance and compare")
+
+
+@pytest.mark.parametrize(
+    ("settings", "keys", "told"),
+    [
+        (
+            {"tolerance": 1e-4, "steps_per_contact": 60},
+            (pytest.approx(1e-5), None, 190),
+            ("at a tolerance of 0.0001 m the energy", "made again at 1e-05 m"),
+        ),
+        (
+            {"step": 1e-4},
+            (None, pytest.approx(1e-4 * 0.1**0.5), 60),
+            ("at a step of 0.0001 s the energy", "made again at 3.16e-05 s"),
+        ),
+    ],
+)
+def test_a_run_is_made_again_more_accurately_and_says_so(
+    run: Result, settings: dict[str, float], keys: tuple[object, ...], told: tuple[str, str]
+) -> None:
+    asked = []
+
+    def again(scene: Scene) -> Result:
+        accuracy, per_contact = scene.accuracy, scene.solver.steps_per_contact
+        asked.append((accuracy.tolerance, accuracy.step, per_contact))
+        used = {key: getattr(accuracy, key, None) or per_contact for key in settings}
+        return replace(run, settings=used)
+
+    key = next(iter(settings))
+    given = run.scene.changed(accuracy={key: settings[key]})
+    kept, _ = retried(replace(off_by(run, 0.05), scene=given, settings=settings), again, 2)
+    assert asked == [keys]
+    assert kept.outcome.completed
+    assert kept.scene is given
+    (said,) = kept.warnings
+    assert said.startswith(told[0])
+    assert said.endswith(told[1])
+    assert kept.timings["solve"] == 2 * run.timings["solve"]  # what both took
+
+
+def test_what_more_accurate_runs_do_not_mend_is_told(run: Result) -> None:
+    count = []
+
+    def again(scene: Scene) -> Result:
+        count.append(scene)
+        return off_by(run, 0.05)
+
+    kept, _ = retried(off_by(run, 0.05), again, 2)
+    assert len(count) == 2
+    assert kept.outcome.completed
+    assert "tighten the tolerance and compare" in diagnosed(kept).warnings[-1]
+
+
+def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run: Result) -> None:
+    kept = diagnosed(off_by(run, 3.0, from_sample=70))
+    assert not kept.outcome.completed
+    assert kept.outcome.time == run.time[70]
+    assert "energy balance misses" in kept.outcome.reason
+    assert "tighten the tolerance" in kept.outcome.advice
+    assert len(kept.time) == len(run.time)  # what was computed is kept
+
+
+def test_a_step_of_the_users_own_is_to_be_shortened(run: Result) -> None:
+    own = {"integrator": "any", "step": 1e-4}
+    wrong = replace(off_by(run, 0.05), settings=own)
+    assert "shorten the step and compare" in diagnosed(wrong).warnings[-1]
+
+
+def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch) -> None:
+    scene = load_scene(STRIKE, ["accuracy.tolerance=1e-4"])
+    whole = simulate(scene)
+    runs = iter([off_by(whole, 0.05), replace(whole, outcome=Outcome(False, 0.1, INTERRUPTED))])
+    monkeypatch.setattr("exudyn_flexlink.engines.exudyn.run", lambda *_: next(runs))
+    with pytest.raises(LateInterruptError) as caught:
+        simulate(scene, retries=1)
+    kept = caught.value.result
+    assert kept.outcome.completed
+    assert any("energy balance misses" in text for text in kept.warnings)
+
+
+def test_a_coarse_lagrangian_tells_and_is_mended_where_that_is_asked_for() -> None:
+    pytest.importorskip("numba")
+    scene = load_scene(MODELS / "undamped.yaml", ["accuracy.tolerance=1e-2"])
+    told = simulate(scene, "lagrangian")
+    assert doubts(told)
+    assert set(doubts(told)) <= set(told.warnings)
+    result = simulate(scene, "lagrangian", retries=2)
+    assert result.scene is scene
+    assert float(result.settings["tolerance"]) < 1e-2
+    assert any("made again" in text for text in result.warnings)
+    assert not doubts(result)
+
+
+@pytest.mark.parametrize(("formulation", "most"), [("minimal", 1e-6), ("redundant", 1e-5)])
+def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most: float) -> None:
+    """At 1e7 N/m half a period is 1.3e-5 s: steps of 2e-5 s would jump over it."""
+    stiff = ("contacts.strike.law.stiffness=1e7", f"solver.formulation={formulation}")
+    given = load_scene(STRIKE, [*stiff, "accuracy.step=2e-5"])
+    right = simulate(load_scene(STRIKE, [stiff[0], "accuracy.tolerance=1e-8"]))
+    result = simulate(given, measure=False)
+    assert np.abs(result.poses[-1] - right.poses[-1])[:, :2].max() < most
+    (told,) = result.warnings
+    assert told.startswith("steps of 2e-05 s would leave 0.63 for a contact")
+
+
+def test_a_strike_deeper_than_its_overlap_is_told_with_both(run: Result) -> None:
+    length = 0.03
+    thin = Interval(0.3, 0.31, length - 1e-4, length - 5e-5, penetration=1e-4)
+    (told,) = thin_overlaps(results.touched(run, thin))
+    assert "is 0.0001 m deep" in told
+    assert "1 of the 0.0001 m by which the point overlaps the face" in told
+
+
+@pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])
+def test_a_row_of_bounces_is_told_where_it_is_off(formulation: str, right: bool) -> None:
+    """By formulation `minimal` the 24 bounces keep even to 1e-9 m."""
+    bouncing = [f"solver.formulation={formulation}", "run.duration=2.2"]
+    result = simulate(load_scene(MODELS / "bouncing.yaml", bouncing))
+    assert result.error is not None
+    assert (result.error.exceeds_from is None) == right
+    assert sum("strikes of" in text for text in result.warnings) == (not right)
+
+
+def test_nothing_is_refused_where_little_energy_moves(run: Result) -> None:
+    """In a crawl the springs' energy, not the kinetic one, measures an error."""
+    slow = replace(run.checks, largest_kinetic_energy=1e-9, energy_residual=5e-10)
+    assert refusal(replace(run, checks=slow)) is None
+
+
+def test_steps_that_newton_hardly_solves_are_told(run: Result) -> None:
+    hard = replace(run.checks, steps=100, newton_iterations=1250)
+    assert not list(many_iterations(run))
+    (told,) = many_iterations(replace(run, checks=hard))
+    assert "12 iterations a step" in told
+
+
+def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told() -> None:
+    hard = "joints.sleeve.law.stiffness=1e8"
+    fine, coarse = (
+        simulate(load_scene(MODELS / "micron_clearance.yaml", [hard, f"accuracy.tolerance={t}"]))
+        for t in ("1e-7", "4e-5")
+    )
+    assert not any("no small part of the clearance" in text for text in fine.warnings)
+    (told,) = (text for text in coarse.warnings if "no small part of the clearance" in text)
+    assert "'sleeve', 1e-06 m" in told
+    assert coarse.settings["tolerance"] == pytest.approx(1e-7)  # half of it is a neighbouring run
+    np.testing.assert_array_equal(coarse.poses, fine.poses)
+
+
+def test_a_link_that_swings_free_of_its_walls_is_told() -> None:
+    """With a metre of clearance it is a pendulum on P: 2e-3 m off after a turn, at 4e-5 m."""
+    settings = ["joints.sleeve.clearance=1 m", "bodies.link.rods=1"]
+    short, whole = (
+        simulate(load_scene(MODELS / "../clearance.yaml", [*settings, f"run.turns={turns}"]))
+        for turns in (0.4, 1)
+    )
+    assert short.error.exceeds_from is None
+    assert not short.warnings
+    (told,) = (text for text in whole.warnings if "may be off by more than" in text)
+    assert told.endswith("errors multiply (play in 'sleeve')")
+
+
+def test_steps_too_few_for_a_strike_at_this_tolerance_are_told() -> None:
+    """With 60 steps the tip is 1.4e-5 m off at 1e-5 m, with 120 steps 1.3e-6 m."""
+    joints = ["run.turns=0.55", "solver.formulation=redundant", "accuracy.tolerance=1e-5"]
+    few, enough = (
+        simulate(load_scene(MODELS / "../rigid.yaml", [*joints, f"solver.steps_per_contact={n}"]))
+        for n in (60, 120)
+    )
+    (told,) = few.warnings
+    assert "points may be off by more than 1e-05 m, lever.end in the end by" in told
+    assert told.endswith("(60 steps for a strike)")
+    assert enough.warnings == ()
+
+
+def test_an_interrupted_crawl_names_the_contact(run: Result) -> None:
+    begin = run.contacts["strike"].touches.begin[0]
+    sample = int(np.searchsorted(run.time, begin, side="right"))
+    force = np.append(run.contacts["strike"].force[:sample], 1.0)
+    crawling = replace(
+        run,
+        outcome=Outcome(False, float(begin), INTERRUPTED),
+        contacts={"strike": replace(run.contacts["strike"], force=force)},
+        checks=replace(run.checks, smallest_step=7e-12),
+    )
+    (told,) = tiny_steps(crawling)
+    assert told.startswith("contact 'strike' acted as the run was ended")
+    assert "transition_speed" in told

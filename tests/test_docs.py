@@ -1,0 +1,297 @@
+"""README and documentation: what they print is there, and their numbers come from scripts."""
+
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import make_docs
+import pytest
+import reference
+
+from exudyn_flexlink.cli import _parser
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.scene import json_schema
+from exudyn_flexlink.source import parse_document
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")),
+         *sorted((DOCS / "reference").glob("*.md"))]  # fmt: skip
+SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
+TUTORIAL = sorted((DOCS / "tutorial").glob("*.yaml"))
+BLOCK = re.compile(r"^ *```(?P<language>\w*)\n(?P<text>.*?)^ *```$", re.MULTILINE | re.DOTALL)
+IMAGE = re.compile(r"!\[[^]]*\]\((?P<file>[^)]+)\)")
+INCLUDED = re.compile(r"```\{(?:include|literalinclude)\} (?P<file>tables/\S+)")
+MEASURED = re.compile(r"\d\.\d|\d[eE][-+]?\d")
+LONGEST_README = 160  # lines
+PLACES = ("exudyn_flexlink/", "models/", "scripts/", "tests/", "docs/", "curves/", "engines/",
+          "mechanism/", "scene/")  # fmt: skip
+TOOLS = ("pip", "pytest", "ruff", "mypy", "lint-imports", "sphinx", "venv")
+
+any_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+any_script = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return [
+        found["text"] for found in BLOCK.finditer(text_of(page)) if found["language"] == language
+    ]
+
+
+def commands() -> Iterator[tuple[str, list[str]]]:
+    """The page and the words of every command that README or documentation print."""
+    for page in PAGES:
+        for block in blocks(page, ""):
+            for line in re.split(r"\n| && ", block):
+                if line.lstrip().startswith((".venv/", "python")):
+                    yield page.name, shlex.split(line)
+
+
+def of_program() -> list[list[str]]:
+    """Arguments of the program in README, documentation and the help of its commands."""
+    start = [".venv/bin/python", "-m", "exudyn_flexlink"]
+    examples = "\n".join(reference.help_of(command) for command in reference.COMMANDS)
+    told = re.findall(r"^  exudyn-flexlink (\w+ .*)$", examples, re.MULTILINE)
+    return [words[3:] for _, words in commands() if words[:3] == start] + list(
+        map(shlex.split, told)
+    )
+
+
+def of_scripts() -> list[list[str]]:
+    """Scripts and their arguments in README, documentation and their own docstrings."""
+    printed = [words[1:] for _, words in commands() if words[1:2] and "scripts/" in words[1]]
+    usage = re.compile(r"^  \.venv/bin/python (scripts/\S+(?: \S+)*)", re.MULTILINE)
+    told = [line for script in SCRIPTS for line in usage.findall(text_of(script))]
+    return printed + [shlex.split(line.partition(" [")[0]) for line in told]
+
+
+def test_the_readme_is_short() -> None:
+    assert len(text_of(ROOT / "README.md").splitlines()) <= LONGEST_README
+
+
+def test_every_command_is_one_of_the_environment_that_the_readme_makes() -> None:
+    for page, words in commands():
+        tool = words[2] if words[1:2] == ["-m"] else words[0].removeprefix(".venv/bin/")
+        known = (*TOOLS, "exudyn_flexlink")
+        assert tool in known or "scripts/" in words[1], f"{page}: {words}"
+        assert words[0].startswith(".venv/bin/") or words[:3] == ["python3", "-m", "venv"], page
+
+
+@pytest.mark.parametrize("arguments", of_program(), ids=" ".join)
+def test_the_program_knows_the_arguments_of_each_command(arguments: list[str]) -> None:
+    options = vars(_parser().parse_args(arguments))
+    if "model" in options:
+        path = ROOT / options["model"]
+        load_scene(path if path.exists() else options["model"], options.get("settings", ()))
+
+
+@any_script
+def test_every_script_tells_its_usage(
+    script: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "usage:" in help_of(script, [], monkeypatch, capsys)
+
+
+@pytest.mark.parametrize("words", of_scripts(), ids=" ".join)
+def test_the_scripts_know_the_arguments_of_each_command(
+    words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = help_of(ROOT / words[0], words[1:], monkeypatch, capsys)
+    for word in words[1:]:
+        assert not word.startswith("--") or word in told
+
+
+@pytest.mark.parametrize("item", make_docs.ITEMS, ids=lambda item: item.name)
+def test_the_commands_that_make_the_documentation_are_known(
+    item: make_docs.Item, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for command in (*item.commands, *([item.sample] if item.sample else [])):
+        if command[0] == "-m":
+            assert (ROOT / _parser().parse_args(command[2:]).model).exists()
+            continue
+        told = help_of(ROOT / command[0], list(command[1:]), monkeypatch, capsys)
+        assert all(word in told for word in command[1:] if word.startswith("--"))
+
+
+def help_of(
+    script: Path, arguments: list[str], monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> str:  # fmt: skip
+    """What a script prints that is asked for its usage after other arguments."""
+    monkeypatch.setattr(sys, "argv", [str(script), *arguments, "--help"])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(script), run_name="__main__")
+    shown = capsys.readouterr()
+    assert ended.value.code == 0, shown.err
+    return shown.out
+
+
+def test_a_script_runs_in_a_bare_environment_from_any_folder(tmp_path: Path) -> None:
+    bare = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
+    script = ROOT / "scripts" / "make_docs.py"
+    ended = subprocess.run(
+        [sys.executable, script, "--list"],
+        env=bare,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
+def test_fuzzing_without_its_library_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "hypothesis", None)
+    for arguments, code, text in ((["--help"], 0, "Usage:"), ([], 2, "pip install")):
+        monkeypatch.setattr(sys, "argv", ["fuzz_loader.py", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(ROOT / "scripts" / "fuzz_loader.py"), run_name="__main__")
+        assert ended.value.code == code
+        assert text in capsys.readouterr().err
+
+
+def test_one_version_is_cited_and_built() -> None:
+    cited = re.search(r"^version: (\S+)$", text_of(ROOT / "CITATION.cff"), re.MULTILINE)
+    built = re.search(r'^version = "(\S+)"$', text_of(ROOT / "pyproject.toml"), re.MULTILINE)
+    assert cited
+    assert built
+    assert cited[1] == built[1]
+
+
+def test_extras_that_are_printed_exist() -> None:
+    extras = text_of(ROOT / "pyproject.toml").partition("[project.optional-dependencies]")[2]
+    there = re.findall(r"^(\w+) = \[", extras.partition("\n[")[0], re.MULTILINE)
+    printed = {name for page in PAGES for name in re.findall(r"'\.\[([\w,]+)\]'", text_of(page))}
+    assert printed
+    assert {name for names in printed for name in names.split(",")} <= set(there)
+
+
+@any_page
+def test_figures_are_made_by_a_script(page: Path) -> None:
+    made = {file for item in make_docs.ITEMS for file in item.figures}
+    for file in IMAGE.findall(text_of(page)):
+        path = (page.parent / file).resolve()
+        assert path.exists()
+        assert str(path.relative_to(DOCS)) in made
+
+
+def test_no_figure_or_table_is_left_that_no_script_makes_or_no_page_shows() -> None:
+    there = {f"tables/{path.name}" for path in (DOCS / "tables").iterdir()}
+    there |= {path.name for path in DOCS.glob("*.png")}
+    assert there == {file for item in make_docs.ITEMS for file in item.files}
+    text = "\n".join(text_of(page) for page in PAGES)
+    assert there == {Path(file).name for file in IMAGE.findall(text)} | set(INCLUDED.findall(text))
+
+
+@any_page
+def test_tables_of_numbers_come_from_files_that_scripts_write(page: Path) -> None:
+    for line in text_of(page).splitlines():
+        assert not (line.startswith("|") and MEASURED.search(line)), line
+
+
+@any_page
+def test_links_of_files_that_are_read_as_they_are_lead_somewhere(page: Path) -> None:
+    if page.parent == ROOT:  # Sphinx checks the others
+        for target in re.findall(r"\]\(([^)#]+)\)", text_of(page)):
+            assert target.startswith("https://") or (ROOT / target).exists(), target
+
+
+@any_page
+def test_files_that_are_named_are_there(page: Path) -> None:
+    for name in re.findall(r"`([\w/*.]+/[\w*.]*)(?: [^`]*)?`", text_of(page)):
+        if name.startswith(PLACES):
+            found = [*ROOT.glob(name), *(ROOT / "exudyn_flexlink").glob(name)]
+            assert found, f"{page.name}: {name}"
+
+
+@any_page
+def test_python_is_python(page: Path) -> None:
+    for text in blocks(page, "python"):
+        compile(text, str(page), "exec")
+
+
+def test_the_model_of_the_readme_runs() -> None:
+    (text,) = blocks(ROOT / "README.md", "yaml")
+    scene = scene_of(parse_document(text, "README.md"), ["run.turns=0.1"])
+    assert simulate(scene).outcome.completed
+
+
+@pytest.mark.parametrize("path", TUTORIAL, ids=lambda path: path.stem)
+def test_each_step_of_the_tutorial_runs(path: Path) -> None:
+    result = simulate(load_scene(path, ["run.turns=0.6"]), measure=False)
+    assert result.outcome.completed
+    if "clearance" not in path.stem:  # there a warning may tell of errors that touches multiply
+        assert not result.warnings
+
+
+def test_the_tutorial_shows_every_step() -> None:
+    text = text_of(DOCS / "tutorial.md")
+    assert [path.stem[0] for path in TUTORIAL] == list("123456")
+    assert f"tutorial/{TUTORIAL[0].name}" in text
+    assert re.findall(r"_generated/tutorial_(\d)\.diff", text) == list("23456")
+
+
+@pytest.mark.parametrize(
+    ("step", "model"), [("5_strike", "no_clearance"), ("6_clearance", "clearance")]
+)
+def test_the_tutorial_ends_at_the_models_of_the_paper(step: str, model: str) -> None:
+    told, shipped = (
+        load_scene(path).to_data()
+        for path in (DOCS / "tutorial" / f"{step}.yaml", ROOT / "models" / f"{model}.yaml")
+    )
+    for data in (told, shipped):
+        for key in ("title", "source", "accuracy"):
+            del data[key]
+        data["materials"]["steel"].pop("poissons_ratio", None)  # rods and hinges need none
+    assert told == shipped
+
+
+def test_the_reference_has_every_key(tmp_path: Path) -> None:
+    reference.write(tmp_path)
+    text = (tmp_path / "model_file.md").read_text(encoding="utf-8")
+    schema = json_schema()
+    for part in (schema, *schema["$defs"].values()):
+        for key in part["properties"]:
+            assert f"| `{key}` | " in text
+    for name in schema["$defs"]:
+        assert text.count(f"(model-file-{name.lower()})=") == 1
+    assert "usage: exudyn-flexlink simulate" in (tmp_path / "commands.md").read_text()
+
+
+@pytest.mark.parametrize(
+    "item", [item for item in make_docs.ITEMS if item.sample], ids=lambda item: item.name
+)
+def test_tables_hold_what_is_measured_now(item: make_docs.Item) -> None:
+    assert not make_docs.check(item), f"run: python scripts/make_docs.py {item.name}"
+
+
+@pytest.mark.parametrize(
+    ("row", "other", "same"),
+    [
+        ("| a | 1.0e-07 (9, 0.1 s) |", "| a | 2.0e-07 (11, 7.5 s) |", True),  # times aside
+        ("| a | 1.0e-07 |", "| a | 4.0e-07 |", False),
+        ("| a | 1.0e-15 |", "| a | 9.0e-13 |", True),  # rounding
+        ("| a | -1 |", "| a | 1 |", False),
+        ("| a, 10 | 1 |", "| a, 20 | 1 |", False),  # another row
+        ("| a | right |", "| a | wrong |", False),
+    ],
+)
+def test_rows_agree_but_for_noise(row: str, other: str, same: bool) -> None:
+    assert make_docs.agree(row, other) is same
+
+
+def test_of_what_is_printed_tables_and_their_captions_are_kept() -> None:
+    printed = "first 0.1\n\n**one**\n\n| a |\n|---|\n| 1 |\nprogress\n\n**two**\n| b |\n|---|\n"
+    kept = "**one**\n\n| a |\n|---|\n| 1 |\n\n**two**\n| b |\n|---|\n"
+    assert make_docs.told(printed, "tables/x.md") == kept

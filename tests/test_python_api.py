@@ -1,0 +1,359 @@
+"""The package as Python sees it: its docstring, its names, scenes and results with methods."""
+
+import doctest
+import pkgutil
+import runpy
+import signal
+import subprocess
+import sys
+import zipfile
+from importlib import import_module
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import results
+
+import exudyn_flexlink as fl
+from exudyn_flexlink import observables, storage
+from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import build
+
+ROOT = Path(__file__).parents[1]
+MODELS = ROOT / "models"
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+SHORT = {"run": {"duration": 0.02}, "bodies.link.rods": 3}
+RUNS = [
+    ("exudyn", {"solver.formulation": "minimal"}),
+    ("exudyn", {"solver.formulation": "redundant"}),
+    ("lagrangian", {}),
+]
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return own_result(results.rigid_link())
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return own_result(results.tilting_link())
+
+
+# --- the package ------------------------------------------------------------------------------
+
+
+def test_the_docstring_is_what_happens():
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    found = doctest.testmod(fl, optionflags=flags)
+    assert found.attempted > 15
+    assert found.failed == 0
+
+
+def test_every_name_is_there_and_told():
+    assert dir(fl) == sorted(fl.__all__)
+    for name in fl.__all__:
+        assert getattr(fl, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        fl.simulat  # noqa: B018
+
+
+def test_no_module_hides_a_name():
+    """Importing a module sets it as an attribute of its package."""
+    for module in pkgutil.iter_modules(fl.__path__):
+        assert module.name not in fl.__all__
+
+
+def test_the_package_alone_imports_nothing_slow():
+    code = "import exudyn_flexlink, sys; print(dir(exudyn_flexlink), 'numpy' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.endswith("False\n")
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
+def test_examples_run(example, capsys):
+    with mpl.rc_context({"backend": "agg"}):
+        runpy.run_path(str(example))
+    assert capsys.readouterr().out or list(Path().glob("*.pdf"))
+
+
+def test_there_are_examples():
+    assert len(EXAMPLES) >= 4
+
+
+def test_the_wheel_brings_the_models(tmp_path):
+    pytest.importorskip("setuptools", minversion="77")
+    copy = tmp_path / "source"
+    command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others"]
+    listed = subprocess.run([*command, "--exclude-standard"], capture_output=True, check=True)
+    for name in listed.stdout.decode().split("\0"):
+        if name and (ROOT / name).is_file() and not name.startswith("docs/"):
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            (copy / name).write_bytes((ROOT / name).read_bytes())
+    options = ["--no-deps", "--no-build-isolation", "--quiet", "-w", str(tmp_path)]
+    subprocess.run([sys.executable, "-m", "pip", "wheel", str(copy), *options], check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+    code = "import exudyn_flexlink as fl; print(fl.load_scene('spline_track').title, fl.__file__)"
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", code] if sys.version_info >= (3, 11)
+        else [sys.executable, "-c", code],
+        env={"PYTHONPATH": str(tmp_path / "installed")},
+        capture_output=True, text=True, check=True, cwd=tmp_path,
+    )  # fmt: skip
+    assert str(tmp_path / "installed") in told.stdout
+    assert fl.load_scene("spline_track").title in told.stdout
+
+
+# --- scenes -----------------------------------------------------------------------------------
+
+
+def test_a_name_a_path_and_a_dict_are_one_scene():
+    named = fl.load_scene("no_clearance")
+    file = MODELS / "no_clearance.yaml"
+    assert named == fl.load_scene(file) == fl.load_scene(str(file)) == load_scene(file)
+    assert fl.load_scene(named.to_data()) == named
+    assert isinstance(named, fl.Scene)
+
+
+def test_a_model_of_a_folder_by_either_name():
+    assert fl.load_scene("whitworth") == fl.load_scene("textbook/whitworth")
+    assert "textbook/whitworth" in fl.model_names()
+
+
+def test_a_file_wins_over_a_name():
+    Path("no_clearance").write_text(results.PENDULUM, encoding="utf-8")
+    assert fl.load_scene("no_clearance").title == "pendulum"
+
+
+def test_settings_by_keyword_are_those_of_the_command_line():
+    found = fl.load_scene("no_clearance", tolerance=1e-7, turns=2, formulation="redundant")
+    texts = ["accuracy.tolerance=1e-7", "run.turns=2", "solver.formulation=redundant"]
+    assert found == load_scene(MODELS / "no_clearance.yaml", texts)
+    assert fl.load_scene("no_clearance", texts) == found
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"joints.sleeve.clearance": "2 mm", "joints.sleeve.law.stiffness": 1e5}, None),
+        ({"run": {"duration": 0.5}}, "run={duration: 0.5}"),
+        ({"gravity": [0, -9.81]}, "gravity=[0, -9.81]"),
+        ({"bodies.link.rods": np.int64(4)}, "bodies.link.rods=4"),
+        ({"accuracy.step": np.float64(1e-4)}, "accuracy.step=1e-4"),
+    ],
+)
+def test_changes_are_those_of_the_command_line(changes, text):
+    changes = changes if text else {"joints.crank.at": np.array([0.021, 0])}
+    text = text or "joints.crank.at=[0.021, 0]"
+    scene = fl.load_scene("no_clearance")
+    assert scene.with_(changes) == load_scene(MODELS / "no_clearance.yaml", [text])
+    assert scene == fl.load_scene("no_clearance")
+
+
+def test_changes_follow_changes_and_effects():
+    scene = fl.load_scene("clearance", turns=1)
+    rigid = fl.idealise(scene, without=["flexibility"]).with_({"run.turns": 2})
+    assert (rigid.run.turns, rigid.bodies["link"].type) == (2, "rod")
+    assert fl.idealise(scene, "clearance").joints["sleeve"].clearance == 0
+    assert scene.with_({"run.turns": 3}).with_({"bodies.link.rods": 2}).run.turns == 3
+
+
+def test_points_of_a_file_stay_where_they_are():
+    scene = fl.load_scene("spline_track").with_({"run.turns": 1})
+    assert fl.idealise(scene, "flexibility").with_({"run.turns": 2}).curves == scene.curves
+
+
+def test_mistakes_have_their_hints():
+    scene = fl.load_scene("no_clearance")
+    for known in (scene, fl.idealise(scene, "flexibility")):
+        with pytest.raises(fl.SceneError, match="did you mean 'sleeve'"):
+            known.with_({"joints.sleve.clearance": "2 mm"})
+    with pytest.raises(fl.SceneError, match="expected a length"):
+        scene.with_({"bodies.link.length": "2 N"})
+    with pytest.raises(fl.SceneError, match="did you mean 'no_clearance'"):
+        fl.load_scene("no_clearence")
+    with pytest.raises(fl.SceneError, match=r"nowhere\.yaml"):
+        fl.load_scene("nowhere.yaml")
+    with pytest.raises(TypeError, match="did you mean 'tolerance'"):
+        fl.load_scene("no_clearance", tolerence=1)
+    with pytest.raises(TypeError, match="a model can't hold"):
+        scene.with_({"run.turns": object()})
+
+
+def test_a_scene_tells_itself_in_a_line():
+    told = repr(fl.load_scene("no_clearance", turns=2))
+    assert "\n" not in told
+    assert "2 turns of crank" in told
+    assert "<li>bodies guide, link, lever</li>" in fl.load_scene("no_clearance")._repr_html_()
+
+
+def test_the_command_line_knows_models_by_name(capsys):
+    assert main(["check", "smooth"]) == 0
+    assert "no mistakes" in capsys.readouterr().out
+    assert main(["check", "smoth"]) == 2
+
+
+# --- results ----------------------------------------------------------------------------------
+
+
+def test_observables_are_methods(run, tilting):
+    np.testing.assert_array_equal(
+        run.path("link.end").position, observables.path(run, "link.end").position
+    )
+    assert run.strikes("strike") == observables.strikes(run, "strike")
+    assert run.lever("lever").farthest == observables.lever_response(run, "strike").farthest
+    assert run.touches("strike") is run.contacts["strike"].touches
+    assert tilting.touches("sleeve") is tilting.sleeves["sleeve"].touches
+
+
+def test_what_there_is_none_of_is_told_with_what_there_is(run):
+    for ask, name in ((run.path, "link.middle"), (run.strikes, "bump")):
+        with pytest.raises(ValueError, match=name):
+            ask(name)
+    with pytest.raises(ValueError, match=r"nothing touches in 'bump'; there are: 'strike'"):
+        run.touches("bump")
+    with pytest.raises(ValueError, match=r"no contact strikes 'bump'; struck are: 'lever'"):
+        run.lever("bump")
+    with pytest.raises(ValueError, match=r"points such as 'link\.end'"):
+        run.to_dataframe("bump")
+    with pytest.raises(AttributeError, match="there are: coordinates"):
+        run.plot.cordinates  # noqa: B018
+
+
+def test_a_result_tells_itself(run):
+    assert "\n" not in repr(run)
+    assert "completed at 2.51327 s" in repr(run)
+    assert "1 warning" in repr(run)
+    page = run._repr_html_()
+    assert "Strikes of strike" in page
+    assert "warning: made up" in page
+    assert "data:image/png;base64," in page
+    stopped = repr(own_result(results.stopped(results.pendulum())))
+    assert "stopped: no convergence at the smallest step at 0.5 s" in stopped
+
+
+def test_figures_by_name(run, tilting):
+    drawn = run.plot.all()
+    assert set(drawn) < set(dir(run.plot))
+    figure = run.plot.coordinates()
+    assert figure._repr_png_().startswith(b"\x89PNG")
+    figure.savefig("s.pdf")
+    assert Path("s.pdf").read_bytes().startswith(b"%PDF")
+    assert tilting.plot.guide_contact() is not None
+    narrow = run.plot.coordinates(style="print").get_figwidth()
+    assert narrow < 0.5 * figure.get_figwidth()
+    with pytest.raises(ValueError, match="no style 'prnt'; there are: screen, print"):
+        run.plot.coordinates(style="prnt")
+    with pytest.raises(ValueError, match="nothing to show in the figure 'guide_contact'"):
+        run.plot.guide_contact()
+
+
+def test_a_saved_run_comes_back(run):
+    folder = run.save("runs/a")
+    again = fl.load(folder)
+    assert isinstance(again, fl.Result)
+    assert isinstance(again.scene, fl.Scene)
+    assert again.strikes("strike") == run.strikes("strike")
+    assert run.save("runs/a") == folder
+    with pytest.raises(fl.StorageError):
+        fl.load("nowhere")
+    Path("mine").mkdir()
+    Path("mine/summary.json").write_text("mine", encoding="utf-8")
+    with pytest.raises(fl.StorageError):
+        run.save("mine")
+
+
+def test_tables_need_what_they_are_made_with(run, monkeypatch):
+    for name, ask in (("pandas", lambda: run.to_dataframe("lever")), ("xarray", run.to_xarray)):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ImportError, match=rf"pip install {name}.*exudyn-flexlink\[tables\]"):
+            ask()
+
+
+def test_tables_are_those_of_the_saved_run(run, tilting):
+    pytest.importorskip("pandas")
+    path = run.to_dataframe("link.end")
+    assert list(path)[:4] == ["t_s", "crank_angle_rad", "x_m", "y_m"]
+    np.testing.assert_array_equal(path["x_m"], run.path("link.end").position[:, 0])
+    assert len(run.to_dataframe("lever")) == len(run.time)
+    assert len(run.to_dataframe("strike")) == 4
+    touches = tilting.to_dataframe("sleeve")
+    assert list(touches["impulse_N_s"]) == list(tilting.touches("sleeve").impulse)
+
+
+def test_all_samples_are_one_dataset(run):
+    pytest.importorskip("xarray")
+    found = run.to_xarray()
+    np.testing.assert_array_equal(
+        found["pose"].sel(part="lever", pose_axis="angle_rad"), run.poses[:, -1, 2]
+    )
+    assert found["strike_force"].attrs["units"] == "N"
+    assert found["time"].attrs["units"] == "s"
+
+
+def test_comparisons_tell_themselves(run):
+    other = own_result(results.retitled(results.rigid_link(), "other"))
+    found = fl.compare(run, other)
+    assert repr(found) == "<Comparison of exudyn 1 and exudyn 2: link.end apart by 0 m at most>"
+    assert "data:image/png" in found._repr_html_()
+    named = fl.compare(run, other, names=("rigid", "flexible"))
+    assert named.second.name == "flexible"
+
+
+def test_mechanisms_are_put_together_once(monkeypatch):
+    made = []
+    built = build._built
+    monkeypatch.setattr(build, "_built", lambda scene: made.append(scene) or built(scene))
+    result = fl.simulate(fl.load_scene("no_clearance", turns=0.52, tolerance=1e-4).with_(SHORT))
+    first = len(made)
+    result.plot.all()
+    result.summary()
+    result.save("runs/a")
+    result.path("link.end")
+    assert len(made) == first
+
+
+def test_a_mechanism_lives_no_longer_than_its_scene():
+    before = len(build._BUILT)
+    scene = fl.load_scene("smooth")
+    build.build_mechanism(scene)
+    assert len(build._BUILT) == before + 1
+    del scene
+    assert len(build._BUILT) == before
+
+
+# --- signals ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("engine", "settings"), RUNS)
+def test_a_run_takes_no_signals(engine, settings):
+    scene = fl.load_scene("smooth", tolerance=1e-5).with_({**SHORT, **settings})
+    before, seen = signal.getsignal(signal.SIGINT), []
+    fl.simulate(scene, engine, lambda _: seen.append(signal.getsignal(signal.SIGINT)))
+    assert {*seen, signal.getsignal(signal.SIGINT)} == {before}
+
+
+@pytest.mark.parametrize(("engine", "settings"), RUNS)
+def test_ctrl_c_in_python_is_what_it_is_everywhere(engine, settings):
+    """Also out of Exudyn's own solver, through which nothing may be raised."""
+    long = {"run": {"duration": 20}, "bodies.link.rods": 3}
+    scene = fl.load_scene("smooth", tolerance=1e-5).with_({**long, **settings})
+    with pytest.raises(KeyboardInterrupt) as raised:
+        fl.simulate(scene, engine, lambda _: signal.raise_signal(signal.SIGINT))
+    assert not isinstance(raised.value, LateInterruptError)
+
+
+def test_storage_of_the_package_is_that_of_the_program():
+    assert fl.StorageError is storage.StorageError
+    assert import_module("exudyn_flexlink.storage") is storage
