@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.observables import deviation
 from exudyn_flexlink.storage import read_series
 
@@ -38,3 +39,15 @@ def test_walls_that_lose_nothing_keep_the_energy() -> None:
     assert result.checks.energy_residual < 1e-5 * result.checks.largest_kinetic_energy
     closed = touches.end < result.time[-1]
     assert abs(touches.energy_lost[closed]).max() < 1e-5 * result.checks.largest_kinetic_energy
+
+
+def test_a_fixed_step_is_shortened_while_a_wall_is_touched() -> None:
+    """A touch lasts 0.09 ms: steps of 1 ms would go over it."""
+    short = "run={duration: 0.1, sample: 1 ms}"
+    fixed = ["accuracy={step: 1.0e-3}", "solver.formulation=minimal"]
+    result, exact = (
+        simulate(load_scene(MODELS / "clearance.yaml", [short, *settings]), measure=False)
+        for settings in (fixed, ["accuracy.tolerance=1e-8"])
+    )
+    assert any("in contact they were" in warning for warning in result.warnings)
+    assert compare(result, exact).deviation.largest < 1e-6
