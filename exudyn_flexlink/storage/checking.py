@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import isfinite
 from typing import Any
 
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import Watched
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import MeasuredError, Result
 from exudyn_flexlink.scene import Scene
 
-NUMBERS = (int, float)
+BEYOND = 1e30  # SI: no number of a run is as large
+ROUNDING = 1e-9  # of a run's end: as much may an event be told after it
 
 
 def check_count(samples: Any) -> int:
@@ -34,7 +34,7 @@ def check_result(result: Result) -> None:
 
     """
     _check_kinds(result)
-    _check_names(result)
+    _check_parts(result)
     _check_laps(result)
 
 
@@ -45,25 +45,45 @@ def _check_kinds(result: Result) -> None:
     _require("checks", _numbers(vars(result.checks)))
     _require("timings", _numbers(result.timings))
     settings = result.settings.values()
-    _require("settings", all(isinstance(value, (str, *NUMBERS)) for value in settings))
+    _require("settings", all(isinstance(value, str) or _real(value) for value in settings))
+    _require("settings", _real(result.settings.get("elements", 0)))
     _require("warnings", _texts(result.warnings))
     _require("engine", _texts((result.engine,)))
     _require("versions", _texts(result.versions.values()))
     _require("pairs", all(_instant(sleeve.deepest) for sleeve in result.sleeves.values()))
+    if result.error is not None:
+        _check_error(result.error)
 
 
-def _check_names(result: Result) -> None:
-    """Parts, hinges and walls go by the name of what they belong to, and a number or a word."""
-    scene, parts = result.scene, result.part_names
-    bodies, joints = tuple(scene.bodies), tuple(scene.joints)
-    _require("part_names", _texts(parts) and len(set(parts)) == len(parts))
-    _require("part_names", all(part.startswith(bodies) for part in parts))
-    _require("names", list(result.contacts) == list(scene.contacts))
-    _require("names", set(result.drive_torques) <= set(scene.drives))
-    _require("names", all(name.startswith(bodies + joints) for name in result.joint_forces))
-    _require("names", tuple(result.extremes) == _extremes_of(scene))
-    for histories in (result.slot_forces, result.sleeves):
-        _require("names", set(histories) <= set(scene.joints))
+def _check_error(error: MeasuredError) -> None:
+    instants = (error.exceeds_from, error.stopped)
+    _require("error", all(instant is None or _instant(instant) for instant in instants))
+    _require("error", _real(error.limit) and _real(error.largest) and error.limit > 0)
+    _require("error", _texts((*error.points, error.missing)))
+
+
+def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:
+    """Look at names of arrays: hinges go by that of their body and a number, walls by their joint.
+
+    Raises:
+        KeyError: a kind of arrays has none.
+        ValueError: they are not those of the scene.
+
+    """
+    owners = (*scene.bodies, *scene.joints)
+    _require("names", names["contacts"] == tuple(scene.contacts))
+    _require("names", set(names["drive_torques"]) <= set(scene.drives))
+    _require("names", all(name.startswith(owners) for name in names["joint_forces"]))
+    _require("names", names["extremes"] == _extremes_of(scene))
+    for kind in ("slot_forces", "sleeves"):
+        _require("names", set(names[kind]) <= set(scene.joints))
+
+
+def _check_parts(result: Result) -> None:
+    """Parts go by the name of their body, and a number."""
+    parts = result.part_names
+    _require("part_names", len(set(parts)) == len(parts))
+    _require("part_names", all(part.startswith(tuple(result.scene.bodies)) for part in parts))
 
 
 def _extremes_of(scene: Scene) -> tuple[str, ...]:
@@ -74,9 +94,11 @@ def _extremes_of(scene: Scene) -> tuple[str, ...]:
 
 
 def _check_laps(result: Result) -> None:
+    end = max(float(result.time[-1]), result.outcome.time)
     for lap in result.laps:
         _require("laps", lap.kind == "lap" and lap.name in result.scene.joints)
         _require("laps", _instant(lap.time) and _numbers(lap.details))
+        _require("laps", lap.time <= end * (1 + ROUNDING))
 
 
 def _require(entry: str, holds: bool) -> None:
@@ -89,8 +111,13 @@ def _texts(values: Iterable[Any]) -> bool:
 
 
 def _numbers(values: Mapping[str, Any]) -> bool:
-    return all(isinstance(value, NUMBERS) for value in values.values())
+    return all(map(_real, values.values()))
+
+
+def _real(value: Any) -> bool:
+    """Whether a value is a number that a float can hold; it may be infinite or nan."""
+    return isinstance(value, float) or (isinstance(value, int) and abs(value) < BEYOND)
 
 
 def _instant(value: Any) -> bool:
-    return isinstance(value, NUMBERS) and isfinite(value) and value >= 0
+    return _real(value) and 0 <= value < BEYOND
