@@ -23,9 +23,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import path
+from exudyn_flexlink.plots.panels import letter
+from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -41,7 +44,7 @@ RODS = (5, 10, 20, 40, 80)
 FARTHEST = 4 * RODS[-1]  # rods: beyond, powers are not to be trusted
 LEVER = 0.03  # m, its length
 DAMPING = 2.0e-6  # N m s/rad of a hinge, for each rod: with ten that of the models
-KINDS = {"beam": "#0072B2", "half_ends": "#009E73", "equal": "#D55E00"}
+KINDS = {"beam": BLACK, "half_ends": GREEN, "equal": PURPLE}  # no colour of an engine
 LABELS = {"beam": "beam elements", "half_ends": "rods, half ends", "equal": "rods, equal"}
 REPEATS = 2  # the cheaper run counts: the machine is never quite alone
 
@@ -170,10 +173,13 @@ def tell(name: str, found: dict[str, list[Answer]]) -> None:
             print(f"{name}: in {words} {number} {said}")
 
 
-def draw(studies: dict[str, dict[str, list[Answer]]], out: Path) -> None:
+@styled
+def draw(studies: dict[str, dict[str, list[Answer]]], *, style: Style = SCREEN) -> Figure:
     """Draw the error of S over the number of elements or rods, and over the time they take."""
-    figure = Figure(figsize=(10, 8), layout="constrained")
-    for row, (name, found) in zip(figure.subplots(2, 2), studies.items(), strict=True):
+    size = style.width, (1.25 if style.narrow else 0.85) * style.width
+    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+    panels = figure.subplots(2, 2)
+    for row, (name, found) in zip(panels, studies.items(), strict=True):
         for kind, colour in KINDS.items():
             counts = [one.count for one in found[kind]]
             off = [one.s for one in found[kind]]
@@ -182,21 +188,29 @@ def draw(studies: dict[str, dict[str, list[Answer]]], out: Path) -> None:
             for one in found[kind]:
                 at = (one.seconds, one.s)
                 row[1].annotate(
-                    str(one.count), at, (5, 4), textcoords="offset points", fontsize=8, color=colour
+                    str(one.count),
+                    at,
+                    (5, 4),
+                    textcoords="offset points",
+                    color=colour,
+                    fontsize=style.small,
                 )
-        _label(row[0], name, "number of elements or rods")
+        _label(row[0], name, "elements or rods")
+        row[0].set_ylabel("largest error of S (m)")
         row[0].set_xticks([1, 2, 5, 10, 20, 40, 80], ["1", "2", "5", "10", "20", "40", "80"])
         row[0].minorticks_off()
-        row[0].legend(loc="lower left")
         row[1].set_xticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
         row[1].minorticks_off()
         _label(row[1], name, "process time (s)")
-    figure.savefig(out / "beam_against_rods.png", dpi=150)
+    letter(panels.flat)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
 
 
 def _label(axes: Axes, name: str, along: str) -> None:
-    axes.set(xlabel=along, ylabel="largest error of S (m)", title=name)
-    axes.grid(alpha=0.3)
+    axes.set(xlabel=along)
+    axes.set_title(name, loc="left")
     axes.margins(0.12)
 
 
@@ -204,12 +218,13 @@ def main() -> None:
     """Run both scenes, print their tables and draw the figure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the figure")
+    add_figures(parser)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     studies = {name: study(name) for name in SCENES}
     for name, found in studies.items():
         tell(name, found)
-    draw(studies, options.out)
+    look_of(options).save(draw, studies, options.out, "beam_against_rods")
 
 
 if __name__ == "__main__":

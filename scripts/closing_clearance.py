@@ -5,7 +5,7 @@
 
 Draws how far S is from that of rods held on the guide's axis (the same hinges, before the strike)
 over the clearance, for three stiffnesses of the walls, and how deep the walls give way. Writes
-closing_clearance.png. Takes about five minutes.
+closing_clearance in the formats asked for. Takes about five minutes.
 """
 
 from __future__ import annotations
@@ -18,15 +18,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.observables import between_samples, path
-from exudyn_flexlink.plots.frame import BLUE, GREEN, RED
+from exudyn_flexlink.plots.panels import letter, sized
+from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
 
 MODELS = Path(__file__).parent.parent / "models"
 CLEARANCES = (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)  # m
-STIFFNESSES = {1e4: GREEN, 1e5: BLUE, 1e6: RED}  # N/m, and colours
+STIFFNESSES = {1e4: GREEN, 1e5: PURPLE, 1e6: BLACK}  # N/m, and colours
 END = 0.3  # s: just before the strike
 
 
@@ -35,12 +37,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--out", type=Path, default=MODELS.parent / "docs")
     parser.add_argument("--rods", type=int, default=4)
+    add_figures(parser)
     options = parser.parse_args()
     common = [f"run={{duration: {END}, sample: 0.5 ms}}", f"bodies.link.rods={options.rods}"]
-    figure = Figure(figsize=(7, 4.6), layout="constrained")
-    axes = figure.subplots()
+    found = {}
     print("stiffness      clearance   S from supported   deepest   part of the clearance")
-    for stiffness, colour in STIFFNESSES.items():
+    for stiffness in STIFFNESSES:
         law = f"joints.sleeve.law.stiffness={stiffness}"
         held = end_of(
             simulate(load_scene(MODELS / "supported.yaml", [*common, law]), measure=False)
@@ -57,22 +59,38 @@ def main() -> None:
                 f"  {deepest / clearance:8.3g}",
                 flush=True,
             )
-        away, deep = np.array(rows).T
-        axes.loglog(CLEARANCES, away, "o-", color=colour, label=f"S, walls {stiffness:.0e} N/m")
-        axes.loglog(CLEARANCES, deep, ":", color=colour, label="deepest in a wall, the same")
-    axes.loglog(
-        CLEARANCES, CLEARANCES, color="#999999", linewidth=0.8, label="the clearance itself"
-    )
-    axes.set_xlabel("clearance (m)")
-    axes.set_ylabel("largest distance of S from the supported link (m)")
-    axes.set_title(
-        f"A closing clearance tends to the supported link (n = {options.rods})", loc="left"
-    )
-    axes.grid(color="#E3E3E3")
-    axes.legend(fontsize=8)
+        found[stiffness] = np.array(rows).T
     options.out.mkdir(parents=True, exist_ok=True)
-    figure.savefig(options.out / "closing_clearance.png", dpi=130)
-    print(f"written: {options.out / 'closing_clearance.png'}")
+    look_of(options).save(draw, found, options.out, "closing_clearance")
+    print(f"written: {options.out / 'closing_clearance'}")
+
+
+@styled
+def draw(found: dict[float, FloatArray], *, style: Style = SCREEN) -> Figure:
+    """Draw distances of S and depths in the walls, (2, clearances) m, for every stiffness.
+
+    Distances hardly depend on the stiffness: softer walls have broader lines, for all to be seen.
+    """
+    figure = Figure(figsize=(style.width, 0.55 * style.width + 1), dpi=style.dpi,
+                    layout="constrained")  # fmt: skip
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for i, (stiffness, series) in enumerate(found.items()):
+        rank = len(found) - 1 - i
+        for axes, values in zip(panels, series, strict=True):
+            axes.loglog(
+                CLEARANCES, values, "o-", color=STIFFNESSES[stiffness],
+                linewidth=sized(1.0 + 2.2 * rank), markersize=sized(3 + 4 * rank),
+                alpha=0.45 if rank else 1.0, label=f"walls {stiffness:.0e} N/m",
+            )  # fmt: skip
+    for axes, what in zip(panels, ("S from the supported link", "deepest in a wall"), strict=True):
+        axes.loglog(CLEARANCES, CLEARANCES, color=GREY, linestyle=":", label="the clearance itself")
+        axes.set_xlabel("clearance (m)")
+        axes.set_title(what, loc="left")
+    panels[0].set_ylabel("length (m)")
+    letter(panels)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2 if style.narrow else 4)
+    return figure
 
 
 def end_of(result: Result) -> FloatArray:

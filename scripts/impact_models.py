@@ -19,16 +19,23 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, strikes
+from exudyn_flexlink.plots.panels import legend_outside, letter, sized
+from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
+
+FloatArray = NDArray[np.float64]
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 STIFFNESS, SPEED = 2e4, 5e-3
 FACTORS = (1, 4, 16, 64, 256, 1024)
 RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
+WATCHED = {"least": "least angle (rad)", "rate": "rate after 0.2 ms (rad/s)"}  # of the lever
 SOON = 2e-4  # s after the first touch: the first impact is over, the link has hardly moved
 COLUMNS = (
     "lever, least angle",
@@ -37,7 +44,7 @@ COLUMNS = (
     "impulse",
     "energy lost",
 )
-COLOURS = {"penalty": "#0072B2", "impulse": "#D55E00"}
+COLOURS = {"penalty": GREEN, "impulse": PURPLE}  # none of an engine
 
 
 @dataclass(frozen=True)
@@ -79,7 +86,7 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
     )
 
 
-def stiffness(out: Path) -> None:
+def stiffness(out: Path, look: Look) -> None:
     """Print and draw how penalty tends to impulse."""
     rods = 5
     with ProcessPoolExecutor(2) as pool:
@@ -93,19 +100,35 @@ def stiffness(out: Path) -> None:
     rows.append(["impulse", *_cells(limit)])
     tell(f"Stiffness of the contact, n = {rods}, `beam`", ["k"], rows)
     k = STIFFNESS * np.array(FACTORS)
-    figure = Figure(figsize=(7, 4.5), layout="constrained")
-    axes = figure.subplots()
-    for name, label in (("least", "least angle (rad)"), ("rate", "rate after 0.2 ms (rad/s)")):
-        off = np.array([abs(getattr(one, name) - getattr(limit, name)) for one in found])
-        axes.loglog(k, off, "o-", label=f"lever's {label}")
-    axes.set(xlabel="contact stiffness k (N/m)", ylabel="|penalty - impulse|")
-    axes.set_title(f"Penalty contact tends to the impulse (n = {rods}, beam, Lagrangian)")
-    axes.grid(alpha=0.3)
-    axes.legend()
-    figure.savefig(out / "penalty_to_impulse.png", dpi=150)
+    off = {
+        name: np.array([getattr(one, name) - getattr(limit, name) for one in found])
+        for name in WATCHED
+    }
+    look.save(draw_stiffness, (k, off), out, "penalty_to_impulse")
 
 
-def rods(out: Path) -> None:
+@styled
+def draw_stiffness(
+    found: tuple[FloatArray, dict[str, FloatArray]], *, style: Style = SCREEN
+) -> Figure:
+    """Draw penalty minus impulse over the stiffness; negative differences are hollow."""
+    k, off = found
+    size = style.width, style.scale * 5.5
+    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+    panels = figure.subplots(len(off), 1, sharex=True)
+    for axes, (name, values) in zip(panels, off.items(), strict=True):
+        axes.loglog(k, np.abs(values), color=BLACK, linewidth=0.8)
+        for some, face, label in ((values > 0, BLACK, "greater"), (values < 0, "white", "less")):
+            axes.loglog(k[some], np.abs(values[some]), "o", color=BLACK, mfc=face,
+                        label=f"penalty {label} than impulse" if some.any() else None)  # fmt: skip
+        axes.set_ylabel(f"difference of\n{WATCHED[name]}")
+        legend_outside(axes)
+    panels[-1].set_xlabel("contact stiffness k (N/m)")
+    letter(panels)
+    return figure
+
+
+def rods(out: Path, look: Look) -> None:
     """Print and draw the strike over the number of rods, under both models."""
     with ProcessPoolExecutor(2) as pool:
         runs = {(n, impact): pool.submit(answer, n, impact) for n in RODS for impact in COLOURS}
@@ -115,20 +138,28 @@ def rods(out: Path) -> None:
             print(f"n = {key[0]}, {key[1]}: {found[key].seconds:.0f} s", file=sys.stderr)
     rows = [[str(n), impact, *_cells(one)] for (n, impact), one in found.items()]
     tell("Number of rods, `beam`", ["n", "impact"], rows)
-    figure = Figure(figsize=(8, 7), layout="constrained")
+    look.save(draw_rods, found, out, "rods_and_strike")
+
+
+@styled
+def draw_rods(found: dict[tuple[int, str], Answer], *, style: Style = SCREEN) -> Figure:
+    """Draw the strike over the number of rods, under both models."""
+    size = style.width, style.scale * 6.5
+    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
     top, bottom = figure.subplots(2, sharex=True)
-    for impact, colour in COLOURS.items():
+    for (impact, colour), broad in zip(COLOURS.items(), (2.5, 1.0), strict=True):
         ones = [found[n, impact] for n in RODS]
-        top.plot(RODS, [abs(one.least) for one in ones], "o-", color=colour, label=impact)
-        bottom.plot(RODS, [one.lost * 1e3 for one in ones], "o-", color=colour, label=impact)
-    top.set(ylabel="lever's largest angle (rad)", title="The first strike over the number of rods")
+        top.plot(RODS, [abs(one.least) for one in ones], "o-", color=colour, label=impact,
+                 linewidth=sized(broad), markersize=sized(3 + 2 * broad))  # fmt: skip
+        bottom.plot(RODS, [one.lost * 1e3 for one in ones], "o-", color=colour, label=impact,
+                 linewidth=sized(broad), markersize=sized(3 + 2 * broad))  # fmt: skip
+    top.set(ylabel="largest angle of lever (rad)")
     bottom.set(xlabel="number of rods n", ylabel="energy lost in the strike (mJ)", xscale="log")
     bottom.set_xticks(RODS, [str(n) for n in RODS])
     bottom.minorticks_off()
-    for axes in (top, bottom):
-        axes.grid(alpha=0.3)
-        axes.legend(title="impact")
-    figure.savefig(out / "rods_and_strike.png", dpi=150)
+    legend_outside(top)
+    letter([top, bottom])
+    return figure
 
 
 def tell(title: str, first: list[str], rows: list[list[str]]) -> None:
@@ -151,9 +182,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("study", choices=studies)
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the figure")
+    add_figures(parser)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    studies[options.study](options.out)
+    studies[options.study](options.out, look_of(options))
 
 
 if __name__ == "__main__":

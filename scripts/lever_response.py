@@ -97,7 +97,7 @@ def _draw(result: Result, file: Path) -> None:
     figure = lever(result)
     if figure is None:
         raise ValueError("the run has one instant only: nothing to draw")
-    figure.savefig(file, dpi=150)
+    figure.savefig(file, dpi=figure.dpi)
 
 
 def _parser() -> argparse.ArgumentParser:

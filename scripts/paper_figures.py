@@ -2,15 +2,16 @@
 
   .venv/bin/python scripts/paper_figures.py
   .venv/bin/python scripts/paper_figures.py --out docs --engine exudyn --tolerance 1e-6 --turns 2
+  .venv/bin/python scripts/paper_figures.py --out paper --format pdf --style print
 
-Writes paper_fig3.png (coordinates of S), paper_fig4.png (the "divergence" in both readings of the
-paper: the struck lever's response, and how far runs part that start 1e-6 rad apart, or lap pairs
-that follow each other) and paper_fig5.png (S in polar form).
+Writes paper_fig3 (coordinates of S), paper_fig4 (the "divergence" in both readings of the paper:
+the struck lever's response, and how far runs part that start 1e-6 rad apart, or lap pairs that
+follow each other) and paper_fig5 (S in polar form).
 
 With clearance, errors multiply from touch to touch: where two runs part may be the solver's doing.
 A third run, of the same start but ten times the tolerance, tells how far that may be: from where it
 is as far away as the neighbouring start, the distance says nothing of the mechanism, and Fig. 4 is
-shaded. At the models' own tolerances that is from the first strike on. Takes some minutes.
+shaded. At the models' own tolerances that is from the start on. Takes two minutes.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.observables import (
     LeverResponse,
     between_samples,
@@ -34,7 +35,10 @@ from exudyn_flexlink.observables import (
     lever_response,
     path,
 )
-from exudyn_flexlink.plots.frame import BLACK, BLUE, GREEN, GREY, ORANGE, RED
+from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
+from exudyn_flexlink.plots.motion import X_COLOURS, draw_radius, radial_scale
+from exudyn_flexlink.plots.panels import BEYOND, columns_of
+from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
@@ -44,26 +48,20 @@ SCENES = {"(a) without clearance": "no_clearance", "(b) clearance 5 mm": "cleara
 START = 1e-6  # rad, of the crank: a neighbouring start
 LAPS = 2  # after which the mechanism does the same again
 SAMPLE = "run.sample=0.2 ms"
-TOLERANCE = 1e-10  # m: two starts stay apart for themselves over most of four turns
-LOOSER = (
-    10.0  # times the tolerance: how far this run is away is no less than the error of the first
-)
-COLOURS = (BLUE, GREEN, ORANGE, RED)
+TOLERANCE = 1e-12  # m: the solver's error stays below what two starts make, for most of four turns
+LOOSER = 10.0  # times the tolerance: such a run is no less far away than the first one's error
 
 
 @dataclass(frozen=True)
 class Case:
-    """A run, its neighbour, and S at even instants.
-
-    `unsure` (N,) m is how far S is from that of a run of the same start and a looser tolerance.
-    """
+    """A run, its neighbour, and S at even instants."""
 
     name: str
     result: Result
     time: FloatArray
     end: FloatArray  # (N, 2), m
     neighbour: FloatArray  # (N, 2), m
-    unsure: FloatArray
+    unsure: FloatArray  # (N,), m: how far S is from that of a looser tolerance
     lever: LeverResponse
 
     @property
@@ -76,7 +74,13 @@ class Case:
         """Instant (s) from which on the solver's error is as large as what is shown, or None."""
         largest = np.maximum.accumulate(self.unsure)
         doubtful = np.flatnonzero(largest >= np.maximum.accumulate(self.apart))
+        doubtful = doubtful[self.time[doubtful] > 0]
         return float(self.time[doubtful[0]]) if len(doubtful) else None
+
+    @property
+    def position(self) -> FloatArray:
+        """S (samples, 2) at the run's own samples, mm."""
+        return 1e3 * path(self.result, "link.end").position
 
 
 def main() -> None:
@@ -86,14 +90,13 @@ def main() -> None:
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of all runs, m")
     parser.add_argument("--turns", type=float, default=4.0)
+    add_figures(parser)
     options = parser.parse_args()
-    mpl.rcParams.update({"font.size": 9, "axes.grid": True, "grid.color": "#E3E3E3"})
     cases = [case(name, model, options) for name, model in SCENES.items()]
     options.out.mkdir(parents=True, exist_ok=True)
-    for number, figure in {3: coordinates(cases), 4: divergence(cases), 5: polar(cases)}.items():
-        file = options.out / f"paper_fig{number}.png"
-        figure.savefig(file, dpi=130)
-        print(f"written: {file}")
+    for number, draw in {3: coordinates, 4: divergence, 5: polar}.items():
+        look_of(options).save(draw, cases, options.out, f"paper_fig{number}")
+        print(f"written: {options.out / f'paper_fig{number}'}")
 
 
 def case(name: str, model: str, options: argparse.Namespace) -> Case:
@@ -110,10 +113,9 @@ def case(name: str, model: str, options: argparse.Namespace) -> Case:
     )
     time = np.arange(0.0, min(run.time[-1] for run in (result, other, check)), 2e-4)
     end = end_of(result, time)
-    seen = Case(
-        name, result, time, end, end_of(other, time),
-        np.linalg.norm(end_of(check, time) - end, axis=1), lever_response(result, "strike"),
-    )  # fmt: skip
+    unsure = np.linalg.norm(end_of(check, time) - end, axis=1)
+    lever = lever_response(result, "strike")
+    seen = Case(name, result, time, end, end_of(other, time), unsure, lever)
     print(
         f"{name}: starts {START:.0e} rad apart, S at most {seen.apart.max():.1e} m apart; "
         f"told until {seen.told_until or seen.time[-1]:.3g} s of {seen.time[-1]:.3g} s"
@@ -127,59 +129,69 @@ def end_of(result: Result, time: FloatArray) -> FloatArray:
     return between_samples(seen.time, seen.position, seen.velocity, time)
 
 
-def panels(rows: int, height: float, **more: Any) -> tuple[Figure, NDArray[Any]]:
-    """Two columns of axes, one for each case."""
-    figure = Figure(figsize=(10, height), layout="constrained")
-    return figure, figure.subplots(rows, 2, sharey="row", squeeze=False, **more)
+def panels(
+    cases: list[Case], rows: int, height: float, style: Style, **more: Any
+) -> tuple[Figure, NDArray[Any]]:
+    """Two columns of axes, one for each case, which they name."""
+    size = style.width, (0.75 if style.narrow else 1.0) * height
+    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+    axes = figure.subplots(rows, len(cases), sharey="row", squeeze=False, **more)
+    for column, seen in zip(axes.T, cases, strict=True):
+        column[0].set_title(seen.name, loc="left")
+    return figure, axes
 
 
-def coordinates(cases: list[Case]) -> Figure:
+def name_below(figure: Figure, axes: Axes) -> None:
+    """Put one legend below all, where it covers nothing."""
+    handles, labels = axes.get_legend_handles_labels()
+    ncols = columns_of(labels, figure, part=0.9)
+    figure.legend(handles, labels, loc="outside lower center", ncols=ncols)
+
+
+@styled
+def coordinates(cases: list[Case], *, style: Style = SCREEN) -> Figure:
     """Fig. 3: both coordinates of S over the crank angle, lap by lap."""
-    figure, axes = panels(2, 6.5, sharex=True)
-    for column, seen in enumerate(cases):
-        angle = np.interp(seen.time, seen.result.time, crank_angle(seen.result))
-        for lap in range(int(np.ceil(angle[-1] / (2 * np.pi) - 1e-6))):
-            inside = (angle >= 2 * np.pi * lap) & (angle < 2 * np.pi * (lap + 1))
-            x = np.degrees(angle[inside]) - 360 * lap
-            for row in range(2):
-                style = {"color": COLOURS[lap % 4], "linewidth": 1.0, "label": f"lap {lap + 1}"}
-                axes[row, column].plot(x, 1e3 * seen.end[inside, row], **style)
-        axes[0, column].set_title(f"Fig. 3{seen.name}", loc="left")
-        axes[1, column].set_xlabel("crank angle within the lap (degrees)")
-        axes[1, column].set_xticks(range(0, 361, 45))
+    figure, axes = panels(cases, 2, 5.6, style, sharex=True)
+    for column, seen in zip(axes.T, cases, strict=True):
+        every = list(by_lap(seen.result))
+        places = [np.degrees(lap.turned) for lap in every]
+        for row, one in enumerate(column):
+            series = seen.position[:, row]
+            shade_laps(one, seen.result, places, every, series[:, None])
+            for x, lap in zip(places, every, strict=True):
+                look = lap_style(lap.number, LAPS, every[-1].number, X_COLOURS)
+                label = lap_label(lap.number, LAPS, every[-1].number)
+                one.plot(x, series[lap.samples], label=label or None, **look)
+        column[-1].set_xlabel("crank angle in the lap (degrees)")
+        column[-1].set_xticks(range(0, 361, 90))
     for row, word in enumerate("xy"):
         axes[row, 0].set_ylabel(f"$S_{word}$ (mm)")
-    axes[0, 1].legend(loc="lower right", ncols=2)
+    name_below(figure, axes[0, -1])
     return figure
 
 
-def divergence(cases: list[Case]) -> Figure:
+@styled
+def divergence(cases: list[Case], *, style: Style = SCREEN) -> Figure:
     """Fig. 4: the lever's response; how far neighbouring runs, and lap pairs, are apart."""
-    figure, axes = panels(2, 6.5, sharex=True)
-    for column, seen in enumerate(cases):
-        axes[0, column].plot(seen.lever.time, seen.lever.angle, color=BLACK, linewidth=0.9)
-        axes[0, column].set_title(f"Fig. 4{seen.name}", loc="left")
-        _separations(axes[1, column], seen)
-        axes[1, column].set_xlabel("time (s)")
-    axes[0, 0].set_ylabel("angle of the struck lever (rad)")
-    axes[1, 0].set_ylabel("distance of S (m)")
-    axes[1, 1].legend(loc="upper left")
-    axes[1, 0].set_ylim(1e-13, 1e2)
+    figure, axes = panels(cases, 2, 5.6, style, sharex=True)
+    for (upper, lower), seen in zip(axes.T, cases, strict=True):
+        upper.plot(seen.lever.time, seen.lever.angle, color=BLACK, linewidth=0.8)
+        _separations(lower, seen)
+        lower.set_xlabel("time (s)")
+    axes[0, 0].set_ylabel("angle of the lever (rad)")
+    axes[1, 0].set_ylabel("distance of S (mm)")
+    axes[1, 0].set_ylim(1e-10, 1e2)
+    name_below(figure, axes[1, -1])
     return figure
 
 
 def _separations(axes: Axes, seen: Case) -> None:
-    axes.semilogy(
-        seen.time, np.maximum(seen.apart, 1e-12), color=BLUE, linewidth=0.8,
-        label=f"start {START:.0e} rad apart",
-    )  # fmt: skip
-    axes.semilogy(
-        seen.time, np.maximum(seen.unsure, 1e-16), color=GREY, linewidth=0.8,
-        label=f"same start, {LOOSER:.0f} times the tolerance",
-    )  # fmt: skip
+    _distance(axes, seen.time, seen.apart, GREEN, f"start {START:.0e} rad apart")
+    label = f"same start, {LOOSER:.0f} times the tolerance"
+    _distance(axes, seen.time, seen.unsure, GREY, label)
     if seen.told_until is not None:
-        axes.axvspan(seen.told_until, seen.time[-1], color=GREY, alpha=0.15, linewidth=0,
-                     label="the solver's error is as large")  # fmt: skip
+        label = "the solver's error is as large"
+        axes.axvspan(seen.told_until, seen.time[-1], label=label, zorder=0, **BEYOND)
     angle = np.interp(seen.time, seen.result.time, crank_angle(seen.result))
     pair = float(np.interp(2 * np.pi * LAPS, angle, seen.time))
     first = seen.time + pair <= seen.time[-1]
@@ -187,30 +199,24 @@ def _separations(axes: Axes, seen: Case) -> None:
         [np.interp(seen.time[first] + pair, seen.time, column) for column in seen.end.T], axis=1
     )
     away = np.linalg.norm(there - seen.end[first], axis=1)
-    axes.semilogy(
-        seen.time[first], np.maximum(away, 1e-12), color=RED, linewidth=0.8,
-        label=f"laps {LAPS + 1} and {LAPS + 2} from laps 1 and 2",
-    )  # fmt: skip
+    _distance(axes, seen.time[first], away, PURPLE, f"laps {LAPS + 1}, {LAPS + 2} from laps 1, 2")
 
 
-def polar(cases: list[Case]) -> Figure:
+def _distance(axes: Axes, time: FloatArray, away: FloatArray, colour: str, label: str) -> None:
+    """Draw a distance (m) in mm on a log axis."""
+    shown = np.where(away > 0, 1e3 * away, np.nan)
+    axes.semilogy(time, shown, color=colour, linewidth=0.8, label=label)
+
+
+@styled
+def polar(cases: list[Case], *, style: Style = SCREEN) -> Figure:
     """Fig. 5: distance of S from O over the crank angle."""
-    figure, axes = panels(1, 5.2, subplot_kw={"projection": "polar"})
-    for column, seen in enumerate(cases):
-        angle = np.interp(seen.time, seen.result.time, crank_angle(seen.result))
-        radius = 1e3 * np.linalg.norm(seen.end, axis=1)
-        for lap in range(int(np.ceil(angle[-1] / (2 * np.pi) - 1e-6))):
-            inside = (angle >= 2 * np.pi * lap) & (angle < 2 * np.pi * (lap + 1))
-            axes[0, column].plot(
-                angle[inside], radius[inside], color=COLOURS[lap % 4], linewidth=1.0,
-                label=f"lap {lap + 1}",
-            )  # fmt: skip
-        axes[0, column].set_title(f"Fig. 5{seen.name}: |OS| (mm)", loc="left")
-        axes[0, column].tick_params(labelcolor=GREY)
-    for polar_axes in axes.flat:
-        polar_axes.set_rlim(90, 113)
-        polar_axes.set_rorigin(70)
-    axes[0, 1].legend(loc="lower left", bbox_to_anchor=(0.95, 0.0))
+    figure, axes = panels(cases, 1, 4.4, style, subplot_kw={"projection": "polar"})
+    radii = [np.linalg.norm(seen.position, axis=1) for seen in cases]
+    for one, seen, radius in zip(axes[0], cases, radii, strict=True):
+        draw_radius(one, seen.result, radius)
+        radial_scale(one, np.concatenate(radii), "OS (mm)")
+    name_below(figure, axes[0, -1])
     return figure
 
 

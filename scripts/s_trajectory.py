@@ -78,7 +78,7 @@ def _draw(result: Result, point: str, file: Path) -> None:
     figure = coordinates(result, point)
     if figure is None:
         raise ValueError("the run has one instant only: nothing to draw")
-    figure.savefig(file, dpi=150)
+    figure.savefig(file, dpi=figure.dpi)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -8,8 +8,8 @@ Usage:
 
 `spline_N` is `spline_track` with a cam through N points, rounded to microns as in a file; on
 `coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of all named
-points, and of the lever's tip by its angle, m, over the run, against the Lagrangian with a tolerance
-of 1e-11 m. Scenes with clearance go on for less than half a turn. Flagged are errors above the
+points, and of the lever's tip by its angle, m, over the run, against the Lagrangian at 1e-11 m.
+Scenes with clearance go on for less than half a turn. Flagged are errors above the
 tolerance, and where both are more than a hundred times below it. Seconds are of processor
 time, the least of some solves. At the end the larger of both errors is printed as a table.
 """

@@ -218,3 +218,13 @@ def test_samples_may_be_further_apart_than_many_steps() -> None:
     assert result.checks.steps > 1000
     np.testing.assert_allclose(result.poses[-1], fine.poses[-1], atol=1e-14)
     np.testing.assert_allclose(result.drive_torques["motor"][-1], fine.drive_torques["motor"][-1])
+
+
+def test_forces_are_those_of_the_equations_at_every_sample() -> None:
+    """A track's force is a tenth of the crank's: as a derivative of the steps it was 1 % off."""
+    at = ("run={duration: 0.3, sample: 1 ms}",)
+    loose = run("spline_track.yaml", *at, "accuracy.tolerance=1e-6")
+    tight = run("spline_track.yaml", *at, "accuracy.tolerance=1e-10")
+    first, second = common(loose, tight)
+    found, exact = loose.slot_forces["pin"][first], tight.slot_forces["pin"][second]
+    assert np.abs(found - exact).max() < 2e-4 * np.abs(exact).max()

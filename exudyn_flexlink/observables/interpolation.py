@@ -24,6 +24,7 @@ def between_samples(
     i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     shape = (*np.shape(at), *(1,) * (values.ndim - 1))
     span = (time[i + 1] - time[i]).reshape(shape)
+    span = np.where(span > 0, span, 1.0)  # two samples of one instant: any span gives their value
     slope = (values[i + 1] - values[i]) / span
     v0, v1 = rates[i], rates[i + 1]
     off = np.abs(slope - 0.5 * (v0 + v1))

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from exudyn_flexlink.accuracy import Errors, Method, Point, Source, Study
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
-from exudyn_flexlink.plots.panels import legend_outside
+from exudyn_flexlink.plots.panels import legend_outside, sized
 from exudyn_flexlink.plots.style import (
     BLACK,
     ENGINE_COLOURS,
@@ -29,6 +29,7 @@ from exudyn_flexlink.plots.style import (
 MARKERS = {"minimal": "o", "redundant": "s", "beam": "D", "fixed step": "^", "": "o"}
 LINES = {"minimal": "-", "redundant": "--", "beam": ":", "fixed step": "-.", "": "-"}
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
+LEGEND = 2.4  # inches on a screen, of the legend above in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # of the axis of time: then more than powers of ten are labelled
@@ -42,12 +43,12 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     them. Lines across mark the target and the errors that no setting removes.
     """
     words = Words(study.scene.title, _subject(study), [], _caption(study))
-    figure = framed_figure(words, 4.0, style)
+    figure = framed_figure(words, 4.0 + LEGEND * style.narrow, style)
     axes = figure.subplots()
     axes.set_xscale("log")
     axes.set_yscale("log")
     _draw(axes, study)
-    axes.set_ylabel(f"largest error of {name_of(study.judged_by)} (m)")
+    axes.set_ylabel(f"largest error of\n{name_of(study.judged_by)} (m)")
     legend_outside(axes)
     axes.set_xlabel("processor time of the solve (s)")
     _label_times(axes)
@@ -90,11 +91,11 @@ def _draw(axes: Axes, study: Study) -> None:
     low, high = axes.get_ylim()
     if study.floor > 0:
         low = min(low, study.floor / 3)
-        told = "below the floor: the\nreferences differ by as much"
+        told = "below the floor"
         axes.axhspan(low, study.floor, color=GREY, alpha=0.15, linewidth=0, label=told)
     if study.own is not None:
         place = (study.own.processor, _drawn(study.own.errors, study.floor))
-        axes.plot(*place, "o", color=ORANGE, markersize=11, markerfacecolor="none",
+        axes.plot(*place, "o", color=ORANGE, markersize=sized(11), markerfacecolor="none",
                   markeredgewidth=1.6, label="the model's own settings")  # fmt: skip
     axes.set_ylim(low, high)
 
@@ -106,13 +107,13 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
     axes.plot(*zip(*seen, strict=True), color=colour, label=method.name, **style)
     for x, y in seen:
         face = "white" if y < floor else colour
-        axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=5)
+        axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=sized(5))
 
 
 def _style(method: Method) -> tuple[str, dict[str, Any]]:
     kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
     kind = kind if kind in MARKERS else ""
-    return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": 5}
+    return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": sized(5)}
 
 
 def _level(axes: Axes, source: Source) -> None:

@@ -66,7 +66,7 @@ def mechanism(
         sketch.draw_path(axes, slice(index + 1))
         sketch.name_points(axes, index)
         sketch.window(axes, sketch.box)
-        axes.set_title(_panel_title(result, index, what), loc="left")
+        axes.set_title(_panel_title(result, index, what, style), loc="left")
     if strike is not None:
         low, high = _zoom(panels[-1], sketch, strike)
         at = [what for _, what in shown].index(FIRST)
@@ -173,11 +173,13 @@ def _instants(result: Result) -> list[tuple[float, str]]:
     return chosen
 
 
-def _panel_title(result: Result, index: int, what: str) -> str:
+def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
     time = float(result.time[index])
     words = [f"t = {told_time(result, time)} s"]
     if turns(result):
         words.append(f"crank {np.degrees(crank_angle(result)[index]):.0f}°".replace("-", "\u2212"))
     found = horizon(result)
     beyond = ["beyond the horizon"] if found is not None and time >= found[0] else []
-    return "\n".join([*([what] if what else []), ", ".join(words), *beyond])
+    # A narrow panel has room for one line beside its letter.
+    between = ",\n" if style.narrow and not what else ", "
+    return "\n".join([*([what] if what else []), between.join(words), *beyond])

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import textwrap
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
+from exudyn_flexlink.plots.saving import MISSING
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, FAILED, GREY, SCREEN, Style
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
@@ -42,7 +44,8 @@ def new_figure(result: Result, subject: str, height: float, style: Style = SCREE
     if style.titled:
         colour = ENGINE_COLOURS.get(result.engine, GREY)
         place = 1 - EDGE / style.width, 0.07 / figure.get_figheight()
-        figure.text(*place, f"engine: {result.engine}", ha="right", fontsize=9, color=colour)
+        figure.text(*place, f"engine: {result.engine}", ha="right", fontsize=9, color=colour,
+                    parse_math=False)  # fmt: skip
     return figure
 
 
@@ -105,11 +108,17 @@ def wrapped(text: str, width: float, size: float, weight: str = "normal") -> lis
     columns = max(int(width * LETTERS / size), 10)
     while True:
         lines = textwrap.wrap(text, columns, max_lines=MOST_LINES, placeholder=" ...")
-        widest = max((TextPath((0, 0), line, prop=font).get_extents().width for line in lines),
-                     default=0.0)  # fmt: skip
+        widest = max((_points(line, font) for line in lines), default=0.0)
         if widest <= 72 * width or columns <= 10:
             return lines
         columns = int(0.9 * columns)
+
+
+def _points(line: str, font: FontProperties) -> float:
+    """Width of a line in points; a dollar sign is a letter, and begins no formula."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", MISSING)
+        return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])
 
 
 def caption_of(result: Result) -> str:

@@ -18,7 +18,7 @@ from exudyn_flexlink.result import Result
 FloatArray = NDArray[np.float64]
 
 NESTED = 4  # laps, at most, that are drawn each thinner than the one before and named alone
-STEP = 0.95  # line widths between two of them
+STEP = 0.8  # line widths between two of them
 BAND = 11.0  # points, of the shading along a line
 
 
@@ -56,7 +56,7 @@ def lap_style(number: int, cycle: int, last: int, colours: Sequence[str]) -> dic
     rank = min(rank, NESTED)
     return {
         "color": colours[(number - 1) % cycle % len(colours)],
-        "linewidth": float(mpl.rcParams["lines.linewidth"]) * (0.8 + STEP * rank),
+        "linewidth": float(mpl.rcParams["lines.linewidth"]) * (0.7 + STEP * rank),
         "alpha": 0.45 if rank else 1.0,
         "zorder": 3 - rank / 9,
     }

@@ -135,8 +135,6 @@ def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
     factor, unit = length_unit(float(np.max(radius)))
     draw_radius(axes, result, factor * radius)
     radial_scale(axes, factor * radius, f"distance OS ({unit})")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
-    axes.set_xlabel("crank angle (degrees)")
     if style.narrow:
         figure.legend(loc="outside lower center", ncols=2)
     else:
@@ -170,6 +168,8 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     axes.set_rorigin(middle)
     shown = [circle for circle in circles if start <= circle <= end]
     axes.set_rgrids(shown, [""] * len(shown))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
+    axes.set_xlabel("crank angle (degrees)")
     inner = 0.5 * (start - middle) / (end - middle)  # of the circle's width, the hole's radius
     scale = axes.inset_axes((OFF, 0.5 + inner, 1e-3, 0.5 - inner), projection="rectilinear")
     scale.set_ylim(start, end)

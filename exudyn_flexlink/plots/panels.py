@@ -114,7 +114,8 @@ def along(result: Result) -> tuple[FloatArray, str]:
 
 def limits(axes: Axes, x: FloatArray) -> None:
     """Let the x-axis show a whole run, from left to right, also where `x` falls."""
-    axes.set_xlim(float(np.min(x)), float(np.max(x)))
+    if np.ptp(x) > 0:
+        axes.set_xlim(float(np.min(x)), float(np.max(x)))
     if x[-1] < x[0]:
         axes.invert_xaxis()  # a crank that turns clockwise
 
@@ -169,7 +170,7 @@ def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
 
 def ticks_in_degrees(axes: Axes, largest: float) -> None:
     """Let the x-axis, in rad, run from 0 to `largest` and show degrees, without their sign."""
-    axes.set_xlim(0.0, largest)
+    axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
     axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{np.degrees(x):.0f}"))
 

@@ -147,7 +147,7 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
     if not turns(result):
         return
     made = np.abs(crank_angle(result) - crank_angle(result)[0]) / (2 * np.pi)
-    if np.any(np.diff(made) <= 0):
+    if np.any(np.diff(made) <= 0) or np.any(np.diff(result.time) <= 0):
         return
     functions = (_interpolated(result.time, made), _interpolated(made, result.time))
     top = axes.secondary_xaxis("top", functions=functions)

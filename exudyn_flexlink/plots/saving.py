@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,9 @@ from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf", "svg")
 """Formats that figures are written in; the first is the usual one."""
+
+MISSING = "Glyph .* missing from font"
+"""A warning of matplotlib: a letter that it has no font for is drawn as a box."""
 
 # Text in a PDF as outlines that printers take (TrueType); the same file from the same run.
 _RC: dict[Any, Any] = {"pdf.fonttype": 42, "svg.hashsalt": "exudyn-flexlink"}
@@ -30,7 +34,8 @@ def save_figure(
 
     """
     written = []
-    with mpl.rc_context(_RC):
+    with mpl.rc_context(_RC), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", MISSING)
         for suffix in formats:
             file = Path(folder) / f"{name}.{suffix}"
             figure.savefig(file, format=suffix, dpi=figure.dpi, metadata=_UNDATED.get(suffix))

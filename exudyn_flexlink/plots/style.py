@@ -61,6 +61,7 @@ class Style:
             **dict.fromkeys(small, self.small),
             "legend.title_fontsize": self.small,
             "lines.linewidth": self.line,
+            "lines.markersize": 4.6 * self.line,
             **dict.fromkeys(("xtick.major.size", "ytick.major.size"), 2.7 * self.line),
             "axes.linewidth": 0.6 * self.line,
             "grid.linewidth": 0.45 * self.line,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
+from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class ContactLog:
     _known: int = 0
 
     def tell(
-        self, now: Instant, index: int, kind: str, touch: Touch, speeds: tuple[float, float]
+        self, now: StepEnd, index: int, kind: str, touch: Touch, speeds: tuple[float, float]
     ) -> None:
         """Write down that a contact began or ended, with its approach speed and its peak force."""
         self.pressed[index] = kind == "contact begins"

@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
-from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS, C
+from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS, C
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.laws import RestitutionPenalty
@@ -73,11 +73,10 @@ class Recorder:
         self._pressed: list[BoolArray] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
         self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
-        self._kept: list[Held] = []
+        self._kept: list[Evaluation] = []
         self._notes: list[int] = []  # steps of the block made before each note
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
-        self._begun: Evaluation | None = None
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
@@ -86,8 +85,7 @@ class Recorder:
         held = Held(*whole[1:7])
         self._check([held], self._reached[None, :], self._acting()[None])
         self._on_curves = []
-        self._begun = at
-        self._keep(whole.t, held, 0, 0.0)
+        self._keep(whole.t, at, (0, 0.0))
 
     def take(self, step: Step, end: Held) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
@@ -97,9 +95,11 @@ class Recorder:
         if last > self._next:
             wanted = self.grid[self._next : last]
             self._next = last
-            held = self.model.coordinates.hold(wanted, *step.at(wanted))
-            for t, at in zip(wanted.tolist(), held, strict=True):
-                self._keep(t, at, len(self._steps), (t - step.t) / step.h)
+            # Forces come from the equations at the samples: derivatives of the step's polynomial
+            # are of a lower order, which a force shows that is small beside those it balances.
+            found = self.model.evaluate_all(wanted, *step.at(wanted))
+            for t, at in zip(wanted.tolist(), found, strict=True):
+                self._keep(t, at, (len(self._steps), (t - step.t) / step.h))
         self._steps.append(step)
         self._pressed.append(self._acting())
         self._ends.append(end)
@@ -108,7 +108,8 @@ class Recorder:
     def mark(self) -> None:
         """Keep a sample at the end of the last step, too."""
         if self._steps and self.samples[-1].time < self._steps[-1].end:
-            self._keep(self._steps[-1].end, self._ends[-1], len(self._steps) - 1, 1.0)
+            last = self._steps[-1]
+            self._keep(last.end, last.stages[-1], (len(self._steps) - 1, 1.0))
 
     def note(self) -> None:
         """Keep the totals at the end of the last step."""
@@ -128,10 +129,13 @@ class Recorder:
         of_scene = np.array([contact.acts for contact in self.model.contacts], dtype=bool)
         return np.concatenate([of_scene, self.model.walls.touching])
 
-    def _keep(self, t: float, at: Held, step: int, part: float) -> None:
-        self.samples.append(Sample(t, at.x, at.v, self._places(at.places), self._acting()))
+    def _keep(self, t: float, at: Evaluation, between: tuple[int, float]) -> None:
+        """Keep a sample."""
+        whole: Whole = at.kept
+        places = self._places(whole.places)
+        self.samples.append(Sample(t, whole.x, whole.v, places, self._acting()))
         self._kept.append(at)
-        self._between.append((step, part))
+        self._between.append(between)
 
     def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
         """Places on the whole curves, in the order of the mechanism's slots."""
@@ -144,9 +148,11 @@ class Recorder:
     def flush(self) -> None:
         """Work off the block: integrals over its steps, what its samples lack, checks."""
         steps = self._steps
+        self._work_off_samples()
         if not steps:
-            if not self.totals:
-                self._without_steps()
+            if not self.totals:  # not even a first step was made
+                self.totals.append(np.repeat(self._reached[None, :], len(self._between), axis=0))
+                self.at_notes += [self._reached for _ in self._notes]
             return
         shape = (len(steps), STAGES + 1, -1)
         nodes = [node for step in steps for node in (step.begin, *step.stages)]
@@ -158,10 +164,6 @@ class Recorder:
         reached = self._reached + np.vstack([0 * self._reached, np.cumsum(gained, axis=0)])
         rows = np.array([row for row, _ in self._between], dtype=int)
         parts = np.array([part for _, part in self._between])
-        between = np.vander(parts, STAGES + 1, increasing=True) @ NODES
-        sampled = np.einsum("si,sij->sj", between, free.reshape(shape)[rows])
-        self.accelerations.append(self.model.whole_accelerations(self._kept, sampled))
-        self.left.append(np.einsum("si,sij->sj", between, left.reshape(shape)[rows]))
         gained = np.einsum("si,sij->sj", _shares(parts), rates[rows, 1:])
         self.totals.append(reached[rows] + lengths[rows, None] * gained)
         self.at_notes += [reached[row] for row in self._notes]
@@ -170,7 +172,19 @@ class Recorder:
         self._seek([node.kept for node in nodes], lengths, pressed)
         self._reached = reached[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
-        self._between, self._kept, self._notes = [], [], []
+        self._between, self._notes = [], []
+
+    def _work_off_samples(self) -> None:
+        """Accelerations of all coordinates at the new samples, and forces that are left over."""
+        if not self._kept:
+            return
+        instants: list[Whole] = [at.kept for at in self._kept]
+        mass = np.array([at.mass for at in self._kept])
+        force = np.array([at.force for at in self._kept])
+        free = np.linalg.solve(mass, force[..., None])[..., 0]
+        self.accelerations.append(self.model.whole_accelerations(instants, free))
+        self.left.append(self.model.left_over(instants, free))
+        self._kept = []
 
     def _seek(self, kept: Sequence[Whole], lengths: FloatArray, pressed: BoolArray) -> None:
         """Look for extremes within the block's steps, whose nodes are `kept`."""
@@ -180,18 +194,6 @@ class Recorder:
         begins = np.array([step.t for step in self._steps])
         motion = found.poses.reshape(shape), found.rates.reshape(shape)
         self.seeker.take(begins, lengths, motion, pressed)
-
-    def _without_steps(self) -> None:
-        """What the sample at time 0 lacks, where not even a first step was made."""
-        if self._begun is None:
-            return
-        free = self.model.accelerations(self._begun)[None, :]
-        at = [self._begun.kept]
-        self.accelerations.append(self.model.whole_accelerations(at, free))
-        self.left.append(self.model.left_over(at, free))
-        self.totals.append(self._reached[None, :])
-        self.at_notes += [self._reached for _ in self._notes]
-        self._between, self._kept = [], []
 
     def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
         """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""

@@ -7,23 +7,24 @@ whatever is behind the face, within its length, is pressed back.
 
 from __future__ import annotations
 
-from math import inf, pi, sqrt, tanh
+from math import inf, tanh
 
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.faces import Geometry, Touch
-from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
-from exudyn_flexlink.engines.exudyn.redundant.landing import THERE, first_root, land
+from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingItems
+from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import FaceContact, Pace
 
-CLOSE = 1e-15  # m: a gap this small counts as open
-# Of a contact's step: generalised-alpha carries the accelerations of its last step, and what a far
-# shorter one leaves in them disturbs the next. Without this models/hard/foil.yaml is thrown off the
-# wall on which it has to lie.
+OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
+# Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
+# to step, and what a far shorter step leaves in them disturbs the next.
 SHORTEST = 0.1
-CALM = 0.25  # part of the time in which a lasting force changes that a step may be
+OVERSHOOT = 0.005  # of a contact's step: the step that ends so far behind a face sees the contact
+AHEAD = 4  # steps before a contact can begin, from which on its items act
+BESIDE = 0.05  # of the face's length beyond its ends, where a point may still come over it
 
 
 class ContactItem:
@@ -50,8 +51,6 @@ class ContactItem:
         self._elastic = self.law.stiffness * (1 + e2) / 2
         self._lossy = self.law.stiffness * (1 - e2) / 2
         self._two_sided = contact.side == 0
-        self._frequency = pi / pace.half_period  # 1/s
-        self._looked = -1.0  # time of the last look
         self._touch: Touch | None = None
         state = system.assembly.state
         start = self.geometry.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
@@ -61,11 +60,6 @@ class ContactItem:
         self.peak = 0.0
 
     @property
-    def watched(self) -> bool:
-        """Whether the contact must be looked at after every step."""
-        return self.pressed or self.items.awake
-
-    @property
     def jumped(self) -> bool:
         """Whether the force jumped at the last step."""
         jumped, self._jumped = self._jumped, False
@@ -73,7 +67,7 @@ class ContactItem:
 
     @property
     def depth(self) -> float:
-        """Penetration at the last look, m; 0 while apart."""
+        """Penetration at the end of the last step, m; 0 while apart."""
         return -self._touch.gap if self.pressed and self._touch is not None else 0.0
 
     def press(self, touch: Touch) -> float:
@@ -81,16 +75,14 @@ class ContactItem:
         rising = tanh(-touch.gap_rate / self.law.transition_speed)
         return -touch.gap * (self._elastic + self._lossy * rising)
 
-    def after_step(self, now: Instant, step: float) -> float:
+    def after_step(self, now: StepEnd, step: float) -> float:
         """Note what began or ended in the last step; return the next step (s)."""
-        touch = self.geometry.touch(now.q_list, now.v_list)
-        began = now.time - now.done
-        before = self._touch if abs(self._looked - began) <= 1e-3 * now.done else None
+        touch, before = self.geometry.touch(now.q_list, now.v_list), self._touch
         self._note(touch, now, before)
-        if before is not None and now.done > 0:
-            touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.done
-            touch.place_bend = (touch.place_rate - before.place_rate) / now.done
-        self._touch, self._looked = touch, now.time
+        if before is not None and now.step > 0:
+            touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
+            touch.place_bend = (touch.place_rate - before.place_rate) / now.step
+        self._touch = touch
         if self.behind:
             self.items.wake(False)
             return self._toward_free_side(touch, step)
@@ -108,8 +100,8 @@ class ContactItem:
 
     # --- what happened -------------------------------------------------------------------------
 
-    def _note(self, touch: Touch, now: Instant, before: Touch | None) -> None:
-        slid = THERE * now.done * touch.place_rate
+    def _note(self, touch: Touch, now: StepEnd, before: Touch | None) -> None:
+        slid = REACHED * now.step * touch.place_rate
         on_face = 0 <= touch.place + slid <= self.geometry.length
         beyond = touch.gap < 0 or self._two_sided
         if self.pressed and not beyond:
@@ -123,13 +115,13 @@ class ContactItem:
             if on_face:
                 self.pressed = True
                 self._tell(now, "contact begins", touch, before)
-                self._jumped = -touch.gap > abs(touch.gap_rate) * now.done + CLOSE
+                self._jumped = -touch.gap > abs(touch.gap_rate) * now.step + OPEN
             else:
                 self.behind = not self.walled
         elif self.behind and touch.gap >= 0:
             self.behind = False
 
-    def _tell(self, now: Instant, kind: str, touch: Touch, before: Touch | None) -> None:
+    def _tell(self, now: StepEnd, kind: str, touch: Touch, before: Touch | None) -> None:
         speed = -touch.gap_rate
         if kind == "contact begins":
             self.peak = 0.0
@@ -142,9 +134,8 @@ class ContactItem:
 
     def _while_pressed(self, touch: Touch, step: float) -> float:
         self.items.wake(True)
-        if not self._two_sided:  # what is held lastingly strikes nothing
-            step = min(step, self.contact_step * self._calm(touch))
-            step = self._toward_release(touch, step)
+        if not self._two_sided:  # what is held on both sides strikes nothing
+            step = self._toward_release(touch, min(step, self.contact_step))
         left = self.geometry.length - touch.place
         until = inf
         if touch.place_rate > 0:
@@ -152,69 +143,53 @@ class ContactItem:
         elif touch.place_rate < 0:
             until = touch.place / -touch.place_rate
         if until > 1.5 * self.contact_step:
-            return land(step, until - self.contact_step)
-        # Just before the end: beyond it the force would be gone for the whole of that step.
-        return land(step, until - 0.5 * THERE * min(step, until))
+            return end_on(step, until - self.contact_step)
+        # Just before the end: a step beyond it would have no force at all.
+        return end_on(step, until - 0.5 * REACHED * min(step, until))
 
     def _toward_release(self, touch: Touch, step: float) -> float:
-        """End a step where the point leaves the face: one across it makes or takes energy."""
-        until = first_root(-touch.gap, -touch.gap_rate, -touch.gap_bend)
-        return land(step, max(until, self._shortest)) if until < inf else step
-
-    def _calm(self, touch: Touch) -> float:
-        """How much longer than an impact's steps may be those of a force that changes slowly.
-
-        In an impact the penetration changes within the contact's own period; where a wall presses
-        lastingly it follows the motion, and the period, damped out by the law, need not be
-        resolved. Measured on the paper's clearance: a quarter of the steps, S the same to 3e-5 m
-        after 0.42 s. A strike lasts too shortly to gain anything.
-        """
-        if not self.walled:
-            return 1.0
-        depth = abs(touch.gap)
-        by_rate = depth / max(abs(touch.gap_rate), 1e-300)
-        by_bend = sqrt(depth / max(abs(touch.gap_bend), 1e-300))
-        return max(1.0, CALM * self._frequency * min(by_rate, by_bend))
+        """End a step where the point leaves the face: a step across it changes the energy."""
+        until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
+        return end_on(step, max(until, self._shortest))
 
     def _while_apart(self, touch: Touch, step: float) -> float:
-        gap = max(touch.gap, CLOSE)
-        until = first_root(gap, touch.gap_rate, 0.0)
-        until = min(until, first_root(gap, touch.gap_rate, touch.gap_bend))
+        gap = max(touch.gap, OPEN)
+        until = first_zero(gap, touch.gap_rate, 0.0)
+        until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
         at = touch.place + touch.place_rate * until if until < inf else inf
         if not self._can_meet(touch, at):
             self.items.wake(False)
             return step
-        # The items press wherever the point is: a point that passes beside the face finds none.
-        self.items.wake(until < 4 * step and 0 <= at <= self.geometry.length)
+        # Items that act press everywhere behind the face's line, also beyond the face's ends.
+        self.items.wake(until < AHEAD * step and 0 <= at <= self.geometry.length)
         # The integrator spreads the force at a step's end over the whole step: the step that
-        # reaches into the face must be one of the contact's, not one of free flight. As no step
-        # is shorter than a part of the one proposed, a face is neared by ever shorter ones.
-        margin = max(self.contact_step, 2 * THERE * step)
+        # reaches into the face must be one of the contact's, not one of free flight. `end_on`
+        # leaves no step shorter than a part of the one before, so steps shrink one after the other.
+        margin = max(self.contact_step, 2 * REACHED * step)
         while until <= 1.5 * margin and margin > self.contact_step:
             step /= 4
-            margin = max(self.contact_step, 2 * THERE * step)
+            margin = max(self.contact_step, 2 * REACHED * step)
         if until > 1.5 * margin:
-            return land(step, until - margin)
-        # A little into the face, so that the contact is seen; 2 % of a contact's step is not felt.
-        return min(step, max(until + 0.005 * self.contact_step, self._shortest))
+            return end_on(step, until - margin)
+        return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
 
     def _can_meet(self, touch: Touch, at: float) -> bool:
-        """Tell whether the point may be over the face as the gap closes at a place, with margin."""
-        margin = 0.05 * self.geometry.length
+        """Tell whether the point may be over the face, `at` a place, as the gap closes."""
+        margin = BESIDE * self.geometry.length
         low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
         return at < inf and high >= 0 and low <= self.geometry.length
 
     def _toward_free_side(self, touch: Touch, step: float) -> float:
-        """Behind the face nothing acts; only the return to the free side must not be skipped."""
+        """Behind the face nothing acts; a step ends where the point is back on the free side."""
         if touch.gap_rate <= 0:
             return step
-        return land(step, -touch.gap / touch.gap_rate + 0.02 * self.contact_step)
+        return end_on(step, -touch.gap / touch.gap_rate + self._shortest)
 
     def _toward_face(self, touch: Touch, step: float) -> float:
-        """Beside a wall nothing acts; it must not be skipped that the point comes over it."""
+        """Beside a wall nothing acts; a step ends where the point comes over it."""
         self.items.wake(False)
         if touch.place < 0 < touch.place_rate:
-            return land(step, -touch.place / touch.place_rate)
+            return end_on(step, -touch.place / touch.place_rate)
         if touch.place > self.geometry.length and touch.place_rate < 0:
-            return land(step, (self.geometry.length - touch.place) / touch.place_rate)
+            return end_on(step, (self.geometry.length - touch.place) / touch.place_rate)
         return step

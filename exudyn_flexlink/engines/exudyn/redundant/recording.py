@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
-from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
+from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import approach, turning
 
@@ -120,7 +120,7 @@ class Recorder:
 
     def take(
         self,
-        now: Instant,
+        now: StepEnd,
         multipliers: FloatArray,
         pressed: NDArray[np.bool_],
         places: list[float],

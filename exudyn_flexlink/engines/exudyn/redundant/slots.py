@@ -27,17 +27,17 @@ from exudyn_flexlink.curves import (
     pieces_of_laps,
 )
 from exudyn_flexlink.engines.exudyn.engine import items
-from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
-from exudyn_flexlink.engines.exudyn.redundant.landing import THERE, first_root, land
+from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
+from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
 
-SEAM = 1e-9  # of a closed curve's period: nearer to its seam than this is on it
-STILL = 1e-12  # m in a step: a point slower than this rests, and changes no piece
-PART_OF_PIECE = 0.1  # a step covers no more of a piece: the iteration for the foot stays local
+SEAM = 1e-9  # of a closed curve's period: nearer to its seam, rounding decides on the side
+AT_REST = 1e-12  # m in a step: a point that moves less rests, and changes no piece
+PART_OF_PIECE = 0.1  # of a piece, covered by a step at most: else Newton may find another foot
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ class SlotItems:
         self.piece, self.u = self.curve.locate(place)
         self._laps = pieces_of_laps(self.curve)
         self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
-        # Turns made round a closed curve, backwards ones negative; the first lap is 0, and -1 for
-        # a point that starts on the seam and runs backwards.
+        # Turns made round a closed curve, negative backwards. A point that starts on the seam and
+        # runs backwards begins in turn -1.
         self.winding = self._lap
         self.row = 3 * self.slot.anchor.part
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
@@ -100,7 +100,7 @@ class SlotItems:
         self._activate(self.piece)
         self._lengths = [float(piece.length()) for piece in self.curve.pieces]
         self._along = 0.0
-        self._pace = 0.0  # parameter per second
+        self._u_rate = 0.0  # 1/s, of the parameter u
         self._jumped = False
         self.at_end = False  # of an open curve: the run can't go on
 
@@ -196,26 +196,26 @@ class SlotItems:
             u = min(max(u, piece.start), piece.end)
         return float(self.curve.breaks[self.piece] + u - piece.start)
 
-    def after_step(self, now: Instant, step: float) -> float:
+    def after_step(self, now: StepEnd, step: float) -> float:
         """Follow the point, change the piece where it ends; return the next step (s)."""
         x, y, vx, vy = self._motion(now.q_list, now.v_list)
-        # From where the last speed puts it, two steps of Newton are exact to rounding.
+        # Two iterations of Newton are exact to rounding, from where the last speed leads to.
         at = self.at[self.piece]
-        self.u = foot(at, x, y, self.u + self._pace * now.done, 2)
+        self.u = foot(at, x, y, self.u + self._u_rate * now.step, 2)
         _, _, dx, dy, _, _ = at(self.u)
         square = dx * dx + dy * dy
-        self._pace = (vx * dx + vy * dy) / square
+        self._u_rate = (vx * dx + vy * dy) / square
         speed = sqrt(square)
-        along = self._pace * speed  # m/s, positive the way the curve runs
-        rising = (along - self._along) / now.done if now.done > 0 else 0.0
+        along = self._u_rate * speed  # m/s, positive the way the curve runs
+        rising = (along - self._along) / now.step if now.step > 0 else 0.0
         self._along = along
         if self._one_smooth_loop():
             self._count_laps(now.time)
             return self._limit(step, inf, along)
         until = self._until_end(speed, along, rising)
-        if until > THERE * now.done:
+        if until > REACHED * now.step:
             return self._limit(step, until, along)
-        if abs(along) * now.done <= STILL:
+        if abs(along) * now.step <= AT_REST:
             return step
         self._next_piece(1 if along > 0 else -1, now.time)
         return self._limit(step / 20, inf, along)
@@ -260,7 +260,7 @@ class SlotItems:
         left = (piece.end - self.u if along > 0 else self.u - piece.start) * speed
         if left <= 0:
             return 0.0
-        return first_root(left, -abs(along), -rising if along > 0 else rising)
+        return first_zero(left, -abs(along), -rising if along > 0 else rising)
 
     def _next_piece(self, way: int, time: float) -> None:
         first, last = self._laps[self._lap]
@@ -278,13 +278,13 @@ class SlotItems:
         self.piece = after
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
-        self._pace = 0.0
+        self._u_rate = 0.0
         self._activate(self.piece)
 
     def _limit(self, step: float, until: float, along: float) -> float:
-        """No more than a part of the piece, and to its end exactly."""
-        pace = max(abs(along), 1e-300)
-        return land(min(step, PART_OF_PIECE * self._lengths[self.piece] / pace), until)
+        """Let a step cover no more than a part of the piece, and end where the piece ends."""
+        longest = PART_OF_PIECE * self._lengths[self.piece] / max(abs(along), 1e-300)
+        return end_on(min(step, longest), until)
 
     # --- forces ------------------------------------------------------------------------------
 

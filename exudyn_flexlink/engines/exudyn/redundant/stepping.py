@@ -1,8 +1,8 @@
-"""Which step the solver takes next.
+"""Step control: how long the solver's next step is.
 
-Exudyn's implicit integrator keeps a fixed step; but a function called after each step may set the
-next one, within one solve. Here that is: the step that error control or the user asks for, cut so
-that every event (a track's pieces, contacts, the end) falls on a step, and short enough in contact.
+Exudyn's implicit integrator keeps a fixed step, but a function called after each step may set the
+next one. It sets the step that error control or the scene asks for, shortened so that steps end on
+events (a track's pieces, contacts, the end) and resolve contacts.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from exudyn_flexlink.engines.diagnostics.walls import (
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
-from exudyn_flexlink.engines.exudyn.redundant.instant import Instant
-from exudyn_flexlink.engines.exudyn.redundant.landing import first_root, land
+from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
+from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
@@ -36,6 +36,7 @@ FloatArray = NDArray[np.float64]
 SECONDS_BETWEEN_REPORTS = 0.1
 ROUNDING_OF_TURNS = 1e-9  # rad
 STEPS_PER_SAMPLE_IN_CONTACT = 4
+RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
 
 
 class StepChooser(Protocol):
@@ -48,7 +49,7 @@ class StepChooser(Protocol):
     def tolerance(self) -> float | None:
         """Error that all steps together may make, m; None if nothing controls it."""
 
-    def propose(self, now: Instant) -> float:
+    def propose(self, now: StepEnd) -> float:
         """Return the next step (s)."""
 
     def restart_from(self, step: float) -> None:
@@ -63,7 +64,7 @@ class FixedStep:
     def __init__(self, step: float) -> None:
         self.first = self.largest = step
 
-    def propose(self, now: Instant) -> float:  # noqa: ARG002
+    def propose(self, now: StepEnd) -> float:  # noqa: ARG002
         """Return the fixed step."""
         return self.first
 
@@ -72,25 +73,22 @@ class FixedStep:
 
 
 class ErrorControl:
-    """Steps whose local errors add up to the tolerance.
+    """Steps whose local errors add up to the tolerance, in smooth motion.
 
-    The integrator's error per step is about ``C h^3 q'''``, with the third derivative from divided
-    differences of the last four positions: unlike those of accelerations they do not blow up for
-    vibrations that no step resolves. Measured on the strike of the paper's mechanism (spectral
-    radius 0.9), the error of S over two turns stays below ``GROWTH`` times the sum of these errors.
-    Each step may therefore spend an equal part of tolerance/GROWTH; how many steps there will be is
-    extrapolated from those taken so far.
+    The local error of a step is about ``C h^3 q'''``. The third derivative is that of divided
+    differences of the last four positions: those of accelerations would be far too large for
+    vibrations that no step resolves. Each step may make the same part of the tolerance; how many
+    steps there will be is extrapolated from those taken so far.
 
-    Steps go up and down a ladder of ratio sqrt(2), and stay on a rung for ``PATIENCE`` steps before
-    they go up: generalised-alpha carries accelerations meant for the last step's length, so every
-    change of length disturbs accelerations and reactions.
+    Every change of the step disturbs accelerations and reactions, since generalised-alpha carries
+    accelerations from step to step. So steps change by factors of `RATIO`, and rarely grow.
     """
 
-    CONSTANT = 0.1
-    GROWTH = 1.2
-    FEWEST_STEPS = 200
-    RUNG = 2**0.5
-    PATIENCE = 6
+    CONSTANT = 0.1  # C above, of generalised-alpha with a spectral radius of 0.9
+    GROWTH = 1.2  # error of S over the sum of local errors, measured over two turns of the paper's
+    FEWEST_STEPS = 200  # that share the tolerance, however few are foreseen at the start
+    RATIO = 2**0.5  # of a step to the next longer one
+    STEPS_BEFORE_GROWTH = 6  # since the last change
 
     def __init__(self, tolerance: float, duration: float, weights: FloatArray) -> None:
         """`weights` turn coordinates into lengths: 1 for positions, a lever arm for angles."""
@@ -104,8 +102,8 @@ class ErrorControl:
         self._times = [0.0] * 4  # of the last four positions, weighted, each in its row
         self._positions = np.zeros((4, len(weights)))
 
-    def propose(self, now: Instant) -> float:
-        """Return the step that spends its part of the tolerance."""
+    def propose(self, now: StepEnd) -> float:
+        """Return the step that makes its part of the tolerance."""
         row = self._steps % 4
         self._times[row] = now.time
         np.multiply(now.q, self._weights, out=self._positions[row])
@@ -114,17 +112,17 @@ class ErrorControl:
         if self._steps < 4:
             return self._step
         # Divided differences carry 1/6 of the derivative.
-        error = 6 * self.CONSTANT * now.done**3 * self._third_difference()
-        wanted = now.done * (self._share(now.time) / max(error, 1e-300)) ** (1 / 3)
+        error = 6 * self.CONSTANT * now.step**3 * self._third_difference()
+        wanted = now.step * (self._share(now.time) / max(error, 1e-300)) ** (1 / 3)
         if wanted < self._step:
             down = ceil(2 * log2(self._step / wanted))
-            self._change(self._step * self.RUNG ** -min(down, 6))
-        elif wanted > self.RUNG * self._step and self._since_change >= self.PATIENCE:
-            self._change(min(self._step * self.RUNG, self.largest))
+            self._change(self._step * self.RATIO ** -min(down, 6))
+        elif wanted > self.RATIO * self._step and self._since_change >= self.STEPS_BEFORE_GROWTH:
+            self._change(min(self._step * self.RATIO, self.largest))
         return self._step
 
     def restart_from(self, step: float) -> None:
-        """Climb the ladder anew from a shorter step: forces have jumped."""
+        """Go on with steps no longer than this (s), since forces have jumped."""
         self._change(min(step, self._step))
 
     def _change(self, step: float) -> None:
@@ -170,11 +168,16 @@ class Loop:
     _told: float = 0.0
     _goal_rate: float = 0.0
     _solver: Any = None
-    _looked_at: list[ContactItem] = field(default_factory=list)
+    all_contacts: list[ContactItem] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Collect the contacts of the scene and of all channels."""
+        pairs = (contact for channel in self.channels for contact in channel.contacts)
+        self.all_contacts = [*self.contacts, *pairs]
 
     def start(self, q: FloatArray, v: FloatArray, multipliers: FloatArray) -> float:
         """Record the state at time 0; return the first step (s)."""
-        now = self._instant(0.0, 0.0, q, v)
+        now = self._step_end(0.0, 0.0, q, v)
         self.chooser.propose(now)
         self._take(now, multipliers)
         self._first = self._cut(now, self.chooser.first)
@@ -207,7 +210,7 @@ class Loop:
             return True
         data = mbs.systemData
         q, v = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        now = self._instant(time, done, q, v)
+        now = self._step_end(time, done, q, v)
         self._count(now)
         laps = len(self.events)
         step = self._cut(now, self.chooser.propose(now))
@@ -218,15 +221,15 @@ class Loop:
         self._solver.currentStepSize = step
         return not self.stop_reason and not self._reached(now)
 
-    def _instant(self, time: float, done: float, q: FloatArray, v: FloatArray) -> Instant:
-        return Instant(time, done, q, v, *self.recorder.coordinates.plain(q.tolist(), v.tolist()))
+    def _step_end(self, time: float, done: float, q: FloatArray, v: FloatArray) -> StepEnd:
+        return StepEnd(time, done, q, v, *self.recorder.coordinates.plain(q.tolist(), v.tolist()))
 
     def _worth_a_sample(self) -> bool:
         """Even samples miss the peaks of a contact's force: there, keep some steps too."""
         pressed = any(contact.pressed for contact in self.contacts)
         return pressed and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
 
-    def _take(self, now: Instant, multipliers: FloatArray) -> bool:
+    def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
         """Record the state; tell whether one of the scene's contacts began or ended."""
         fresh = self.log.fresh()
         for entry in fresh:
@@ -235,15 +238,15 @@ class Loop:
         self.recorder.take(now, multipliers, self.log.pressed, places)
         return any(entry.index < len(self.contacts) for entry in fresh)
 
-    def _count(self, now: Instant) -> None:
+    def _count(self, now: StepEnd) -> None:
         self.time = now.time
-        self.largest_step = max(self.largest_step, now.done)
-        self.smallest_step = min(self.smallest_step, now.done)
+        self.largest_step = max(self.largest_step, now.step)
+        self.smallest_step = min(self.smallest_step, now.step)
         if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
             self._told = monotonic()
             self.progress(min(now.time / self.end, 1.0))
 
-    def _cut(self, now: Instant, step: float) -> float:
+    def _cut(self, now: StepEnd, step: float) -> float:
         """Shorten a step so that whatever happens next happens at its end."""
         for slot in self.slots:
             step = slot.after_step(now, step)
@@ -255,33 +258,30 @@ class Loop:
         step = self._contacts(now, step)
         if self.goal is not None:
             left, rate = self.goal.left(now.q_list), self.goal.rate(now.v_list)
-            bend = (rate - self._goal_rate) / now.done if now.done > 0 else 0.0
+            bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
-            step = land(step, first_root(left, -rate, -bend)) if left > 0 else step
-        return land(step, max(self.end - now.time, 0.0))
+            step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
+        return end_on(step, max(self.end - now.time, 0.0))
 
-    def _contacts(self, now: Instant, step: float) -> float:
-        """Let contacts shorten the step; of the sleeves' pairs only near ones are asked."""
-        self._looked_at = list(self.contacts)
+    def _contacts(self, now: StepEnd, step: float) -> float:
+        """Let contacts shorten the step, and walls that are broken end the run."""
         for channel in self.channels:
-            near = channel.looked_at(now, step)
-            self._looked_at += near
-            if any(contact.depth > channel.deepest_allowed for contact in near):
+            if channel.broken:
                 self.stop_reason = broken_wall(channel.channel)
                 coarse = self.chooser.tolerance is None
                 self.stop_advice = COARSE_WALL_ADVICE if coarse else BROKEN_WALL_ADVICE
-        for contact in self._looked_at:
+        for contact in self.all_contacts:
             step = contact.after_step(now, step)
-        for contact in self._looked_at:
+        for contact in self.all_contacts:
             if contact.jumped:
-                step = min(step, contact.contact_step / 50)
+                step = min(step, RESTART * contact.contact_step)
                 self.chooser.restart_from(step)
         return step
 
     def _aim(self, step: float) -> None:
-        for contact in self._looked_at:
+        for contact in self.all_contacts:
             contact.aim(step)
 
-    def _reached(self, now: Instant) -> bool:
+    def _reached(self, now: StepEnd) -> bool:
         """Tell whether the joint has made its turns; within rounding is there."""
         return self.goal is not None and self.goal.left(now.q_list) <= ROUNDING_OF_TURNS

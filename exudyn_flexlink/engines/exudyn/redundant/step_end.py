@@ -1,4 +1,4 @@
-"""The state at the end of one step, as the loop hands it on."""
+"""The state at the end of one step, as the solver's loop hands it on."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
-class Instant:
+class StepEnd:
     """Time (s), length of the step that ended there (s), coordinates and velocities.
 
-    `q` and `v` are the solver's coordinates; the lists hold those of all parts, one after the
-    other, for code that needs a few of them fast.
+    `q` and `v` are the solver's coordinates; `q_list` and `v_list` those of all parts, one after
+    the other: plain lists are faster where a few numbers are needed.
     """
 
     time: float
-    done: float
+    step: float
     q: NDArray[np.float64]
     v: NDArray[np.float64]
     q_list: list[float]

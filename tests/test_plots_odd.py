@@ -1,0 +1,126 @@
+"""Odd, but sound, results are drawn: no traceback, no warning of a library, nothing cut off."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+from matplotlib.text import Text
+
+from exudyn_flexlink import storage
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.observables import between_samples
+from exudyn_flexlink.plots import energy, figures
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link(samples=101)
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def plotted(result, capsys, change=None):
+    """Save a run, change its summary, and plot it: nothing is said but where figures are."""
+    storage.save(result, Path("run"))
+    if change is not None:
+        file = Path("run/summary.json")
+        summary = json.loads(file.read_text())
+        change(summary)
+        file.write_text(json.dumps(summary))
+    code = main(["plot", "run", "--out", "figures"])
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert code == 0
+    assert len(list(Path("figures").glob("*.png"))) >= 4
+
+
+TITLES = {
+    "one long word": "x" * 3000,
+    "many words": "word " * 3000,
+    "the widest letters": "W" * 88,
+    "no formula": r"costs $5, and $\\foo{$ 6",
+    "letters without a font": "\u6a5f\u69cb" * 60,
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("title", ["no formula", "letters without a font"])
+def test_any_title_is_drawn(title, rigid, capsys):
+    plotted(rigid, capsys, lambda summary: summary["scene"].update(title=TITLES[title]))
+
+
+@pytest.mark.parametrize("title", TITLES)
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_a_title_is_wrapped_into_the_figure(title, rigid):
+    figure = energy(results.retitled(rigid, TITLES[title]))
+    assert figure.get_figheight() < energy(rigid).get_figheight() + 1
+    figure.draw_without_rendering()
+    width = figure.get_figwidth() * figure.dpi
+    for text in figure.texts:
+        assert text.get_window_extent().x1 <= width
+
+
+@pytest.mark.filterwarnings("error")
+def test_any_reason_of_a_failure_is_drawn(rigid, capsys):
+    reason = r"$\foo{$ " * 100
+    outcome = replace(results.stopped(rigid).outcome, reason=reason)
+    plotted(replace(rigid, outcome=outcome), capsys)
+
+
+SAME = {
+    "the first two": lambda time: np.concatenate([time[:1], time[:1], time[2:]]),
+    "the last two": lambda time: np.concatenate([time[:-2], time[-1:], time[-1:]]),
+    "the last half": lambda time: np.where(time > time[-1] / 2, time[-1], time),
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("which", SAME)
+def test_samples_of_one_instant_are_drawn(which, rigid, capsys):
+    plotted(replace(rigid, time=SAME[which](rigid.time)), capsys)
+
+
+def test_between_samples_of_one_instant_values_are_finite():
+    time, values = np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 2.0])
+    found = between_samples(time, values, np.ones(3), np.array([0.0, 0.5, 1.0]))
+    assert np.all(np.isfinite(found))
+    assert found[1] == pytest.approx(0.5)
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_does_not_move_is_drawn(rigid, capsys):
+    plotted(replace(rigid, poses=0 * rigid.poses, rates=0 * rigid.rates), capsys)
+
+
+def test_a_mistake_in_a_figure_is_no_traceback(rigid, capsys, monkeypatch):
+    def draw(*_):
+        raise TypeError("of the program")
+
+    monkeypatch.setattr("exudyn_flexlink.plots.save_figures", draw)
+    storage.save(rigid, Path("run"))
+    assert main(["plot", "run"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("no figures: they can't be drawn: TypeError: of the program")
+
+
+def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
+    """Over its angle, one part of a line would lie on another."""
+    poses = rigid.poses.copy()
+    turn = np.sin(np.linspace(0, 20, len(rigid.time)))
+    poses[:, 0, 2] = 8 * turn
+    drawn = figures(replace(rigid, poses=poses))
+    for name in ("coordinates", "forces"):
+        labels = [text.get_text() for text in drawn[name].findobj(Text)]
+        assert "time (s)" in labels, name
+
+
+def test_five_hundred_turns_are_drawn(capsys):
+    many = results.rigid_link(turns=500, samples=20001)
+    drawn = figures(many)
+    assert len(drawn["coordinates"].axes[0].get_legend().get_texts()) < 12

@@ -1,0 +1,364 @@
+"""Figures fit to print: formats, a column's width, and nothing hidden, unnamed or overstated."""
+
+from dataclasses import replace
+from itertools import combinations, pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+from matplotlib.colors import same_color
+from matplotlib.text import Text
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
+from exudyn_flexlink.plots import (
+    FORMATS,
+    PRINT,
+    SCREEN,
+    STYLES,
+    coordinates,
+    energy,
+    figures,
+    forces,
+    lever,
+    mechanism,
+    polar,
+    save_figures,
+)
+from exudyn_flexlink.plots.digits import told
+from exudyn_flexlink.plots.panels import BEYOND, line_widths
+from exudyn_flexlink.result import MeasuredError
+from exudyn_flexlink.storage import save
+
+MILLIMETRES = 25.4  # in an inch
+STARTS = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    return results.rigid_link(samples=401)
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link()
+
+
+@pytest.fixture(scope="module")
+def parting(rigid):
+    """A run whose errors outgrow the tolerance in its third lap."""
+    error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, exceeds_from=1.5)
+    return replace(rigid, error=error)
+
+
+def words(figure):
+    return "\n".join(text.get_text() for text in figure.findobj(Text) if text.get_text())
+
+
+# --- formats
+
+
+def test_the_command_line_knows_formats_and_styles():
+    assert FIGURE_FORMATS == FORMATS
+    assert tuple(STYLES) == FIGURE_STYLES
+
+
+def test_several_formats_at_once(rigid, tmp_path):
+    files = save_figures(rigid, tmp_path, FORMATS)
+    assert {file.name for file in files} == {
+        f"{name}.{suffix}" for name in figures(rigid) for suffix in FORMATS
+    }
+    for file in files:
+        assert file.read_bytes().startswith(STARTS[file.suffix[1:]])
+
+
+def test_figures_of_one_run_are_the_same_files(rigid, tmp_path):
+    """No date and no random names in them: a repository sees no change where there is none."""
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        save_figures(results.first_samples(rigid, 20), tmp_path / folder, FORMATS)
+    for file in (tmp_path / "a").iterdir():
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes()
+
+
+def test_plot_writes_what_is_asked_for(rigid, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(rigid, Path("run"))
+    asked = ["--out", "figures", "--format", "pdf,svg", "--style", "print"]
+    assert main(["plot", "run", *asked]) == 0
+    names = {file.name for file in Path("figures").iterdir()}
+    assert {"forces.pdf", "forces.svg", "polar.pdf"} <= names
+    assert not list(Path("figures").glob("*.png"))
+
+
+@pytest.mark.parametrize("asked", [["--format", "gif"], ["--format", ""], ["--style", "poster"]])
+def test_an_unknown_format_or_style_is_refused(asked, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", "run", *asked])
+    assert ended.value.code == 2
+    assert asked[0] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("asked", [["--format=pdf"], ["--style=print"]])
+def test_a_look_without_figures_is_refused(asked, capsys):
+    model = str(results.MODEL)
+    assert main(["simulate", model, "--no-plots", *asked]) == 2
+    said = capsys.readouterr().err
+    assert f"{asked[0].split('=')[0]}' is for figures, which '--no-plots' leaves out" in said
+
+
+# --- the style of print
+
+
+def test_print_is_a_column_wide_and_has_no_title(rigid, tilting):
+    for run in (rigid, tilting):
+        for name, figure in figures(run, PRINT).items():
+            assert figure.get_figwidth() * MILLIMETRES == pytest.approx(86), name
+            said = words(figure)
+            assert run.scene.title not in said.replace("\n", " ")
+            assert "engine:" not in said
+
+
+def test_print_still_tells_that_a_run_failed(rigid):
+    for figure in figures(results.stopped(rigid), PRINT).values():
+        assert "stopped at t = 0.5 s: no convergence" in words(figure).replace("\n", " ")
+
+
+def test_letters_in_print_are_large_enough(rigid):
+    for figure in figures(rigid, PRINT).values():
+        sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text()]
+        assert min(sizes) >= 7
+
+
+@pytest.mark.parametrize("style", [SCREEN, PRINT])
+@pytest.mark.parametrize("make", [None, results.tilting_link, results.pendulum, results.slider])
+def test_nothing_is_cut_off(make, style, rigid):
+    for name, figure in figures(make() if make else rigid, style).items():
+        figure.draw_without_rendering()
+        seen = figure.get_tightbbox()
+        width, height = figure.get_size_inches()
+        slack = 0.02  # inches
+        assert seen.x0 > -slack, name
+        assert seen.y0 > -slack, name
+        assert seen.x1 < width + slack, name
+        assert seen.y1 < height + slack, name
+
+
+@pytest.mark.parametrize("style", [SCREEN, PRINT])
+def test_legends_cover_no_data(style, rigid, parting, tilting):
+    for run in (rigid, parting, tilting):
+        for name, figure in figures(run, style).items():
+            figure.draw_without_rendering()
+            for legend in (axes.get_legend() for axes in figure.axes):
+                for axes in (axes for axes in figure.axes if axes.axison):
+                    if legend is None or not axes.has_data():
+                        continue
+                    shared = axes.get_window_extent().padded(-2)
+                    assert not shared.overlaps(legend.get_window_extent().padded(-2)), name
+
+
+# --- what is seen
+
+
+def test_no_lap_is_hidden_by_another(rigid):
+    """Where laps lie on each other, each is broader than those drawn over it."""
+    for figure in (coordinates(rigid), polar(rigid)):
+        laps = [line for line in figure.axes[0].lines if "lap" in str(line.get_label())]
+        for colour_x in ("$x$", "$y$", "lap"):
+            own = [line for line in laps if line.get_label().startswith(colour_x)]
+            drawn = sorted(own, key=lambda line: line.get_zorder())
+            widths = [line.get_linewidth() for line in drawn]
+            assert all(below > over for below, over in pairwise(widths))
+
+
+def test_of_many_laps_the_first_are_seen_under_the_others():
+    many = coordinates(results.rigid_link(turns=10, samples=801)).axes[0].lines
+    laps = [line for line in many if str(line.get_label()).startswith("$x$, lap ")]
+    assert [line.get_label() for line in laps] == ["$x$, lap 1", "$x$, lap 2"]
+    assert laps[0].get_linewidth() > laps[1].get_linewidth() > many[6].get_linewidth()
+
+
+def test_lines_that_coincide_differ_in_width():
+    x = np.linspace(0, 1, 200)
+    broad, *others = line_widths([x, x, 1 - x], 1.0)
+    assert broad > 2
+    assert others == [1.0, 1.0]
+    assert line_widths([np.sin(9 * x), np.cos(9 * x)], 1.0) == [1.0, 1.0]
+    # Forces of contact are zero most of the time: that hides nothing.
+    spikes = [np.where(np.abs(x - at) < 0.02, 1.0, 0.0) for at in (0.3, 0.6)]
+    assert line_widths(spikes, 1.0) == [1.0, 1.0]
+
+
+def test_panels_are_lettered(rigid):
+    for name, count in {"lever": 2, "mechanism": 5, "energy": 2, "forces": 5}.items():
+        titles = [axes.get_title(loc="left") for axes in figures(rigid)[name].axes]
+        lettered = [title[:3] for title in titles if title]
+        assert lettered == ["(a)", "(b)", "(c)", "(d)", "(e)"][:count]
+    assert not coordinates(rigid).axes[0].get_title(loc="left")  # one alone needs no letter
+
+
+def test_points_have_the_papers_names(rigid):
+    for axes in mechanism(rigid).axes[:4]:
+        assert {"O", "P", "S"} <= {text.get_text() for text in axes.texts}
+    said = words(mechanism(rigid))
+    assert "S: link.end" in said
+    assert "O: origin" in said
+
+
+def test_the_first_strike_is_zoomed_into(rigid):
+    zoom = forces(rigid).axes[-1]
+    assert zoom.get_xlabel() == "time since the first touch (ms)"
+    span = np.ptp(zoom.get_xlim())
+    assert span < 100  # ms, of a run of 2.5 s
+    (line,) = (line for line in zoom.lines if line.get_label() == "strike, first")
+    assert np.max(line.get_ydata()) > 0
+
+
+def test_walls_press_where_there_is_clearance(rigid, tilting):
+    said = words(forces(tilting))
+    assert "wall force\n(N)" in said
+    assert "sleeve, upper wall" in said
+    assert "wall force" not in words(forces(rigid))
+
+
+def test_numbers_of_the_polar_scale_are_off_the_data(rigid):
+    for style in (SCREEN, PRINT):
+        figure = polar(rigid, style=style)
+        figure.draw_without_rendering()
+        (axes,) = figure.axes
+        assert not any(text.get_text() for text in axes.yaxis.get_ticklabels())
+        (scale,) = axes.child_axes
+        assert scale.get_ylabel() == "distance OS (mm)"
+        circle = axes.patch.get_window_extent()
+        for text in scale.yaxis.get_ticklabels():
+            assert text.get_window_extent().x1 < circle.x0
+
+
+def test_an_axis_has_one_unit(rigid):
+    for figure in figures(rigid).values():
+        energies = [axes.get_ylabel() for axes in figure.axes if "(mJ)" in axes.get_ylabel()]
+        assert all("(J)" not in axes.get_ylabel() for axes in figure.axes) or not energies
+        for axes in figure.axes:
+            ticks = [text.get_text() for text in axes.get_xticklabels() + axes.get_yticklabels()]
+            assert not any("°" in text or "mm" in text for text in ticks)
+
+
+def test_forces_that_hardly_change_do_not_look_like_noise(rigid):
+    """Zero is in sight: rounding in a large force does not fill the axes."""
+    flat = {name: 0 * force + 0.763 for name, force in rigid.joint_forces.items()}
+    noise = np.random.default_rng(1).normal(0, 1e-4, len(rigid.time))
+    flat = {name: force + noise[:, None] for name, force in flat.items()}
+    for axes in forces(replace(rigid, joint_forces=flat)).axes[:-1]:
+        low, high = axes.get_ylim()
+        assert low <= 0 <= high
+
+
+def test_peaks_are_told_beyond_the_data(rigid):
+    for style in (SCREEN, PRINT):
+        figure = lever(rigid, style=style)
+        figure.draw_without_rendering()
+        whole = figure.axes[0]
+        angles = np.concatenate(
+            [line.get_ydata() for line in whole.lines if len(line.get_ydata()) > 50]
+        )
+        low, high = (whole.transData.transform((0, y))[1] for y in (angles.min(), angles.max()))
+        for text in whole.texts:
+            box = text.get_window_extent()
+            assert box.y0 >= high or box.y1 <= low
+
+
+def test_texts_do_not_lie_on_each_other(rigid):
+    for style in (SCREEN, PRINT):
+        for name in ("lever", "energy", "forces", "coordinates"):
+            figure = figures(rigid, style)[name]
+            figure.draw_without_rendering()
+            boxes = [
+                (text.get_text(), text.get_window_extent().padded(-1.5))
+                for text in _told(figure)
+                if text.get_text()
+            ]
+            for (a, one), (b, other) in combinations(boxes, 2):
+                assert not one.overlaps(other), f"{name}, {style.name}: {a!r} and {b!r}"
+
+
+def _told(figure):
+    """Titles, labels, legend entries and notes; numbers at ticks are left to matplotlib."""
+    yield from figure.texts
+    for axes in figure.axes:
+        yield from axes.texts
+        yield from (axes.xaxis.label, axes.yaxis.label, axes._left_title)
+        if axes.get_legend() is not None:
+            yield from axes.get_legend().get_texts()
+        for child in axes.child_axes:
+            yield from (child.xaxis.label, child.yaxis.label)
+
+
+# --- what is known
+
+
+@pytest.mark.parametrize("style", [SCREEN, PRINT])
+def test_what_lies_beyond_the_horizon_is_shaded_and_named(parting, style):
+    drawn = figures(parting, style)
+    assert set(drawn) == {"coordinates", "polar", "lever", "mechanism", "energy", "forces"}
+    for name, figure in drawn.items():
+        assert "beyond the horizon:\nnot within 0.001 mm" in words(figure), name
+        shaded = [
+            artist
+            for artist in figure.findobj(lambda artist: artist.get_alpha() == BEYOND["alpha"])
+            if str(artist.get_label()).startswith("beyond")
+        ]
+        assert shaded, name
+
+
+def test_only_what_lies_beyond_is_shaded(parting):
+    whole = lever(parting).axes[0]
+    (span,) = (patch for patch in whole.patches if str(patch.get_label()).startswith("beyond"))
+    begin, end = span.get_x(), span.get_x() + span.get_width()
+    assert (begin, end) == pytest.approx((1.5, parting.time[-1]))
+    assert "strike 2 (lap 3),\nbeyond the horizon" in words(lever(parting))
+
+
+def test_a_run_within_its_tolerance_has_no_shade(rigid):
+    within = replace(rigid, error=MeasuredError(("link.end",), limit=1e-6, largest=2e-7))
+    for run in (rigid, within):
+        assert not any("horizon" in words(figure) for figure in figures(run).values())
+
+
+def test_a_neighbour_that_stopped_leaves_the_rest_unknown(rigid):
+    stopped = replace(
+        rigid, error=MeasuredError(("link.end",), limit=1e-6, largest=2e-7, stopped=0.7)
+    )
+    assert "error not known" in words(energy(stopped))
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.163012345, 3e-5, "0.1630"),
+        (0.163012345, 1e-9, "0.1630"),
+        (-0.163012345, 0.09, "\N{MINUS SIGN}0.2"),
+        (4.8682, 2.6, "5"),
+        (0.163012345, None, "0.163"),
+        (0.0, 1e-6, "0"),
+        (-1e-9, 1e-3, "0.000"),
+    ],
+)
+def test_no_more_digits_than_are_known(value, error, text):
+    assert told(value, error) == text
+
+
+def test_a_coarser_run_is_told_with_fewer_digits(rigid):
+    def peaks(tolerance):
+        accuracy = rigid.scene.accuracy.model_copy(update={"tolerance": tolerance})
+        figure = lever(replace(rigid, scene=rigid.scene.changed(accuracy=accuracy)))
+        return [text.get_text() for text in figure.axes[0].texts]
+
+    assert len(peaks(1e-3)[0]) < len(peaks(1e-6)[0])
+
+
+def test_every_engine_has_its_colour(rigid):
+    for engine, colour in (("exudyn", "#0072B2"), ("lagrangian", "#D55E00")):
+        run = replace(rigid, engine=engine)
+        for line in (lever(run).axes[0].lines[0], energy(run).axes[1].lines[0]):
+            assert same_color(line.get_color(), colour)
