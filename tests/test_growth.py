@@ -229,13 +229,13 @@ def test_bounces_end_where_restitution_ends_them_or_they_stay_high() -> None:
     assert not bounced(1.0, [1.0, *[1e-4] * 900] * 5)
 
 
-def test_a_run_that_makes_no_step_is_a_result_of_its_start() -> None:
+def test_a_run_that_gets_nowhere_is_a_result_of_its_start() -> None:
     result = simulate(load_scene(MODELS / "smooth.yaml", ["gravity=[0, -1e20]"]))
     assert not result.outcome.completed
     assert result.outcome.advice
-    assert result.time.tolist() == [0.0]
+    assert result.time[-1] < 1e-12
     assert np.isfinite(result.poses).all()
-    assert result.energy.kinetic.shape == (1,)
+    assert result.energy.kinetic.shape == result.time.shape
 
 
 def test_a_state_that_overflows_ends_a_run_with_what_came_before() -> None:

@@ -138,9 +138,11 @@ def test_a_closing_clearance_tends_to_the_supported_link():
     assert wide < 10 * 5e-4
 
 
-def test_the_link_stays_in_its_guide_at_high_speed():
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_the_link_stays_in_its_guide_at_high_speed(engine):
+    """In four turns walls give way as deep in both engines: 5.0118e-4 m at 1e-7 m."""
     settings = ["bodies.link.rods=3", "drives.motor.value=100", "run.turns=4"]
-    result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
+    tight = [*settings, "accuracy.tolerance=1e-6"]
+    result = simulate(load_scene(MODELS / "clearance.yaml", tight), engine, measure=False)
     assert result.outcome.completed
-    # Of four turns, as the Lagrangian has it, too, at a tolerance of 1e-6 m.
-    assert result.sleeves["sleeve"].deepest == pytest.approx(5.01184e-4, abs=1e-8)
+    assert result.sleeves["sleeve"].deepest == pytest.approx(5.0118e-4, abs=1e-7)

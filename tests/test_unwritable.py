@@ -78,7 +78,7 @@ def test_a_disk_that_fills_up_with_figures_keeps_the_numbers():
 )
 @pytest.mark.parametrize("command", ["simulate", "compare"])
 def test_figures_that_can_not_be_drawn_cost_no_numbers(command, error, said, monkeypatch, capsys):
-    def draw(result, folder):
+    def draw(result, folder, *_):
         (folder / "half.png").write_bytes(b"half")
         raise error
 
@@ -95,7 +95,7 @@ def test_figures_that_can_not_be_drawn_cost_no_numbers(command, error, said, mon
 
 
 def test_the_horizon_is_told_without_figures(monkeypatch, capsys):
-    def draw(result, folder):
+    def draw(result, folder, *_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(engines, "simulate", closed_form)

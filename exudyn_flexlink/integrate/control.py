@@ -13,6 +13,19 @@ KEEP = (0.9, 1.2)  # a step that may grow by a factor between these stays, with 
 ORDER = STAGES + 1  # of the estimated error
 
 
+def growth(ratio: float, safety: float, h: float, last: tuple[float, float]) -> float:
+    """By how much the next step may be longer (Hairer and Wanner, eq. IV.8.25).
+
+    `ratio` is the error of a step of length h (s) over that allowed; `last` are length and ratio of
+    the step before, whose trend goes on; length 0 where there is none. Written for numba, too.
+    """
+    before, then = last
+    grow = safety * ratio ** (-1.0 / ORDER)
+    if before > 0.0:
+        grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / ORDER))
+    return float(max(LEAST_GROWTH, min(MOST_GROWTH, grow)))
+
+
 @dataclass
 class ErrorControl:
     """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
@@ -44,13 +57,9 @@ class ErrorControl:
         self._before = (h, max(error / self.allowed, 1e-2))
 
     def factor(self, h: float, error: float) -> float:
-        """By how much the next step may be longer (Hairer and Wanner, eq. IV.8.25)."""
+        """By how much the next step may be longer."""
         ratio = max(error / self.allowed, 1e-12)
-        grow = float(SAFETY * ratio ** (-1 / ORDER))
-        if self._before is not None:
-            before, then = self._before
-            grow = min(grow, SAFETY * h / before * float((then / ratio**2) ** (1 / ORDER)))
-        return max(LEAST_GROWTH, min(MOST_GROWTH, grow))
+        return growth(ratio, SAFETY, h, self._before or (0.0, 0.0))
 
     def next(self, h: float, factor: float) -> float:
         """Length of the next step, s: the same if it may hardly grow."""

@@ -43,16 +43,16 @@ from exudyn_flexlink.mechanism.model import (
     Slot,
     Weld,
 )
-from exudyn_flexlink.mechanism.paces import (
-    Pace,
+from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.resolution import (
+    Resolution,
     contact_step,
     half_period,
-    pace_of_strike,
-    pace_of_wall,
-    paces,
+    resolution_of_strike,
+    resolution_of_wall,
+    resolutions,
     wall_half_period,
 )
-from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
 from exudyn_flexlink.mechanism.sampling import (
     kept_interval,
@@ -81,9 +81,9 @@ __all__ = [
     "FaceContact",
     "Mechanism",
     "Motor",
-    "Pace",
     "Pin",
     "Ramp",
+    "Resolution",
     "RigidPart",
     "RotarySpring",
     "Slide",
@@ -121,12 +121,12 @@ __all__ = [
     "mass_matrix",
     "mobility",
     "node_anchor",
-    "pace_of_strike",
-    "pace_of_wall",
-    "paces",
     "pair_sides",
     "pairs",
     "rate_of_jacobian_times_velocity",
+    "resolution_of_strike",
+    "resolution_of_wall",
+    "resolutions",
     "sample_bytes",
     "sample_times",
     "solve_saddle",

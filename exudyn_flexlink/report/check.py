@@ -22,8 +22,8 @@ from exudyn_flexlink.mechanism import (
     contact_step,
     end_of_run,
     formulation,
-    paces,
     pairs,
+    resolutions,
     turn_goal,
     wall_half_period,
 )
@@ -298,9 +298,9 @@ _FORMULATIONS = {
 
 
 def _steps_in_contact(scene: Scene, assembly: Assembly) -> str:
-    given, found = scene.accuracy.step, paces(scene, assembly)
-    longest = min(*(pace.step for pace in found), given or inf)
-    fewest = min(pace.steps(given) for pace in found)
+    given, found = scene.accuracy.step, resolutions(scene, assembly)
+    longest = min(*(own.step for own in found), given or inf)
+    fewest = min(own.steps(given) for own in found)
     return f"at most {number(longest)} s in contact: {number(fewest)} steps per contact, or more"
 
 

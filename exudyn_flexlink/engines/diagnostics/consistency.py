@@ -8,9 +8,9 @@ import numpy as np
 
 from exudyn_flexlink.result import Outcome, Result
 
-ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance: errors of steps are smaller
-GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: rounding gains far less
-OPEN = 1e-8  # m or rad, residual of a joint: every solver closes joints to 1e-10 or better
+ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance
+GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: more than rounding
+OPEN = 1e-8  # m or rad, residual of a joint: more than a converged iteration leaves
 GROSS = 0.1  # of all energy that moves: a run that misses more is no motion of the mechanism
 NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure of an error
 

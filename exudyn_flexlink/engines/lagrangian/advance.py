@@ -42,13 +42,14 @@ from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_cha
 from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
 from exudyn_flexlink.integrate.clock import CLOCK
 from exudyn_flexlink.integrate.collocation import Collocation as Method
+from exudyn_flexlink.integrate.control import SAFETY, growth
 
 FloatArray = NDArray[np.float64]
 
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 
-SAFETY = 0.9
-LEAST, MOST = 0.2, 5.0  # times the last step
+LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
+step_growth = inner(growth)
 SHORTEST = 1e-14  # s, where the clock tells that apart
 # of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
 # SLOW: see `Aim`
@@ -98,16 +99,14 @@ def _longest(
 
 
 @inner
-def _factor_of_step(error: float, stages: int, iterations: int) -> float:
-    """How much longer the next step may be, by the error in parts of the tolerance."""
+def _change(h: float, error: float, iterations: int, going_on: bool, memory: FloatArray) -> float:
+    """How much longer the next step may be, by the error in parts of the tolerance.
+
+    `going_on` tells that the step before was of the same equations.
+    """
     safety = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + iterations)
-    return float(min(MOST, max(LEAST, safety * max(error, 1e-12) ** (-1.0 / (stages + 1)))))
-
-
-@inner
-def _trend(h: float, error: float, stages: int, memory: FloatArray) -> float:
-    """Gustafsson: how much longer the next step may be if the trend of the last two goes on."""
-    return float(h / memory[OLD_STEP] * (memory[OLD_ERROR] / error) ** (1.0 / (stages + 1)))
+    before = memory[OLD_STEP] if going_on else 0.0
+    return float(step_growth(error, safety, h, (before, memory[OLD_ERROR])))
 
 
 @inner
@@ -190,7 +189,7 @@ def _attempt(
     pressing = pressing_at(at, equations)
     by_q, by_v = slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
-    most = MOST
+    most = np.inf
     if equations.course.piece[0] == SPLINE:
         bend = _knots_allow(at, work.begin, equations, scale, (control.bend, memory))
         h = shortened(at, h, (work.begin, bend), method, equations.course)
@@ -213,7 +212,7 @@ def _attempt(
             error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
             slipped = _slip(h, method, work) / control.tolerance
             error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
-            change = _factor_of_step(error, stages, iterations)
+            change = _change(h, error, iterations, known[1], memory)
             part = _part(at, h, equations, scale, means)
             if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
@@ -346,8 +345,6 @@ def advance(
         end[:] = y + changes[stages - 1]
         t = stop if h == ahead else t + h
         buffer.times[done + 1], buffer.places[done + 1] = t, near
-        if done > 0:
-            change = max(LEAST, min(change, change * _trend(h, error, stages, memory)))
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
         memory[STEPS] += 1
         done += 1

@@ -19,7 +19,7 @@ from shutil import rmtree
 from types import ModuleType
 from typing import Any, Literal, TypeVar, cast
 
-from exudyn_flexlink.integrate import clock, collocation
+from exudyn_flexlink.integrate import clock, collocation, control
 
 numba: ModuleType | None
 try:
@@ -104,7 +104,9 @@ def _folder() -> Path | None:
     """
     here = Path(__file__).parent
     made_by = f"{version()} {sys.version} {machine()}".encode()
-    sources = fingerprint(here, (Path(str(module.__file__)) for module in (clock, collocation)))
+    sources = fingerprint(
+        here, (Path(str(module.__file__)) for module in (clock, collocation, control))
+    )
     name = PREFIX + sha256(made_by + sources.encode()).hexdigest()[:16]
     asked = os.environ.get("NUMBA_CACHE_DIR")
     own = here / "__pycache__"

@@ -5,18 +5,18 @@ from __future__ import annotations
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.mechanism import Channel, Pace, deepest_allowed, pairs
+from exudyn_flexlink.mechanism import Channel, Resolution, deepest_allowed, pairs
 
 
 class ChannelItems:
     """All pairs of one channel; `first` is the number of the first among the run's contacts."""
 
     def __init__(
-        self, system: System, channel: Channel, first: int, pace: Pace, log: ContactLog
+        self, system: System, channel: Channel, first: int, resolution: Resolution, log: ContactLog
     ) -> None:
-        self.channel, self.pace = channel, pace
+        self.channel, self.resolution = channel, resolution
         self.contacts = [
-            ContactItem(system, contact, first + k, pace, log)
+            ContactItem(system, contact, first + k, resolution, log)
             for k, contact in enumerate(pairs(channel))
         ]
         self._deepest_allowed = deepest_allowed(channel)

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact, Pace
+from exudyn_flexlink.mechanism import FaceContact, Resolution
 
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
@@ -35,15 +35,15 @@ class ContactItem:
         system: System,
         contact: FaceContact,
         index: int,
-        pace: Pace,
+        resolution: Resolution,
         log: ContactLog,
     ) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self.index = index
         self.law = contact.law
         self.walled = contact.walled
-        self.pace, self.contact_step = pace, pace.step
-        self._shortest = SHORTEST * pace.step
+        self.resolution, self.contact_step = resolution, resolution.step
+        self._shortest = SHORTEST * resolution.step
         self.geometry = Geometry(contact)
         self.items = PressingItems(system, contact, self.geometry)
         self.log = log

@@ -79,7 +79,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["step"] = accuracy.step
     if (tolerance := prepared.loop.chooser.tolerance) is not None:
         settings["tolerance"] = tolerance
-    contact_step = min((pace.step for pace in prepared.paces), default=inf)
+    contact_step = min((own.step for own in prepared.resolutions), default=inf)
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
@@ -149,7 +149,7 @@ def _contacts(
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
     given = prepared.scene.accuracy.step
-    per_contact = min((pace.steps(given) for pace in prepared.paces), default=inf)
+    per_contact = min((own.steps(given) for own in prepared.resolutions), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -167,10 +167,10 @@ def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    shorter = [pace for pace in prepared.paces if given is not None and pace.step < given]
+    shorter = [own for own in prepared.resolutions if given is not None and own.step < given]
     if given is None or not (touched and shorter):
         return []
-    shortest = min(shorter, key=lambda pace: pace.step)
+    shortest = min(shorter, key=lambda own: own.step)
     return [shortened(given, shortest.half_period, shortest.step)]
 
 

@@ -31,11 +31,11 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     FaceContact,
     Mechanism,
-    Pace,
+    Resolution,
     end_of_run,
-    pace_of_strike,
-    pace_of_wall,
     pairs,
+    resolution_of_strike,
+    resolution_of_wall,
     sample_times,
     turn_goal,
     wall_half_period,
@@ -54,7 +54,7 @@ class Prepared:
     slots: list[SlotItems]
     recorder: Recorder
     loop: Loop
-    paces: list[Pace]  # of contacts and channels
+    resolutions: list[Resolution]  # of contacts and channels
 
 
 def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
@@ -85,8 +85,8 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
-    paces = [*(contact.pace for contact in contacts), *(channel.pace for channel in channels)]
-    return Prepared(scene, assembly, system, slots, recorder, loop, paces)
+    resolutions = [*(x.resolution for x in contacts), *(x.resolution for x in channels)]
+    return Prepared(scene, assembly, system, slots, recorder, loop, resolutions)
 
 
 def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
@@ -104,13 +104,13 @@ def _contact_items(
     for i, contact in enumerate(assembly.mechanism.contacts):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         half = system.coordinates.half_period(contact)
-        pace = pace_of_strike(half, contact.law, asked)
-        contacts.append(ContactItem(system, contact, i, pace, log))
+        resolution = resolution_of_strike(half, contact.law, asked)
+        contacts.append(ContactItem(system, contact, i, resolution, log))
     channels: list[ChannelItems] = []
     first = len(contacts)
     for channel in assembly.mechanism.channels:
-        pace = pace_of_wall(wall_half_period(assembly, channel), asked)
-        channels.append(ChannelItems(system, channel, first, pace, log))
+        resolution = resolution_of_wall(wall_half_period(assembly, channel), asked)
+        channels.append(ChannelItems(system, channel, first, resolution, log))
         first += len(channels[-1].contacts)
     return contacts, channels
 

@@ -12,11 +12,12 @@ from exudyn_flexlink.mechanism.model import Channel, FaceContact
 from exudyn_flexlink.scene import Scene
 
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
-NEARLY_LOSSLESS, LOSSLESS_STEPS = 0.99, 2.0  # restitution, and times the steps
+ELASTIC = 0.99  # restitution of an impact that must not lose energy by its steps either
+ELASTIC_STEPS = 2.0  # times the steps there: 60 lose 1e-5 of the energy in an impact, 120 an eighth
 
 
 @dataclass(frozen=True)
-class Pace:
+class Resolution:
     """Half the period of a contact's stiffness with the least mass on it, and its step, s."""
 
     half_period: float
@@ -27,36 +28,35 @@ class Pace:
         return self.half_period / min(self.step, given or inf)
 
 
-def pace_of_strike(half_period: float, law: RestitutionPenalty, asked: int) -> Pace:
-    """Return the pace of a strike (half a period in s) that the scene asks so many steps for.
+def resolution_of_strike(half_period: float, law: RestitutionPenalty, asked: int) -> Resolution:
+    """Return the resolution of a strike (half a period in s) that the scene asks so many steps for.
 
-    An impact that loses nothing shall not lose by the steps: with 60 it would be 1e-5 of the
-    kinetic energy each, with twice as many an eighth of that.
+    An elastic impact takes more of them: see `ELASTIC_STEPS`.
     """
-    steps = asked * (LOSSLESS_STEPS if law.restitution > NEARLY_LOSSLESS else 1.0)
-    return Pace(half_period, half_period / steps)
+    steps = asked * (ELASTIC_STEPS if law.restitution > ELASTIC else 1.0)
+    return Resolution(half_period, half_period / steps)
 
 
-def pace_of_wall(half_period: float, asked: int) -> Pace:
-    """Return the pace of a touch of a wall, where a scene asks so many steps for a strike."""
-    return Pace(half_period, half_period / (WALL_SHARE * asked))
+def resolution_of_wall(half_period: float, asked: int) -> Resolution:
+    """Return the resolution of a touch of a wall, where a scene asks so many steps for a strike."""
+    return Resolution(half_period, half_period / (WALL_SHARE * asked))
 
 
-def paces(scene: Scene, assembly: Assembly) -> list[Pace]:
-    """Paces of contacts, then of sleeves with clearance; none of contacts that take no time."""
+def resolutions(scene: Scene, assembly: Assembly) -> list[Resolution]:
+    """Resolutions of contacts, then of sleeves; none of contacts that take no time."""
     mechanism, asked = assembly.mechanism, scene.solver.steps_per_contact
     strikes = [
-        pace_of_strike(half_period(assembly, contact), contact.law, asked)
+        resolution_of_strike(half_period(assembly, contact), contact.law, asked)
         for contact in mechanism.contacts
         if isinstance(contact.law, RestitutionPenalty)
     ]
-    walls = [pace_of_wall(wall_half_period(assembly, c), asked) for c in mechanism.channels]
+    walls = [resolution_of_wall(wall_half_period(assembly, c), asked) for c in mechanism.channels]
     return strikes + walls
 
 
 def contact_step(scene: Scene, assembly: Assembly) -> float:
     """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
-    return min((pace.step for pace in paces(scene, assembly)), default=inf)
+    return min((own.step for own in resolutions(scene, assembly)), default=inf)
 
 
 def half_period(assembly: Assembly, contact: FaceContact) -> float:
