@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from math import inf, isfinite
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from exudyn_flexlink.variables import Variable
 
 FloatArray = NDArray[np.float64]
 
@@ -68,19 +70,23 @@ class Intervals:
     and warnings are all made of these.
     """
 
-    begin: FloatArray
-    end: FloatArray
-    place: FloatArray
-    end_place: FloatArray
-    approach_speed: FloatArray
-    separation_speed: FloatArray
-    impulse: FloatArray
-    energy_lost: FloatArray
-    peak_force: FloatArray
-    penetration: FloatArray
-    motor_work: FloatArray
-    slides_off: NDArray[np.bool_]
-    pair: NDArray[np.int64]
+    begin: Annotated[FloatArray, Variable(".", "s", "first touch")]
+    end: Annotated[FloatArray, Variable(".", "s", "separation; inf: lasts", unbounded=True)]
+    place: Annotated[FloatArray, Variable(".", "m", "place along the face at begin")]
+    end_place: Annotated[FloatArray, Variable(".", "m", "place along the face at end")]
+    approach_speed: Annotated[FloatArray, Variable(".", "m/s", "normal speed at begin")]
+    separation_speed: Annotated[FloatArray, Variable(".", "m/s", "normal speed at end")]
+    impulse: Annotated[FloatArray, Variable(".", "N s", "impulse of the normal force")]
+    energy_lost: Annotated[FloatArray, Variable(".", "J", "energy lost, friction included")]
+    peak_force: Annotated[
+        FloatArray, Variable(".", "N", "largest force; inf: an impact", unbounded=True)
+    ]
+    penetration: Annotated[FloatArray, Variable(".", "m", "largest penetration")]
+    motor_work: Annotated[FloatArray, Variable(".", "J", "work of a drive in an impact")]
+    slides_off: Annotated[
+        NDArray[np.bool_], Variable(".", "", "slid off an end of the face", kind=bool)
+    ]
+    pair: Annotated[NDArray[np.int64], Variable(".", "1", "pair of a sleeve, from 0", kind=int)]
 
     @classmethod
     def of(cls, found: Iterable[Interval] = ()) -> Intervals:

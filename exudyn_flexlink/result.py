@@ -6,17 +6,24 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.variables import Variable
 
 FloatArray = NDArray[np.float64]
 
 INTERRUPTED = "interrupted"
 """Reason of an outcome that the user ended with Ctrl-C."""
+
+POSES = {"x": "m", "y": "m", "angle": "rad"}
+RATES = {"x": "m/s", "y": "m/s", "angle": "rad/s"}
+FORCES = {"x": "N", "y": "N"}
+"""Components of arrays and their units, in the order of the last axis."""
 
 NOT_MEASURED = "no neighbouring run was made"
 """Why an error is not known that only such a run can tell."""
@@ -57,9 +64,9 @@ class ContactHistory:
     Gap (m, positive when apart), place along the face (m) and force (N) at the samples.
     """
 
-    gap: FloatArray
-    place: FloatArray
-    force: FloatArray
+    gap: Annotated[FloatArray, Variable("time", "m", "gap between point and face")]
+    place: Annotated[FloatArray, Variable("time", "m", "place along the face")]
+    force: Annotated[FloatArray, Variable("time", "N", "normal force")]
     touches: Intervals
 
 
@@ -69,15 +76,15 @@ class SleeveHistory:
 
     `pairs` names what can touch, `sides` the side of the link on which it does (+1 upper, -1 lower,
     0 both), `force` (samples, pairs) holds the normal forces in N, `deepest` is the largest
-    penetration of any pair in m. A sleeve
-    without clearance that supports its rods holds them all the time: it has forces and no touches.
+    penetration of any pair in m. A sleeve without clearance that supports its rods holds them all
+    the time: it has forces and no touches.
     """
 
-    pairs: tuple[str, ...]
-    sides: tuple[float, ...]
-    force: FloatArray
+    pairs: Annotated[tuple[str, ...], Variable(".pairs", "", "what can touch", kind=str)]
+    sides: Annotated[tuple[float, ...], Variable(".pairs", "1", "side of the link")]
+    force: Annotated[FloatArray, Variable("time .pairs", "N", "normal force")]
     touches: Intervals
-    deepest: float
+    deepest: Annotated[float, Variable("", "m", "largest penetration")]
 
 
 @dataclass(frozen=True)
@@ -87,8 +94,8 @@ class Extremes:
     From the polynomials of the run's own steps, whatever is sampled.
     """
 
-    time: FloatArray
-    value: FloatArray
+    time: Annotated[FloatArray, Variable(".", "s", "instant of a turn")]
+    value: Annotated[FloatArray, Variable(".", None, "value at a turn")]
 
     def between(self, begin: float, end: float) -> Extremes:
         """Those from `begin` to `end` (s); may be none."""
@@ -127,10 +134,10 @@ class EnergyHistory:
     `kinetic`; `stored` in springs, weight and contacts; `dissipated` and `supplied` since time 0.
     """
 
-    kinetic: FloatArray
-    stored: FloatArray
-    dissipated: FloatArray
-    supplied: FloatArray
+    kinetic: Annotated[FloatArray, Variable("time", "J", "kinetic energy")]
+    stored: Annotated[FloatArray, Variable("time", "J", "energy in springs, weight, contacts")]
+    dissipated: Annotated[FloatArray, Variable("time", "J", "energy dissipated")]
+    supplied: Annotated[FloatArray, Variable("time", "J", "energy supplied by drives")]
 
     @property
     def residual(self) -> FloatArray:
@@ -200,13 +207,19 @@ class Result:
     settings: Mapping[str, float | str]
     versions: Mapping[str, str]
     timings: Mapping[str, float]  # s of wall time: prepare, solve, process
-    part_names: tuple[str, ...]
-    time: FloatArray
-    poses: FloatArray
-    rates: FloatArray
-    drive_torques: Mapping[str, FloatArray]
-    joint_forces: Mapping[str, FloatArray]
-    slot_forces: Mapping[str, FloatArray]
+    part_names: Annotated[
+        tuple[str, ...], Variable("part", "", "rigid part", kind=str, name="part")
+    ]
+    time: Annotated[FloatArray, Variable("time", "s", "time")]
+    poses: Annotated[FloatArray, Variable("time part", None, "pose", components=POSES)]
+    rates: Annotated[FloatArray, Variable("time part", None, "rate of the pose", components=RATES)]
+    drive_torques: Annotated[Mapping[str, FloatArray], Variable("time", "N m", "torque of a drive")]
+    joint_forces: Annotated[
+        Mapping[str, FloatArray], Variable("time", None, "force in a joint", components=FORCES)
+    ]
+    slot_forces: Annotated[
+        Mapping[str, FloatArray], Variable("time", None, "force of a slot", components=FORCES)
+    ]
     contacts: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
     energy: EnergyHistory

@@ -37,7 +37,7 @@ def test_simulate_summarises_the_run(run_of: Callable[[Fake], None], capsys: Cap
     assert shown.err == "warning: made up\n"
     assert "Written to runs/no_clearance/: " in shown.out
     written = {path.name for path in Path("runs/no_clearance").iterdir()}
-    assert {"result.npz", "summary.json"} <= written
+    assert {"result.nc", "summary.json"} <= written
     assert all(name in shown.out for name in written)
 
 

@@ -269,10 +269,8 @@ def test_tables_are_those_of_the_saved_run(run, tilting):
 def test_all_samples_are_one_dataset(run):
     pytest.importorskip("xarray")
     found = run.to_xarray()
-    np.testing.assert_array_equal(
-        found["pose"].sel(part="lever", pose_axis="angle_rad"), run.poses[:, -1, 2]
-    )
-    assert found["strike_force"].attrs["units"] == "N"
+    np.testing.assert_array_equal(found["poses.angle"].sel(part="lever"), run.poses[:, -1, 2])
+    assert found["contacts.strike.force"].attrs["units"] == "N"
     assert found["time"].attrs["units"] == "s"
 
 

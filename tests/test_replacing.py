@@ -270,7 +270,7 @@ def test_what_a_killed_process_began_is_finished_by_whoever_opens_the_folder(mov
     else:
         assert title == "pendulum"
         assert set(tree("o")) == {
-            "data/measured.csv", "manifest.json", "result.npz", "summary.json",
+            "data/measured.csv", "manifest.json", "result.nc", "summary.json",
             "trajectory_rod.end.csv",
         }  # fmt: skip
     results.put(rigid_link(samples=201), "o")
@@ -352,7 +352,7 @@ def test_a_link_to_a_folder_may_be_where_to_write():
 
 
 @posix
-@pytest.mark.parametrize("name", ["result.npz", "manifest.json"])
+@pytest.mark.parametrize("name", ["result.nc", "manifest.json"])
 @pytest.mark.parametrize("force", [[], ["--force"]])
 def test_a_link_in_a_run_is_neither_followed_nor_replaced(name, force, ends, capsys):
     assert simulate() == 0
@@ -402,7 +402,7 @@ def test_models_and_points_are_not_read_from_pipes_and_devices(capsys):
 
 
 @posix
-@pytest.mark.parametrize("name", ["summary.json", "result.npz", "manifest.json"])
+@pytest.mark.parametrize("name", ["summary.json", "result.nc", "manifest.json"])
 def test_a_run_is_not_read_from_a_pipe(name, ends, capsys):
     assert simulate() == 0
     Path("o", name).unlink()

@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import struck_bodies
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import lever_columns, touch_columns, trajectory_columns
+from exudyn_flexlink.storage import (
+    arrays_of,
+    attributes_of,
+    lever_columns,
+    touch_columns,
+    trajectory_columns,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -49,39 +55,17 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
 
 
 def data_set(result: Result) -> Dataset:
-    """Return all samples as one dataset, over time, part and axis.
+    """Return all arrays as one dataset, with the names, dimensions and units of the saved file.
 
     Raises:
         ImportError: xarray is not installed.
 
     """
-    energy = result.energy
-    variables: dict[str, Any] = {
-        "pose": (("time", "part", "pose_axis"), result.poses),
-        "rate": (("time", "part", "pose_axis"), result.rates),
-        **{
-            f"{kind}_energy": ("time", getattr(energy, kind), {"units": "J"})
-            for kind in ("kinetic", "stored", "dissipated", "supplied")
-        },
+    arrays = {
+        name: (array.dimensions, array.values, dict(array.attributes))
+        for name, array in arrays_of(result).items()
     }
-    for kind, units in (("drive_torques", "N m"),):
-        for name, values in getattr(result, kind).items():
-            variables[f"{kind.removesuffix('s')}_{name}"] = ("time", values, {"units": units})
-    for kind in ("joint_forces", "slot_forces"):
-        for name, values in getattr(result, kind).items():
-            key = f"{kind.removesuffix('s')}_{name}"
-            variables[key] = (("time", "axis"), values, {"units": "N"})
-    for name, contact in result.contacts.items():
-        for key, units in (("gap", "m"), ("place", "m"), ("force", "N")):
-            variables[f"{name}_{key}"] = ("time", getattr(contact, key), {"units": units})
-    coordinates = {
-        "time": ("time", result.time, {"units": "s"}),
-        "part": list(result.part_names),
-        "pose_axis": ["x_m", "y_m", "angle_rad"],
-        "axis": ["x", "y"],
-    }
-    attributes = {"title": result.scene.title, "engine": result.engine}
-    found: Dataset = _needed("xarray").Dataset(variables, coordinates, attributes)
+    found: Dataset = _needed("xarray").Dataset(arrays, attrs=attributes_of(result))
     return found
 
 

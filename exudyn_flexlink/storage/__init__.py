@@ -1,11 +1,13 @@
 """A run on disk: a folder with everything in it, written whole or not at all.
 
 ``manifest.json`` names the files that a run wrote: a later one replaces these, and no others.
-``result.npz`` holds the arrays, ``summary.json`` everything else, readable; CSV files hold what a
-reader plots first. `load` gives the Result back exactly.
+``result.nc`` holds the arrays as netCDF, with names, dimensions and units, ``summary.json``
+everything else, readable; CSV files hold what a reader plots first. `load` gives the Result back
+exactly.
 """
 
 from exudyn_flexlink.storage.accuracy import save_accuracy
+from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
 from exudyn_flexlink.storage.comparison import save_comparison
 from exudyn_flexlink.storage.errors import PROGRAM, StorageError
 from exudyn_flexlink.storage.manifest import own_files
@@ -27,9 +29,12 @@ from exudyn_flexlink.storage.writing import save
 
 __all__ = [
     "PROGRAM",
+    "Array",
     "KeptBesideError",
     "Series",
     "StorageError",
+    "arrays_of",
+    "attributes_of",
     "lever_columns",
     "load",
     "own_files",

@@ -10,8 +10,8 @@ from typing import Any
 
 from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
 from exudyn_flexlink.storage.errors import ACCURACY, FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
-from exudyn_flexlink.storage.writing import plain
 
 COLUMNS = (
     "method", "engine", "knob", "value", "processor_time_s", "repeats", "steps", "error_rms_m",

@@ -34,7 +34,7 @@ def check_result(result: Result) -> None:
 
     """
     _check_kinds(result)
-    _check_names(result)
+    _check_parts(result)
     _check_laps(result)
 
 
@@ -62,18 +62,28 @@ def _check_error(error: MeasuredError) -> None:
     _require("error", _texts((*error.points, error.missing)))
 
 
-def _check_names(result: Result) -> None:
-    """Parts, hinges and walls go by the name of what they belong to, and a number or a word."""
-    scene, parts = result.scene, result.part_names
-    bodies, joints = tuple(scene.bodies), tuple(scene.joints)
-    _require("part_names", _texts(parts) and len(set(parts)) == len(parts))
-    _require("part_names", all(part.startswith(bodies) for part in parts))
-    _require("names", list(result.contacts) == list(scene.contacts))
-    _require("names", set(result.drive_torques) <= set(scene.drives))
-    _require("names", all(name.startswith(bodies + joints) for name in result.joint_forces))
-    _require("names", tuple(result.extremes) == _extremes_of(scene))
-    for histories in (result.slot_forces, result.sleeves):
-        _require("names", set(histories) <= set(scene.joints))
+def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:
+    """Look at names of arrays: hinges go by that of their body and a number, walls by their joint.
+
+    Raises:
+        KeyError: a kind of arrays has none.
+        ValueError: they are not those of the scene.
+
+    """
+    owners = (*scene.bodies, *scene.joints)
+    _require("names", names["contacts"] == tuple(scene.contacts))
+    _require("names", set(names["drive_torques"]) <= set(scene.drives))
+    _require("names", all(name.startswith(owners) for name in names["joint_forces"]))
+    _require("names", names["extremes"] == _extremes_of(scene))
+    for kind in ("slot_forces", "sleeves"):
+        _require("names", set(names[kind]) <= set(scene.joints))
+
+
+def _check_parts(result: Result) -> None:
+    """Parts go by the name of their body, and a number."""
+    parts = result.part_names
+    _require("part_names", len(set(parts)) == len(parts))
+    _require("part_names", all(part.startswith(tuple(result.scene.bodies)) for part in parts))
 
 
 def _extremes_of(scene: Scene) -> tuple[str, ...]:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
 from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.tables import write_csv
-from exudyn_flexlink.storage.writing import contact_data, plain, strike_data
+from exudyn_flexlink.storage.writing import contact_data, strike_data
 
 FloatArray = NDArray[np.float64]
 

@@ -6,12 +6,10 @@ import errno
 from pathlib import Path
 
 PROGRAM = "exudyn-flexlink"
-FORMAT = 4
-SUMMARY, ARRAYS = "summary.json", "result.npz"
+FORMAT = 5
+SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 MANIFEST = "manifest.json"
-HISTORIES = ("drive_torques", "joint_forces", "slot_forces")  # arrays by name
-RECORDS = ("contacts", "sleeves", "extremes")  # dataclasses of arrays by name
 
 
 class StorageError(Exception):

@@ -1,0 +1,112 @@
+"""The arrays of a result by name, with dimensions and units: the names of the file and of tables.
+
+A name is the path to the array in Python with dots: ``contacts.strike.touches.begin``. Names of a
+scene have no dots. Which fields are arrays stands at the dataclasses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, is_dataclass
+from functools import cache
+from typing import Any, get_args, get_origin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage.errors import PROGRAM
+from exudyn_flexlink.variables import Member, Variable, members, units_of
+
+
+@dataclass(frozen=True)
+class Array:
+    """Values, the names of their dimensions, and what they are: units and long_name."""
+
+    dimensions: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, str]
+
+
+def arrays_of(result: Result) -> dict[str, Array]:
+    """Return all arrays of a result by name."""
+    return dict(_arrays(result, Result, ""))
+
+
+def attributes_of(result: Result) -> dict[str, str]:
+    """Return what tells a reader where the arrays come from."""
+    outcome = result.outcome
+    end = "completed" if outcome.completed else f"stopped: {outcome.reason}"
+    return {
+        "title": result.scene.title,
+        "source": f"{PROGRAM}, engine {result.engine}",
+        "outcome": f"{end}, at {outcome.time:.12g} s",
+        "comment": "SI units; names are paths: joint_forces.crank.x is that of the joint 'crank'",
+    }
+
+
+@cache
+def told_fields() -> dict[str, Any]:
+    """Fields of a result that hold no arrays, with their types; the scene is not among them."""
+    own = (member for member in members(Result) if member.name != "scene")
+    return {member.name: member.type for member in own if not _holds_arrays(member)}
+
+
+@cache
+def named_fields() -> tuple[str, ...]:
+    """Fields of a result that hold arrays by names of the scene."""
+    own = (member for member in members(Result) if member.name not in told_fields())
+    return tuple(member.name for member in own if get_origin(member.type) is Mapping)
+
+
+def _holds_arrays(member: Member) -> bool:
+    kinds = filter(is_dataclass, (member.type, *get_args(member.type)))
+    return member.variable is not None or any(
+        own.variable is not None for kind in kinds for own in members(kind)
+    )
+
+
+def name_of(member: Member, path: str) -> str:
+    """Name of a field of the dataclass at `path`."""
+    own = member.variable.name if member.variable else ""
+    return join(path, own or member.name)
+
+
+def join(path: str, name: str) -> str:
+    """Return the path to what has a name at `path`, which is empty at the top."""
+    return f"{path}.{name}" if path else name
+
+
+def dimensions_of(own: Variable, path: str) -> tuple[str, ...]:
+    """Names of the dimensions of a variable that belongs to the dataclass at `path`."""
+    names = own.dimensions.split()
+    return tuple(f"{path}{name}".rstrip(".") if name.startswith(".") else name for name in names)
+
+
+def _arrays(record: Any, kind: type[Any], path: str) -> Iterator[tuple[str, Array]]:
+    """Those of a dataclass, and of all dataclasses in it."""
+    for member in members(kind):
+        value, name = getattr(record, member.name), name_of(member, path)
+        named = {name: value}
+        if isinstance(value, Mapping):
+            named = {join(name, key): item for key, item in value.items()}
+        for where, item in named.items():
+            if member.variable is not None:
+                yield from _array(item, member.variable, where, path)
+            elif is_dataclass(item):
+                yield from _arrays(item, type(item), where)
+
+
+def _array(value: Any, own: Variable, name: str, path: str) -> Iterator[tuple[str, Array]]:
+    """The array of a variable, or one for each of its components."""
+    dimensions = dimensions_of(own, path)
+    for i, (component, units) in enumerate(own.components.items()):
+        told = _told(units, f"{own.long_name}: {component}")
+        yield join(name, component), Array(dimensions, value[..., i], told)
+    if not own.components:
+        units = units_of(path) if own.units is None else own.units
+        yield name, Array(dimensions, np.asarray(value, own.kind), _told(units, own.long_name))
+
+
+def _told(units: str, long_name: str) -> dict[str, str]:
+    return ({"units": units} if units else {}) | {"long_name": long_name}

@@ -1,0 +1,135 @@
+"""Arrays with names, dimensions and attributes to a file of netCDF, and back.
+
+The format is netCDF-3 with 64-bit offsets: SciPy writes it, and nearly everything reads it. What it
+lacks is made up for: names are in UTF-8, as the format demands; truth values are bytes, marked as
+xarray marks them; texts are rows of characters; arrays without any element are only named.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import netcdf_file
+
+from exudyn_flexlink.storage.arrays import Array
+from exudyn_flexlink.storage.errors import StorageError
+
+LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
+EMPTY = "dimensions_of_length_0"
+CODES = {"f": "d", "i": "i", "b": "b", "S": "c"}  # of files, by kinds of numpy
+DAMAGE = (
+    ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, TypeError, ValueError,
+)  # fmt: skip
+"""What SciPy raises on bytes that are no file of netCDF."""
+
+
+def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[str, str]) -> None:
+    """Write arrays of floats, integers of 32 bits, truth values or texts.
+
+    Raises:
+        OSError: the file can't be written.
+        StorageError: an array is too large for the format.
+
+    """
+    sizes = _sizes(arrays)
+    empty = [dimension for dimension, size in sizes.items() if not size]
+    for name, array in arrays.items():
+        if array.values.nbytes > LARGEST:
+            raise StorageError(
+                f"can't write {file}: '{name}' is larger than 2 GiB; set a larger 'run.sample'"
+            )
+    with file.open("wb") as stream, netcdf_file(stream, "w", version=2) as written:
+        told = dict(attributes) | ({EMPTY: json.dumps(empty)} if empty else {})
+        _put(written, told)
+        for dimension, size in sizes.items():
+            if size:
+                written.createDimension(_encoded(dimension), size)
+        for name, array in arrays.items():
+            if array.values.size:
+                _write(written, name, array)
+
+
+def _sizes(arrays: Mapping[str, Array]) -> dict[str, int]:
+    """Lengths of all dimensions."""
+    found: dict[str, int] = {}
+    for array in arrays.values():
+        found |= zip(array.dimensions, array.values.shape, strict=True)
+    return found
+
+
+def _write(written: Any, name: str, array: Array) -> None:
+    values, told = array.values, dict(array.attributes)
+    dimensions = [_encoded(dimension) for dimension in array.dimensions]
+    if values.dtype.kind == "U":
+        values = np.char.encode(values, "utf-8")
+        letters = f"letters_{values.itemsize}"
+        if letters not in written.dimensions:
+            written.createDimension(letters, values.itemsize)
+        dimensions.append(letters)
+        values = np.ascontiguousarray(values).view("S1").reshape(*values.shape, -1)
+        told["_Encoding"] = "utf-8"
+    elif values.dtype.kind == "b":
+        values = values.astype(np.int8)
+        told["dtype"] = "bool"
+    code = "b" if values.dtype == np.int8 else CODES[values.dtype.kind]
+    made = written.createVariable(_encoded(name), code, dimensions)
+    made[...] = values
+    _put(made, told)
+
+
+def _put(owner: Any, attributes: Mapping[str, str]) -> None:
+    for name, text in attributes.items():
+        if text:
+            setattr(owner, name, text.encode("utf-8"))
+
+
+def _encoded(name: str) -> str:
+    """A name as SciPy, which writes Latin-1, has to be given it so that the file has UTF-8."""
+    return name.encode("utf-8").decode("latin-1")
+
+
+def _decoded(name: str) -> str:
+    return name.encode("latin-1").decode("utf-8")
+
+
+@dataclass(frozen=True)
+class Read:
+    """What a file holds: arrays, without their attributes, and the `lengths` of dimensions."""
+
+    arrays: Mapping[str, Array]
+    lengths: Mapping[str, int]
+
+
+def read_netcdf(file: Path) -> Read:
+    """Read the arrays of a file. Those without any element are not among them.
+
+    Raises:
+        OSError: the file can't be read.
+        MemoryError: it says that it holds more than there is memory.
+        StorageError: it is no file of netCDF-3, or damaged.
+
+    """
+    try:
+        with file.open("rb") as stream, netcdf_file(stream, "r", mmap=False) as read:
+            arrays = {_decoded(name): _read(own) for name, own in read.variables.items()}
+            lengths = {_decoded(name): size or 0 for name, size in read.dimensions.items()}
+            empty = json.loads(getattr(read, EMPTY, b"[]"))
+            return Read(arrays, lengths | dict.fromkeys(empty, 0))
+    except DAMAGE as error:
+        raise StorageError(f"{file} is damaged: {error}; run the model again") from error
+
+
+def _read(own: Any) -> Array:
+    dimensions, values = tuple(map(_decoded, own.dimensions)), np.asarray(own.data)
+    if values.dtype.kind == "S":
+        rows = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
+        return Array(dimensions[:-1], np.char.decode(rows, "utf-8"), {})
+    values = values.astype(values.dtype.newbyteorder("="))
+    if values.dtype == np.int8 and np.all((values == 0) | (values == 1)):
+        values = values.astype(np.bool_)
+    return Array(dimensions, values, {})

@@ -1,0 +1,203 @@
+"""The file of a run's arrays, as a stranger opens it: names, units, dimensions, inf."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import get_args
+
+import numpy as np
+import pytest
+import results
+from scipy.io import netcdf_file
+from test_storage import assert_same
+
+import exudyn_flexlink as fl
+from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage import Array, StorageError, arrays_of, load, save
+from exudyn_flexlink.storage.netcdf import read_netcdf, write_netcdf
+from exudyn_flexlink.storage.plain import from_plain, plain
+from exudyn_flexlink.variables import members
+
+INF = float("inf")
+MADE = {
+    "pendulum": results.pendulum,
+    "slider": results.slider,
+    "tilting link": lambda: results.tilting_link(samples=801),
+    "rigid link": lambda: results.rigid_link(samples=401),
+    "nothing touches": lambda: results.first_samples(results.tilting_link(801), 100),
+}
+
+
+def opened(folder):
+    return pytest.importorskip("xarray").open_dataset(folder / "result.nc").load()
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_the_file_is_the_dataset_of_python(made, tmp_path):
+    """Names, dimensions, values, units: but for arrays without elements, which are only named."""
+    xarray = pytest.importorskip("xarray")
+    result = MADE[made]()
+    save(result, tmp_path)
+    seen, own = opened(tmp_path), own_result(result).to_xarray()
+    assert seen.attrs.pop("dimensions_of_length_0", "[]") == (
+        '["sleeves.sleeve.touches"]' if made == "nothing touches"
+        else '["extremes.strike.penetration_m"]' if made == "rigid link" else "[]"
+    )  # fmt: skip
+    xarray.testing.assert_identical(seen, own[[n for n, a in own.data_vars.items() if a.size]])
+
+
+def test_names_units_and_dimensions(tmp_path):
+    save(results.rigid_link(samples=401), tmp_path)
+    seen = opened(tmp_path)
+    told = {
+        "time": ("s", ("time",)),
+        "poses.x": ("m", ("time", "part")),
+        "rates.angle": ("rad/s", ("time", "part")),
+        "drive_torques.motor": ("N m", ("time",)),
+        "slot_forces.pin.y": ("N", ("time",)),
+        "contacts.strike.gap": ("m", ("time",)),
+        "contacts.strike.touches.begin": ("s", ("contacts.strike.touches",)),
+        "contacts.strike.touches.impulse": ("N s", ("contacts.strike.touches",)),
+        "extremes.lever.angle_rad.value": ("rad", ("extremes.lever.angle_rad",)),
+        "extremes.lever.rate_rad_per_s.value": ("rad/s", ("extremes.lever.rate_rad_per_s",)),
+        "energy.kinetic": ("J", ("time",)),
+    }
+    assert {name: (seen[name].attrs["units"], seen[name].dims) for name in told} == told
+    assert all(seen[name].attrs["long_name"] for name in seen.variables)
+    assert seen.attrs["outcome"] == "completed, at 2.51327412287 s"
+    assert seen["contacts.strike.touches.slides_off"].dtype == bool
+    result = load(tmp_path)
+    tip = seen["poses.angle"].sel(part="lever")
+    np.testing.assert_array_equal(tip, result.poses[:, -1, 2])
+
+
+def test_what_has_no_bound_is_inf(tmp_path):
+    """An impact's force, and the end of a contact that lasts."""
+    made = results.rigid_link(samples=401)
+    impact = Interval(0.2, 0.2, impulse=1e-3, peak_force=INF)
+    result = results.touched(made, impact, Interval(2.4))
+    save(result, tmp_path)
+    with netcdf_file(tmp_path / "result.nc", mmap=False) as file:
+        assert file.variables["contacts.strike.touches.end"].data.tolist() == [0.2, INF]
+        assert file.variables["contacts.strike.touches.peak_force"].data.tolist() == [INF, 0.0]
+    text = (tmp_path / "summary.json").read_text(encoding="utf-8")
+    assert "inf" not in text.lower().replace("infinit", "")
+    assert "nan" not in text.lower()
+    assert_same(result, load(tmp_path))
+
+
+def test_names_in_other_alphabets(tmp_path):
+    text = results.PENDULUM.replace("  rod:", "  Stange-ü β:").replace("rod.", "Stange-ü β.")
+    scene = results.scene_from(text)
+    made = replace(results.pendulum(), scene=scene, part_names=("Stange-ü β",))
+    result = results.with_its_extremes(made)
+    save(result, tmp_path)
+    assert_same(result, load(tmp_path))
+    assert "Stange-ü β" in (tmp_path / "result.nc").read_bytes().decode("utf-8", errors="ignore")
+    seen = opened(tmp_path)
+    assert seen["part"].values.tolist() == ["Stange-ü β"]
+    # The format has names in UTF-8; SciPy, through which xarray reads here, takes them for Latin-1.
+    names = {name.encode("latin-1").decode("utf-8") for name in seen.variables}
+    assert "extremes.Stange-ü β.end.x_m.value" in names
+
+
+def test_an_array_beyond_two_gigabytes(tmp_path):
+    large = Array(("time",), np.broadcast_to(0.0, (2**28,)), {})
+    with pytest.raises(StorageError, match=r"'big' is larger than 2 GiB; .* 'run\.sample'"):
+        write_netcdf(tmp_path / "a.nc", {"big": large}, {})
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("size", [0, 3])
+def test_kinds_of_arrays(size, tmp_path):
+    given = {
+        "floats": np.array([-0.0, INF, 1e-300])[:size],
+        "numbers": np.arange(3)[:size],
+        "marks": np.array([True, False, True])[:size],
+        "texts": np.array(["", "β", "letters"])[:size],
+        "none at all": np.zeros((size, 0)),
+    }
+    arrays = {key: Array(("a", "b")[: value.ndim], value, {}) for key, value in given.items()}
+    write_netcdf(tmp_path / "a.nc", arrays | {"one": Array((), np.array(2.0), {})}, {})
+    read = read_netcdf(tmp_path / "a.nc")
+    assert {key: read.lengths[key] for key in "ab"} == {"a": size, "b": 0}
+    assert read.arrays["one"].values == 2.0
+    filled = ["floats", "numbers", "marks", "texts"] if size else []
+    assert sorted(read.arrays) == sorted([*filled, "one"])
+    for key in filled:
+        np.testing.assert_array_equal(read.arrays[key].values, given[key])
+        assert read.arrays[key].values.dtype.kind == given[key].dtype.kind
+
+
+# --- generic over the dataclasses
+
+
+def arrays_below(kind):
+    """Fields that hold arrays, of a dataclass and of those in it: (class, field, is a variable)."""
+    for member in members(kind):
+        inner = [k for k in (member.type, *get_args(member.type)) if is_dataclass(k)]
+        if "ndarray" in str(member.type):
+            yield kind.__name__, member.name, member.variable is not None
+        for other in inner:
+            yield from arrays_below(other)
+
+
+def test_every_array_of_a_result_says_what_it_is():
+    """One that does not would be left out of the file."""
+    found = set(arrays_below(Result))
+    assert len(found) > 25
+    assert [name for name in found if not name[-1]] == []
+
+
+@dataclass(frozen=True)
+class Inner:
+    numbers: tuple[float, ...]
+    bound: float | None = None
+
+
+@dataclass(frozen=True)
+class Outer:
+    name: str
+    count: int
+    sure: bool
+    limit: float
+    settings: Mapping[str, float | str]
+    inner: tuple[Inner, ...]
+    other: Inner | None
+
+
+def test_plain_and_back():
+    settings = {"step": INF, "mode": "inf", "elements": 4}
+    made = Outer("a", 1, True, INF, settings, (Inner((1.0, 2.0)), Inner((), 0.5)), None)
+    there = plain(made)
+    assert there["limit"] is None
+    assert from_plain(Outer, there) == made
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"name": 1}, {"count": 1.5}, {"count": True}, {"count": None}, {"sure": 1}, {"limit": "inf"},
+     {"limit": True}, {"settings": []}, {"settings": {"a": []}}, {"inner": {}}, {"inner": [1]},
+     {"other": "none"}, {"inner": [{"numbers": [None, "1"]}]}, {"more": 1}],
+)  # fmt: skip
+def test_plain_data_of_another_kind(change):
+    made = plain(Outer("a", 1, True, 0.0, {}, (), None)) | change
+    with pytest.raises((ValueError, KeyError)):
+        from_plain(Outer, made)
+
+
+# --- what engines write
+
+
+@pytest.mark.parametrize("model", ["no_clearance", "clearance"])
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_what_an_engine_writes_comes_back(model, engine, tmp_path):
+    scene = fl.load_scene(model, turns=0.55, tolerance=1e-4)
+    result = fl.simulate(scene, engine, measure=False)
+    result.save(tmp_path / "run")
+    back = fl.load(tmp_path / "run")
+    for field in fields(Result):
+        if field.name != "scene":
+            assert_same(getattr(result, field.name), getattr(back, field.name), field.name)
+    assert set(arrays_of(back)) == set(arrays_of(result))
