@@ -118,7 +118,9 @@ def test_a_model_of_an_unknown_name_is_told_with_a_near_one(command: str, capsys
     with pytest.raises(SystemExit) as ended:
         main([command, "no_clearence"])
     assert ended.value.code == 2
-    assert "did you mean 'no_clearance'?" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "no file 'no_clearence', and no model of that name comes with the program" in told
+    assert "did you mean 'no_clearance'?" in told
 
 
 def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys: Capture) -> None:

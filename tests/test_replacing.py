@@ -412,6 +412,13 @@ def test_a_run_is_not_read_from_a_pipe(name, ends, capsys):
     assert simulate() == 2
 
 
+@posix
+def test_a_pipe_is_no_run(capsys):
+    os.mkfifo("pipe")
+    assert main(["plot", "pipe"]) == 2
+    assert "pipe is no folder" in capsys.readouterr().err
+
+
 # --- names, figures, schemas --------------------------------------------------------------------
 
 

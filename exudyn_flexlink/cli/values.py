@@ -57,15 +57,15 @@ def model_path(text: str) -> Path:
     path = Path(text)
     if path.suffix or path.exists():
         return path
-    found = shipped_model(text)
+    found = shipped_model(text, "no file '{}', and no model of that name")
     own = path.with_name(f"{path.name}.yaml")
     if own.is_file():
         complain(f"hint: '{text}' is the model that comes with the program, not your '{own}'")
     return found
 
 
-def shipped_model(name: str) -> Path:
-    """Return the file of a model that comes with the program.
+def shipped_model(name: str, what: str = "no model '{}'") -> Path:
+    """Return the file of a model that comes with the program; `what` says what there is not.
 
     Raises:
         ArgumentTypeError: there is no such model.
@@ -82,5 +82,5 @@ def shipped_model(name: str) -> Path:
     if found is not None:
         return found
     near = did_you_mean(name, [*names, *(each.split("/")[-1] for each in names)])
-    told = f"no model '{name}' comes with the program{near}"
+    told = f"{what.format(name)} comes with the program{near}"
     raise argparse.ArgumentTypeError(f"{told}; '{how_called()} new --list' names all")

@@ -92,7 +92,7 @@ def turn(folder: Path) -> Iterator[None]:
     descriptor: int | None = None
     if sys.platform != "win32":
         with suppress(OSError):  # there is no folder, or its disk has no locks
-            descriptor = os.open(folder, os.O_RDONLY)
+            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)  # a pipe would wait
             fcntl.flock(descriptor, fcntl.LOCK_EX)
     try:
         _finish(Path(folder) / WORK, Path(folder))
