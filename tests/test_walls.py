@@ -43,7 +43,7 @@ def test_walls_that_lose_nothing_keep_the_energy() -> None:
 
 def test_a_fixed_step_is_shortened_while_a_wall_is_touched() -> None:
     """A touch lasts 0.09 ms: steps of 1 ms would go over it."""
-    short = "run={duration: 0.1, sample: 1 ms}"
+    short = "run={duration: 0.2, sample: 1 ms}"
     fixed = ["accuracy={step: 1.0e-3}", "solver.formulation=minimal"]
     result, exact = (
         simulate(load_scene(MODELS / "clearance.yaml", [short, *settings]), measure=False)
