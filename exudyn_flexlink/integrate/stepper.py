@@ -8,6 +8,7 @@ inside a step.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 from typing import Protocol
 
@@ -133,7 +134,7 @@ class ImplicitStepper:
         event = self.problem.first_event(step)
         close = instant(step.end, EVENT_TIME)
         if event is not None and event.time < step.t + close:
-            return event
+            return replace(event, time=self.time)
         if event is not None and event.time < step.end - close:
             landed = self._landed(event)
             if landed is None:
@@ -143,7 +144,8 @@ class ImplicitStepper:
         self.steps += 1
         self.smallest, self.largest = min(self.smallest, step.h), max(self.largest, step.h)
         self.problem.accept(step)
-        return event
+        # The step that was made again tells the instant better than the one the event was found in.
+        return event and replace(event, time=self.time)
 
     # --- one step -----------------------------------------------------------------------------
 
