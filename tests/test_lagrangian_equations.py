@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from exudyn_flexlink.engines.lagrangian import equations
+from exudyn_flexlink.engines.lagrangian import equations, faces
 from exudyn_flexlink.engines.lagrangian.compiled import PREFIX, fingerprint
 from exudyn_flexlink.engines.lagrangian.dense import eliminate
 from exudyn_flexlink.engines.lagrangian.run import prepare
@@ -182,9 +182,9 @@ def test_contact_gap_place_gradients_and_acceleration(case):
 
     def touch(coordinates, column):
         root = engine_root(run, coordinates)
-        return equations.touches(coordinates, v, root, c)[0][0, column]
+        return faces.touches(coordinates, v, root, c)[0][0, column]
 
-    states, gradients, slides = equations.touches(q, v, engine_root(run, q), c)
+    states, gradients, slides = faces.touches(q, v, engine_root(run, q), c)
     one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
     for column, rows in ((0, gradients), (1, slides)):
         numeric = [

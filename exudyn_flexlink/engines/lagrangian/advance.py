@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.constants import unpacked
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
     Equations,
@@ -16,7 +17,6 @@ from exudyn_flexlink.engines.lagrangian.course import (
     guide_at,
     rate_at,
 )
-from exudyn_flexlink.engines.lagrangian.equations import unpacked
 from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
 from exudyn_flexlink.engines.lagrangian.leaps import leaps
 from exudyn_flexlink.engines.lagrangian.radau import (

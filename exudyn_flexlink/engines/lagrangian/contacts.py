@@ -37,7 +37,7 @@ class Side(Enum):
 
 @dataclass
 class Contact:
-    """State of one contact; `touch` is a row of `equations.touches`."""
+    """State of one contact; `touch` is a row of `faces.touches`."""
 
     face: FaceContact
     events: list[Event]  # of all contacts: what happened when

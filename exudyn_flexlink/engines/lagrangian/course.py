@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
-from exudyn_flexlink.engines.lagrangian.equations import Constants, Root, fill_rate
+from exudyn_flexlink.engines.lagrangian.constants import Constants, Root
+from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
 

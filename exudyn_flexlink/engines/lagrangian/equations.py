@@ -36,11 +36,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.constants import Constants, Root, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
+from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
 
 FloatArray = NDArray[np.float64]
-Root = tuple[float, float, float, float, float, float]
 Turned = tuple[FloatArray, FloatArray]
 IntArray = NDArray[np.int64]
 Acting = tuple[IntArray, IntArray]  # how each contact acts, and which pairs of a sleeve touch
@@ -48,31 +49,6 @@ Given = tuple[tuple[float, float, float], Root, FloatArray, Acting]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
 HOLD = 1e3  # 1/s: rate at which rounding in the gap of a lasting contact dies out
-
-
-class Constants(NamedTuple):
-    """Numbers of a mechanism of n rods, c contacts and, levers included, N coordinates.
-
-    A contact's row of `faces`: coordinate of its lever, pivot x, y, angle of the face in the lever,
-    side, offset of the face from the pivot across and along it, stiffness, restitution, transition
-    speed, coefficient of friction, slip speed.
-    """
-
-    couplings: FloatArray  # A, (n, n), kg m^2
-    firsts: FloatArray  # B, (n,), kg m
-    mass: float  # m, kg
-    inertias: FloatArray  # J, (N,), kg m^2: of rods about their centres, of guide and levers
-    stiffness: FloatArray  # (N, N), N m/rad
-    damping: FloatArray  # (N, N), N m s/rad
-    preload: FloatArray  # (N,), N m: torques of the springs at q = 0
-    moments: FloatArray  # (N, 2), kg m: mass times centre from the pivot, of guide and levers
-    gravity: FloatArray  # (2,), m/s^2
-    faces: FloatArray  # (c, 12)
-    arms: FloatArray  # (c, n): the point of contact k is at gamma + sum_j arms[k, j] e(Theta_j)
-    rods: FloatArray  # (n,): coordinate of each rod
-    root: float  # coordinate of which gamma is a function
-    lengths: FloatArray  # (n,) of the rods, m
-    channel: FloatArray  # (11,) of a sleeve with walls, as in `walls`; (0,) without
 
 
 class State(NamedTuple):
@@ -89,41 +65,6 @@ class Drive(NamedTuple):
     first: int
     alpha: float
     torques: FloatArray
-
-
-def packed(c: Constants) -> FloatArray:
-    """Put all constants in one array: handing over a single one costs the least."""
-    sizes = (len(c.firsts), len(c.inertias), len(c.faces), len(c.channel))
-    return np.concatenate([np.ravel(part) for part in (sizes, *c)]).astype(np.float64)
-
-
-@inner
-def unpacked(data: FloatArray) -> Constants:
-    """Constants as views into the array of `packed`."""
-    n, count, contacts, walls = int(data[0]), int(data[1]), int(data[2]), int(data[3])
-    squared = count * count
-    sizes = (n * n, n, 1, count, squared, squared, count, 2 * count, 2, 12 * contacts,
-             contacts * n, n, 1, n, walls)  # fmt: skip
-    at = np.full(16, 4)
-    for i in range(15):
-        at[i + 1] = at[i] + sizes[i]
-    return Constants(
-        data[4 : at[1]].reshape(n, n),
-        data[at[1] : at[2]],
-        data[at[2]],
-        data[at[3] : at[4]],
-        data[at[4] : at[5]].reshape(count, count),
-        data[at[5] : at[6]].reshape(count, count),
-        data[at[6] : at[7]],
-        data[at[7] : at[8]].reshape(count, 2),
-        data[at[8] : at[9]],
-        data[at[9] : at[10]].reshape(contacts, 12),
-        data[at[10] : at[11]].reshape(contacts, n),
-        data[at[11] : at[12]],
-        data[at[12]],
-        data[at[13] : at[14]],
-        data[at[14] :],
-    )
 
 
 @compiled
@@ -206,61 +147,6 @@ def _torques(state: State, turned: Turned, c: Constants) -> FloatArray:
             j = int(c.rods[i])
             torques[j] += c.firsts[i] * (gy * cosines[j] - gx * sines[j])
     return torques
-
-
-@compiled
-def touches(
-    q: FloatArray, v: FloatArray, root: Root, c: Constants
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Contacts as rows of gap, place, their rates, b = g'' - G q''; gradients (c, N) of gap, place.
-
-    With d from the lever's pivot to the point, t along the face and ``n = side t^`` normal to it:
-    ``g = n.d - offset``, ``g' = n.d' - side psi' t.d``, and
-    ``g'' = n.d'' - 2 side psi' t.d' - side psi'' t.d - side psi'^2 t^.d``.
-    """
-    n, count, p = len(c.firsts), len(c.faces), int(c.root)
-    states, gradients = np.zeros((count, 5)), np.zeros((count, len(q)))
-    slides = np.zeros((count, len(q)))
-    for k in range(count):
-        lever = int(c.faces[k, 0])
-        side, psi_rate = c.faces[k, 4], v[lever]
-        angle = q[lever] + c.faces[k, 3]
-        tx, ty = np.cos(angle), np.sin(angle)
-        nx, ny = -side * ty, side * tx
-        dx, dy = root[0] - c.faces[k, 1], root[1] - c.faces[k, 2]
-        ux, uy = root[2] * v[p], root[3] * v[p]
-        bx, by = root[4] * v[p] * v[p], root[5] * v[p] * v[p]
-        for i in range(n):
-            j = int(c.rods[i])
-            x, y = c.arms[k, i] * np.cos(q[j]), c.arms[k, i] * np.sin(q[j])
-            dx, dy = dx + x, dy + y
-            ux, uy = ux - y * v[j], uy + x * v[j]
-            bx, by = bx - x * v[j] * v[j], by - y * v[j] * v[j]
-            gradients[k, j] = ny * x - nx * y
-            slides[k, j] = ty * x - tx * y
-        along, across = tx * dx + ty * dy, nx * dx + ny * dy
-        slide = tx * ux + ty * uy
-        gradients[k, p] += nx * root[2] + ny * root[3]
-        slides[k, p] += tx * root[2] + ty * root[3]
-        gradients[k, lever] = -side * along
-        slides[k, lever] = side * across
-        states[k, 0] = across - c.faces[k, 5]
-        states[k, 1] = along - c.faces[k, 6]
-        states[k, 2] = nx * ux + ny * uy - side * psi_rate * along
-        states[k, 3] = slide + side * psi_rate * across
-        states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across
-    return states, gradients, slides
-
-
-@inner
-def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
-    """Force (N) of `laws.RestitutionPenalty` at a gap and its rate.
-
-    It goes on smoothly where the gap has opened: there the contact ends, within the step.
-    """
-    e2 = face[8] * face[8]
-    rising = np.tanh(-gap_rate / face[9])
-    return float(-gap * face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising))
 
 
 @compiled

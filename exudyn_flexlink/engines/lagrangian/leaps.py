@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
-from exudyn_flexlink.engines.lagrangian.equations import PENALTY, penalty_force, touches
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY
+from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
 from exudyn_flexlink.engines.lagrangian.radau import Work
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
 from exudyn_flexlink.integrate.collocation import Collocation as Method

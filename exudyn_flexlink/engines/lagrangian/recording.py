@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.lagrangian.constants import Root
 from exudyn_flexlink.engines.lagrangian.contacts import Side
-from exudyn_flexlink.engines.lagrangian.equations import Root
 from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.lagrangian.touching import Rule

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.curves import evaluator
-from exudyn_flexlink.engines.lagrangian.equations import Constants, packed
+from exudyn_flexlink.engines.lagrangian.constants import Constants, packed
 from exudyn_flexlink.engines.lagrangian.recognition import (
     Layout,
     Pivot,

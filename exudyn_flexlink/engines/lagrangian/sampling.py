@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
+from exudyn_flexlink.engines.lagrangian.constants import unpacked
 from exudyn_flexlink.engines.lagrangian.course import (
     Course,
     Equations,
@@ -23,7 +24,6 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     State,
     accelerations,
     chain_of,
-    unpacked,
 )
 from exudyn_flexlink.engines.lagrangian.walls import depths_squared
 from exudyn_flexlink.engines.lagrangian.watch import interpolate

@@ -10,15 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import inner
+from exudyn_flexlink.engines.lagrangian.constants import Root
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
-from exudyn_flexlink.engines.lagrangian.equations import (
-    PENALTY,
-    Root,
-    chain_of,
-    mass_matrix,
-    touches,
-)
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY, chain_of, mass_matrix
+from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, take_wall_slopes
 
 FloatArray = NDArray[np.float64]

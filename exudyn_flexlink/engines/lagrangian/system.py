@@ -8,19 +8,19 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.constants import Root
 from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
 from exudyn_flexlink.engines.lagrangian.course import Course, drive_numbers, motor_numbers
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Drive,
-    Root,
     State,
     accelerations,
     chain_of,
     mass_matrix,
     state_rate,
-    touches,
 )
+from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.rig import Rig, turning_row
 from exudyn_flexlink.engines.lagrangian.touching import Walls

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.equations import Root
+from exudyn_flexlink.engines.lagrangian.constants import Root
 from exudyn_flexlink.engines.lagrangian.wall_events import (
     EXACT,
     NONE,

@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
-from exudyn_flexlink.engines.lagrangian.equations import (
-    penalty_force,
-    touches,
-)
+from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
 from exudyn_flexlink.engines.lagrangian.rail import END, START
 
 FloatArray = NDArray[np.float64]

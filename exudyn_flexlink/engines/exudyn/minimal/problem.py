@@ -45,8 +45,8 @@ SHORTEST_LOOK = 1e-3  # of a contact's half period
 class MinimalProblem:
     """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
 
-    `half_periods` (s) are those of the contacts, `given` (s) is the user's own step. `entries` are
-    the contacts' beginnings and ends.
+    `half_periods` (s) are those of the contacts, then of the pairs of link and guide; `given` (s)
+    is the user's own step. `entries` are the contacts' beginnings and ends.
     """
 
     model: MinimalModel
@@ -146,9 +146,9 @@ class MinimalProblem:
         """Longest steps (s) of contacts that act, where the user gave a step."""
         if self.given is None:
             return []
-        halves = zip(self.model.contacts, self.half_periods, strict=True)
-        acting = [half for contact, half in halves if contact.acts]
-        return [IN_CONTACT * half for half in acting]
+        acting = [*(contact.acts for contact in self.model.contacts), *self.model.walls.touching]
+        halves = zip(self.half_periods, acting, strict=True)
+        return [IN_CONTACT * half for half, acts in halves if acts]
 
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""

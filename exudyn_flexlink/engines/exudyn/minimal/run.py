@@ -39,8 +39,10 @@ from exudyn_flexlink.mechanism import (
     cut_short,
     end_of_run,
     half_period,
+    pairs,
     sample_times,
     turn_goal,
+    wall_half_period,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
@@ -67,6 +69,8 @@ def prepare(
     recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.contacts]
+    for channel in mechanism.channels:
+        halves += [wall_half_period(assembly, channel)] * len(pairs(channel))
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)

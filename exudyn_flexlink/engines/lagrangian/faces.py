@@ -1,0 +1,66 @@
+"""Points against faces of levers: gaps, places, their rates and gradients, and the force."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.constants import Constants, Root
+
+FloatArray = NDArray[np.float64]
+
+
+@compiled
+def touches(
+    q: FloatArray, v: FloatArray, root: Root, c: Constants
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Contacts as rows of gap, place, their rates, b = g'' - G q''; gradients (c, N) of gap, place.
+
+    With d from the lever's pivot to the point, t along the face and ``n = side t^`` normal to it:
+    ``g = n.d - offset``, ``g' = n.d' - side psi' t.d``, and
+    ``g'' = n.d'' - 2 side psi' t.d' - side psi'' t.d - side psi'^2 t^.d``.
+    """
+    n, count, p = len(c.firsts), len(c.faces), int(c.root)
+    states, gradients = np.zeros((count, 5)), np.zeros((count, len(q)))
+    slides = np.zeros((count, len(q)))
+    for k in range(count):
+        lever = int(c.faces[k, 0])
+        side, psi_rate = c.faces[k, 4], v[lever]
+        angle = q[lever] + c.faces[k, 3]
+        tx, ty = np.cos(angle), np.sin(angle)
+        nx, ny = -side * ty, side * tx
+        dx, dy = root[0] - c.faces[k, 1], root[1] - c.faces[k, 2]
+        ux, uy = root[2] * v[p], root[3] * v[p]
+        bx, by = root[4] * v[p] * v[p], root[5] * v[p] * v[p]
+        for i in range(n):
+            j = int(c.rods[i])
+            x, y = c.arms[k, i] * np.cos(q[j]), c.arms[k, i] * np.sin(q[j])
+            dx, dy = dx + x, dy + y
+            ux, uy = ux - y * v[j], uy + x * v[j]
+            bx, by = bx - x * v[j] * v[j], by - y * v[j] * v[j]
+            gradients[k, j] = ny * x - nx * y
+            slides[k, j] = ty * x - tx * y
+        along, across = tx * dx + ty * dy, nx * dx + ny * dy
+        slide = tx * ux + ty * uy
+        gradients[k, p] += nx * root[2] + ny * root[3]
+        slides[k, p] += tx * root[2] + ty * root[3]
+        gradients[k, lever] = -side * along
+        slides[k, lever] = side * across
+        states[k, 0] = across - c.faces[k, 5]
+        states[k, 1] = along - c.faces[k, 6]
+        states[k, 2] = nx * ux + ny * uy - side * psi_rate * along
+        states[k, 3] = slide + side * psi_rate * across
+        states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across
+    return states, gradients, slides
+
+
+@inner
+def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
+    """Force (N) of `laws.RestitutionPenalty` at a gap and its rate.
+
+    It goes on smoothly where the gap has opened: there the contact ends, within the step.
+    """
+    e2 = face[8] * face[8]
+    rising = np.tanh(-gap_rate / face[9])
+    return float(-gap * face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising))

@@ -1,0 +1,53 @@
+"""Sleeves with clearance in minimal coordinates: against an independent integration and energy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.comparison import compare
+from exudyn_flexlink.observables import deviation
+from exudyn_flexlink.storage import read_series
+
+HERE = Path(__file__).parent
+MODELS = HERE.parent / "models"
+
+
+@pytest.mark.parametrize(("tolerance", "until"), [(1e-4, 0.42), (1e-6, 0.3)])
+def test_the_papers_clearance_keeps_its_tolerance(tolerance: float, until: float) -> None:
+    """The series is known to 6.3e-10 m up to 0.3 s, to 1.2e-6 m up to 0.42 s."""
+    settings = [f"accuracy.tolerance={tolerance}", f"run={{duration: {until}, sample: 1 ms}}"]
+    result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
+    assert result.settings["formulation"] == "minimal"
+    series = read_series(HERE / "data" / "clearance_n10_paper.csv")
+    known = series.time <= until
+    assert series.lever_angle is not None
+    found = deviation(result, series.time[known], series.position[known], series.lever_angle[known])
+    assert found.largest < tolerance
+    assert len(result.sleeves["sleeve"].touches.end) > 5
+
+
+def test_walls_that_lose_nothing_keep_the_energy() -> None:
+    """The link bounces in its guide; no touch takes energy, and the balance is kept."""
+    settings = ["joints.sleeve.law.restitution=1", "bodies.link.rods=3", "run.turns=0.4"]
+    scene = load_scene(MODELS / "clearance.yaml", [*settings, "accuracy.tolerance=1e-6"])
+    result = simulate(scene, measure=False)
+    touches = result.sleeves["sleeve"].touches
+    assert len(touches.end) > 3
+    assert result.checks.energy_residual < 1e-5 * result.checks.largest_kinetic_energy
+    closed = touches.end < result.time[-1]
+    assert abs(touches.energy_lost[closed]).max() < 1e-5 * result.checks.largest_kinetic_energy
+
+
+def test_a_fixed_step_is_shortened_while_a_wall_is_touched() -> None:
+    """A touch lasts 0.09 ms: steps of 1 ms would go over it."""
+    short = "run={duration: 0.1, sample: 1 ms}"
+    fixed = ["accuracy={step: 1.0e-3}", "solver.formulation=minimal"]
+    result, exact = (
+        simulate(load_scene(MODELS / "clearance.yaml", [short, *settings]), measure=False)
+        for settings in (fixed, ["accuracy.tolerance=1e-8"])
+    )
+    assert any("in contact they were" in warning for warning in result.warnings)
+    assert compare(result, exact).deviation.largest < 1e-6
