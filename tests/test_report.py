@@ -174,9 +174,7 @@ def test_a_run_says_how_the_link_stood_in_its_guide() -> None:
     start = next(i for i, line in enumerate(lines) if line.startswith("Link in 'sleeve'"))
     named = ("1", "2", "3", "4", "all")
     rows = {
-        words[0]: words
-        for words in map(str.split, lines[start:])
-        if words and words[0] in named
+        words[0]: words for words in map(str.split, lines[start:]) if words and words[0] in named
     }
     assert rows["1"][1:5] == ["100.0", "0.0", "0.0", "0.0"]
     # Lap 2: one point while the sine of the angle is beyond a third.
