@@ -59,8 +59,12 @@ def judged_by(study: Study) -> list[str]:
 
 
 def _points(study: Study) -> list[str]:
-    rows = [["method", "setting", "steps", "rms", "largest", "of", "processor time"]]
-    rows += [_row(study, point) for point in study.points]
+    rows, method = [["", "steps", "rms", "largest", "of", "processor time"]], ""
+    for point in study.points:
+        if point.method.name != method:
+            method = point.method.name
+            rows.append([method])
+        rows.append(_row(study, point))
     what = "" if len(study.judged_by) == 1 else " of the point that is farthest off"
     return [f"Errors (m){what}, and processor time (s) of the solve, best of those run",
             *table(rows)]  # fmt: skip
@@ -70,10 +74,10 @@ def _row(study: Study, point: Point) -> list[str]:
     errors = point.errors
     told = [_told(error, study.floor) for error in (errors.rms, errors.largest)]
     own = " (model's own)" if point is study.own else ""
-    setting = f"{point.method.set_to(point.value)}{own}"
+    setting = f"  {point.method.set_to(point.value)}{own}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
     worst = errors.worst if errors.largest >= study.floor else ""
-    return [point.method.name, setting, str(point.steps), *told, worst, cost]
+    return [setting, str(point.steps), *told, worst, cost]
 
 
 def _still(study: Study) -> str:

@@ -20,6 +20,13 @@ STATE_NAMES = {
     State.SAME_SIDE: "two, same side",
     State.OPPOSITE_SIDES: "two, opposite",
 }
+UNITS = {
+    **dict.fromkeys(STATE_NAMES.values(), "%"),
+    "touches": "",
+    "impacts": "",
+    "impulse": "N s",
+    "energy lost": "J",
+}
 MOST_LAPS = 12
 MOST_PAIRS = 3
 NO_PLAY = "no clearance"
@@ -29,14 +36,19 @@ def sleeve_lines(result: Result, joint: str) -> list[str]:
     """How the link stood in its guide, lap by lap and in all, and where it touched longest."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    rows = [[str(lap.lap), *_told(lap).values()] for lap in laps[:MOST_LAPS]]
+    rows = [[str(lap.lap), *_numbers(lap)] for lap in laps[:MOST_LAPS]]
     if len(laps) != 1:
-        rows.append(["all", *_told(whole).values()])
+        rows.append(["all", *_numbers(whole)])
     more = len(laps) - MOST_LAPS
     return [
         f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts of "
         "the free link",
-        *table([["lap", *_told(whole)], *rows]),
+        *table(
+            [
+                ["lap", *(f"{name}{f', {unit}' if unit else ''}" for name, unit in UNITS.items())],
+                *rows,
+            ]
+        ),
         *([f"  'all' includes {more} laps more"] if more > 0 else []),
         *table([_depth(result, joint), *_longest(result, joint, whole)]),
     ]
@@ -51,6 +63,11 @@ def contact_rows(
         [f"{joint}: {name}", first.get(name, NO_PLAY), second.get(name, NO_PLAY)]
         for name in first or second
     ]
+
+
+def _numbers(totals: ContactTotals) -> list[str]:
+    """All that is told, without units, which stand above."""
+    return [value.removesuffix(f" {UNITS[name]}") for name, value in _told(totals).items()]
 
 
 def _told(totals: ContactTotals) -> dict[str, str]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Sequence
+from itertools import zip_longest
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
 GAP = "  "  # before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
-QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])")
+QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])|(?<=<) (?=\d)")
 JOINED = "\u00a0"  # stands for a space where no line is broken
 
 
@@ -20,24 +21,29 @@ def number(value: float) -> str:
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return indented lines in aligned columns.
+    """Return indented lines in aligned columns; a row of one cell is a heading across them.
 
     Where they would be wider than `WIDTH`, cells are broken between words, and stay in their
     columns; a number stays with its unit.
     """
+    broken = iter(_broken([row for row in rows if len(row) > 1]))
+    return [line for row in rows for line in (next(broken) if len(row) > 1 else [GAP + row[0]])]
+
+
+def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Lines of each row."""
     columns = [list(column) for column in zip(*rows, strict=True)]
     cells = [
         [_wrapped(cell, width) for cell in column]
         for column, width in zip(columns, _widths(columns), strict=True)
     ]
     widths = [max(len(line) for cell in column for line in cell) for column in cells]
-    lines = []
+    found = []
     for row in zip(*cells, strict=True):
-        for i in range(max(map(len, row))):
-            parts = [cell[i] if i < len(cell) else "" for cell in row]
-            padded = (part.ljust(width) for part, width in zip(parts, widths, strict=True))
-            lines.append((GAP + GAP.join(padded)).rstrip())
-    return lines
+        lines = zip_longest(*row, fillvalue="")
+        padded = [map(str.ljust, parts, widths) for parts in lines]
+        found.append([(GAP + GAP.join(parts)).rstrip() for parts in padded])
+    return found
 
 
 def _widths(columns: list[list[str]]) -> list[int]:
@@ -62,5 +68,8 @@ def _wrapped(cell: str, width: int) -> list[str]:
     if len(cell) <= width:
         return [cell]
     joined = QUANTITY.sub(lambda found: found[0].replace(" ", JOINED), cell)
-    lines = textwrap.wrap(joined, width, break_long_words=False, break_on_hyphens=False)
+    indent = cell[: len(cell) - len(cell.lstrip())]
+    lines = textwrap.wrap(
+        joined, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
     return [line.replace(JOINED, " ") for line in lines] or [""]
