@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exudyn_flexlink.cli import EFFECT_NAMES
+from exudyn_flexlink.cli.values import EFFECT_NAMES
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.scene import check_document, parse_scene
