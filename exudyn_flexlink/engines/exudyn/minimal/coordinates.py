@@ -132,82 +132,50 @@ class OpenCoordinates:
 
     def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
         """All coordinates at instants, from the independent ones and their speeds."""
-        if self._follows:
-            return self._hold(t.tolist(), z, v)
         return [self._one(float(a), b, c) for a, b, c in zip(t, z, v, strict=True)]
 
     def _one(self, t: float, z: FloatArray, v: FloatArray) -> Held:
+        if self._follows:
+            return self._hold(t, z, v)
         # What motors hold depends on time alone, and stages come back to the same instants.
         held = self._at_times.get(t)
         if held is None:
             if len(self._at_times) >= KEPT_TIMES:
                 self._at_times.clear()
-            held = self._at_times[t] = self._hold([t], z[None], v[None])[0]
+            held = self._at_times[t] = self._hold(t, z, v)
         x, speed = held.x.copy(), held.v.copy()
         x[self.chosen], speed[self.chosen] = z, v
         return Held(x, speed, held.b, held.places)
 
-    def _hold(self, t: Sequence[float], z: FloatArray, v: FloatArray) -> list[Held]:
-        count, free = len(t), len(self.free)
-        x, speed, b = np.zeros((3, count, self._links))
-        x[:, self.chosen], speed[:, self.chosen] = z[:, :free], v[:, :free]
-        reach = self._picking(count, z.shape[1]) if self._follows else None
+    def _hold(self, t: float, z: FloatArray, v: FloatArray) -> Held:
+        x, speed, b = np.zeros((3, self._links))
+        free = len(self.free)
+        x[self.chosen], speed[self.chosen] = z[:free], v[:free]
         for link, motor, sign in self._motors:
             ramp = motor.ramp
-            x[:, link] = [self._start[0][link] + sign * ramp.integral(a) for a in t]
-            speed[:, link] = [sign * ramp.at(a) for a in t]
-            b[:, link] = [sign * ramp.rate(a) for a in t]
-        on_guides = [self._slide(guide, x, speed, b, reach) for guide in self._guides]
-        rides = enumerate(zip(self._riders, self._rides, strict=True), start=free)
-        for k, (rider, (along, across)) in rides:
-            at = np.array([rider.at(u) for u in z[:, k].tolist()])
-            pace = v[:, k]
-            x[:, along], x[:, across] = at[:, 0], at[:, 1]
-            speed[:, along], speed[:, across] = at[:, 2] * pace, at[:, 3] * pace
-            square = pace * pace
-            b[:, along], b[:, across] = at[:, 4] * square, at[:, 5] * square
+            x[link] = self._start[0][link] + sign * ramp.integral(t)
+            speed[link], b[link] = sign * ramp.at(t), sign * ramp.rate(t)
+        reach = None
+        if self._follows:
+            reach = np.zeros((self._links, len(z)))
+            reach[self.free, np.arange(free)] = 1.0
+        for guide in self._guides:
+            turning, sliding = guide.guided.turning, guide.guided.sliding
+            place, rate, bend = guide.slide(float(x[turning]))
+            omega = speed[turning]
+            x[sliding], speed[sliding] = place, rate * omega
+            b[sliding] = bend * omega * omega + rate * b[turning]
+            if reach is not None:
+                reach[sliding] += rate * reach[turning]
+        rides = zip(self._riders, self._rides, z[free:].tolist(), v[free:].tolist(), strict=True)
+        for k, (rider, (along, across), u, pace) in enumerate(rides, start=free):
+            x[along], x[across], dx, dy, ddx, ddy = rider.at(u)
+            speed[along], speed[across] = dx * pace, dy * pace
+            b[along], b[across] = ddx * pace * pace, ddy * pace * pace
             assert reach is not None
-            reach[:, along, k], reach[:, across, k] = at[:, 2], at[:, 3]
-        on_rides, paces, still = z[:, free:].tolist(), v[:, free:].tolist(), [0.0] * len(on_guides)
-        return [
-            Held(
-                x[i],
-                speed[i],
-                b[i],
-                (*(places[i] for places in on_guides), *on_rides[i]),
-                None if reach is None else reach[i],
-                (*still, *paces[i]),
-            )
-            for i in range(count)
-        ]
-
-    def _picking(self, count: int, independent: int) -> FloatArray:
-        """Matrices T (count, links, independent) that pick the coordinates that nothing fixes."""
-        reach = np.zeros((count, self._links, independent))
-        reach[:, self.free, np.arange(len(self.free))] = 1.0
-        return reach
-
-    def _slide(
-        self,
-        guide: SlotGuide,
-        x: FloatArray,
-        speed: FloatArray,
-        b: FloatArray,
-        reach: FloatArray | None,
-    ) -> list[float]:
-        """Fill in a slide that follows its guide; return the point's places on its piece."""
-        turning, sliding = guide.guided.turning, guide.guided.sliding
-        places, found = [], []
-        for angle in x[:, turning].tolist():
-            found.append(guide.slide(angle))
-            places.append(guide.u)
-        place, rate, bend = np.array(found).T
-        omega = speed[:, turning]
-        x[:, sliding], speed[:, sliding] = place, rate * omega
-        b[:, sliding] = bend * omega * omega + rate * b[:, turning]
-        if reach is not None:
-            reach[:, sliding] += rate[:, None] * reach[:, turning]
-        return places
+            reach[along, k], reach[across, k] = dx, dy
+        places = (*(guide.u for guide in self._guides), *z[free:].tolist())
+        return Held(x, speed, b, places, reach, (*(0.0,) * len(self._guides), *v[free:].tolist()))
 
     def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""

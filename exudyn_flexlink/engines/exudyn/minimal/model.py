@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
-from exudyn_flexlink.engines.exudyn.minimal.bodies import body_of, turned
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, press_by
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
@@ -29,7 +28,7 @@ from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.integrate.problem import NO_CONTACT, Evaluation, Press
-from exudyn_flexlink.mechanism import Assembly, RotarySpring
+from exudyn_flexlink.mechanism import Assembly, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
     ALONG_Y,
@@ -146,11 +145,11 @@ class MinimalModel:
             ALONG_Y: Engine.JointType.PrismaticY,
         }
         links = self.layout.links
-        bodies = [body_of(self.assembly.mechanism, self.layout, link.parts) for link in links]
+        bodies = [_body_of(self.assembly.mechanism, self.layout, link.parts) for link in links]
         return {
             "jointTypes": [types[link.kind] for link in links],
             "linkParents": [link.parent for link in links],
-            "jointTransformations": Engine.Matrix3DList([turned(link.turn) for link in links]),
+            "jointTransformations": Engine.Matrix3DList([_turned(link.turn) for link in links]),
             "jointOffsets": Engine.Vector3DList([[*link.offset, 0.0] for link in links]),
             "linkInertiasCOM": Engine.Matrix3DList(
                 [np.diag([0.0, 0.0, body.inertia]) for body in bodies]
@@ -179,51 +178,36 @@ class MinimalModel:
     def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
         held = self.coordinates.hold(t, q, v)
-        x, speeds = (np.array([at[i] for at in held]) for i in (0, 1))
-        found = [self._ask(at) for at in held]
-        masses, forces = (np.array([one[i] for one in found]) for i in (0, 1))
-        self._across.pull(x, speeds, forces)
-        for motor, row in self.torques:
-            forces += np.outer([motor.ramp.at(at) for at in t.tolist()], row)
-        pushed = [(NO_PUSHES, NO_CONTACT)] * len(held)
-        if self.contacts:
-            pushed = [self._push(*at) for at in zip(x, speeds, forces, strict=True)]
-        walls = self.walls.push(x, speeds)
-        if walls[0] is not None:
-            forces += self.walls.force
-        kept = [
-            Whole(at, *one, mass, force, pushes, wall)  # type: ignore[call-arg]
-            for at, one, mass, force, (pushes, _), wall in zip(
-                t.tolist(), held, masses, forces, pushed, walls, strict=True
-            )
-        ]
-        masses, forces = self._reduced(held, masses, forces)
-        touching = [touch for _, touch in pushed]
-        return list(map(Evaluation, masses, forces, kept, touching))
+        walls: Sequence[WallPush | None] = [None] * len(held)
+        if len(self.walls.which):
+            x, speeds = (np.array([at[i] for at in held]) for i in (0, 1))
+            walls = self.walls.push(x, speeds)
+        return [self._evaluate(*at) for at in zip(t.tolist(), held, walls, strict=True)]
 
-    def _ask(self, held: Held) -> tuple[FloatArray, FloatArray]:
-        """Mass matrix and force of all coordinates, as Exudyn has them."""
+    def _evaluate(self, t: float, held: Held, wall: WallPush | None) -> Evaluation:
+        x, speed, b, places, reach, place_rates = held
         data, solver, mbs = self._data, self._solver, self._mbs
-        data.SetODE2Coordinates(held.x)
-        data.SetODE2Coordinates_t(held.v)
+        data.SetODE2Coordinates(x)
+        data.SetODE2Coordinates_t(speed)
         solver.ComputeMassMatrix(mbs)
         solver.ComputeODE2RHS(mbs)
-        return solver.GetSystemMassMatrix(), solver.GetSystemResidual()
-
-    def _reduced(
-        self, held: Sequence[Held], masses: FloatArray, forces: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Mass matrices and forces of the independent coordinates."""
-        biases = np.array([at.b for at in held])
-        left = forces - (masses @ biases[:, :, None])[:, :, 0]
-        if held[0].reach is not None:
-            reach = np.array([at.reach for at in held])
-            turned = reach.transpose(0, 2, 1)
-            return turned @ masses @ reach, (turned @ left[:, :, None])[:, :, 0]
+        mass, force = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
+        self._across.pull(x, speed, force)
+        for motor, row in self.torques:
+            force += motor.ramp.at(t) * row
+        pushes, touching = NO_PUSHES, NO_CONTACT
+        if self.contacts:
+            pushes, touching = self._push(x, speed, force)
+        if wall is not None:
+            force += wall.force
+        kept = Whole(t, x, speed, b, places, reach, place_rates, mass, force, pushes, wall)
+        left = force - mass @ b
+        if reach is not None:
+            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, touching)
         chosen = self._picked
         if isinstance(chosen, slice):
-            return masses[:, chosen, chosen], left[:, chosen]
-        return masses[:, chosen[:, None], chosen], left[:, chosen]
+            return Evaluation(mass[chosen, chosen], left[chosen], kept, touching)
+        return Evaluation(mass[np.ix_(chosen, chosen)], left[chosen], kept, touching)
 
     @property
     def _picked(self) -> slice | NDArray[np.intp]:
@@ -331,3 +315,32 @@ class MinimalModel:
         force = np.array([instant.force for instant in instants])
         whole = self.whole_accelerations(instants, free)
         return np.asarray((mass @ whole[:, :, None])[:, :, 0] - force)
+
+
+class _Body(NamedTuple):
+    """Mass (kg), centre of mass (m, in the link's axes) and inertia about it (kg m^2)."""
+
+    mass: float
+    centre: tuple[float, float]
+    inertia: float
+
+
+def _body_of(mechanism: Mechanism, layout: TreeLayout, parts: tuple[int, ...]) -> _Body:
+    """Rigid parts that move as one."""
+    masses = [mechanism.parts[part].mass for part in parts]
+    total = sum(masses)
+    if total == 0:
+        return _Body(0.0, (0.0, 0.0), 0.0)
+    centres = [layout.frames[part].place(*mechanism.parts[part].centre) for part in parts]
+    weighted = list(zip(masses, centres, strict=True))
+    x = sum(m * c[0] for m, c in weighted) / total
+    y = sum(m * c[1] for m, c in weighted) / total
+    inertia = sum(mechanism.parts[part].inertia for part in parts)
+    inertia += sum(m * ((c[0] - x) ** 2 + (c[1] - y) ** 2) for m, c in weighted)
+    return _Body(total, (x, y), inertia)
+
+
+def _turned(angle: float) -> FloatArray:
+    """Rotation (3, 3) about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -25,6 +25,6 @@ class SpringsAcross:
         self._any = True
 
     def pull(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> None:
-        """Add the generalised forces at instants, (n, links) as coordinates and speeds."""
+        """Add the generalised forces (links,)."""
         if self._any:
-            onto += self._pull - x @ self.stiffness - v @ self.damping
+            onto += self._pull - self.stiffness @ x - self.damping @ v

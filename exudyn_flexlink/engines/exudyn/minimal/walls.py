@@ -26,10 +26,11 @@ class WallPush(NamedTuple):
     """Pairs that press at one instant (a,): numbers, forces (N), powers that they take (W).
 
     `touch` (a, 3) are their gaps, the rates of those and slips; `normal` and `along` (a, links) are
-    the gradients of gaps and of places.
+    the gradients of gaps and of places; `force` (links,) is that on the coordinates.
     """
 
     which: NDArray[np.intp]
+    force: FloatArray
     press: FloatArray
     power: FloatArray
     touch: FloatArray
@@ -51,7 +52,6 @@ class Walls:
         self._places = layout, kinematics
         self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
         self.touching = np.zeros(len(self.contacts), dtype=bool)
-        self.force = np.zeros((0, 0))
         self._faces_of: dict[tuple[int, ...], WallFaces] = {}
         self._choose()
 
@@ -75,10 +75,7 @@ class Walls:
         return self._channels[through[0]] if len(through) else None
 
     def push(self, x: FloatArray, v: FloatArray) -> list[WallPush | None]:
-        """What those that press do at instants, of coordinates and speeds (n, links).
-
-        Where any do, `force` (n, links) then are the forces on the coordinates.
-        """
+        """What those that press do at instants, of coordinates and speeds (n, links)."""
         if self._acting is None:
             return [None] * len(x)
         seen, rows = self._acting.look_and_rows(x, v)
@@ -86,11 +83,11 @@ class Walls:
         press = -seen.gap * (elastic + lossy * np.tanh(-seen.gap_rate / transition))
         rub = -coefficient * press * np.tanh(seen.place_rate / slip)
         normal, along = seen.side[..., None] * rows.imag, rows.real
-        self.force = (press[:, None, :] @ normal + rub[:, None, :] @ along)[:, 0]
+        force = (press[:, None, :] @ normal + rub[:, None, :] @ along)[:, 0]
         power = -press * seen.gap_rate - rub * seen.place_rate
         touch = np.stack([seen.gap, seen.gap_rate, seen.place_rate], axis=-1)
-        columns = press, power, touch, normal, along
-        return [WallPush(self.which, *(column[i] for column in columns)) for i in range(len(x))]
+        columns = zip(force, press, power, touch, normal, along, strict=True)
+        return [WallPush(self.which, *at) for at in columns]
 
     def slopes(self, at: WallPush, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (n, n) of pairs that press so; directions count as fixed.
