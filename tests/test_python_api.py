@@ -175,7 +175,10 @@ def test_a_scene_tells_itself_in_a_line():
 def test_the_command_line_knows_models_by_name(capsys):
     assert main(["check", "smooth"]) == 0
     assert "no mistakes" in capsys.readouterr().out
-    assert main(["check", "smoth"]) == 2
+    with pytest.raises(SystemExit) as caught:
+        main(["check", "smoth"])
+    assert caught.value.code == 2
+    assert "did you mean 'smooth'?" in capsys.readouterr().err
 
 
 # --- results ----------------------------------------------------------------------------------
