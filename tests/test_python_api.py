@@ -184,6 +184,14 @@ def test_the_command_line_knows_models_by_name(capsys):
 # --- results ----------------------------------------------------------------------------------
 
 
+def test_observables_say_what_they_are_in_a_line(run):
+    for found in (run.path("link.end"), run.lever("lever")):
+        assert "\n" not in repr(found)
+        assert len(repr(found)) < 120
+    assert repr(run.path("link.end")).startswith("<PointPath of link.end: to ")
+    assert "rad at" in repr(run.lever("lever"))
+
+
 def test_observables_are_methods(run, tilting):
     np.testing.assert_array_equal(
         run.path("link.end").position, observables.path(run, "link.end").position

@@ -42,6 +42,15 @@ class LeverResponse:
     tip_displacement: FloatArray
     extremes: Extremes
 
+    def __repr__(self) -> str:
+        if not len(self.time):
+            return f"<LeverResponse of {self.body}: no samples>"
+        (least, at), (greatest, then) = self.least, self.greatest
+        return (
+            f"<LeverResponse of {self.body}: from {least:+.5g} rad at {at:.5g} s to "
+            f"{greatest:+.5g} rad at {then:.5g} s, {len(self.time)} samples>"
+        )
+
     def angle_at(self, time: FloatArray) -> FloatArray:
         """Angle at any instants, rad, between samples too: see `between_samples`."""
         return between_samples(self.time, self.angle, self.rate, time)

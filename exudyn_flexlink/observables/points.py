@@ -41,6 +41,10 @@ class PointPath:
     position: FloatArray
     velocity: FloatArray
 
+    def __repr__(self) -> str:
+        until = f"{self.time[-1]:.5g} s, " if len(self.time) else ""
+        return f"<PointPath of {self.point}: to {until}{len(self.time)} samples>"
+
 
 def watched_point(scene: Scene) -> str:
     """Name of the point a reader wants to see: 'body.point'.
