@@ -9,7 +9,8 @@ from exudyn_flexlink.mechanism.assembly import (
     always_redundant,
     assemble,
 )
-from exudyn_flexlink.mechanism.build import beam_of, build_mechanism, chain_of
+from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
+from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
 from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length, swing_times

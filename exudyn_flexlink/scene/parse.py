@@ -15,8 +15,9 @@ from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Contact, Drive, Spring
 from exudyn_flexlink.scene.joints import Joint
+from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.model import Scene
-from exudyn_flexlink.scene.names import Parts, find_mistakes
+from exudyn_flexlink.scene.names import find_mistakes
 from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import read_point_files
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver

@@ -1,0 +1,121 @@
+"""The parts of every body, hinges within flexible ones, and named points as anchors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+from exudyn_flexlink import sections
+from exudyn_flexlink.chain import Beam, Chain, discretise
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Pin, RigidPart, RotarySpring
+from exudyn_flexlink.scene import FlexibleBody, RigidBody, RodBody, Scene, split_point
+
+
+def chain_of(scene: Scene, name: str) -> Chain:
+    """Rods and hinges of the flexible body `name`."""
+    body = scene.bodies[name]
+    if not isinstance(body, FlexibleBody):
+        raise TypeError(f"'{name}' is not flexible")
+    return discretise(
+        beam_of(scene, name), body.rods, body.layout, body.hinges.stiffness, body.hinges.damping
+    )
+
+
+def beam_of(scene: Scene, name: str) -> Beam:
+    """Length, mass per length and bending stiffness of the flexible body `name`."""
+    body = scene.bodies[name]
+    if not isinstance(body, FlexibleBody):
+        raise TypeError(f"'{name}' is not flexible")
+    material = scene.materials[body.material]
+    section = sections.Section(body.section.area, body.section.second_moment)
+    return Beam(
+        body.length,
+        sections.mass_per_length(material.density, section),
+        sections.bending_stiffness(material.youngs_modulus, section),
+        None if body.slender else section.thickness,
+    )
+
+
+@dataclass(frozen=True)
+class _Body:
+    """Parts of a body, and its named points as anchors."""
+
+    first: int
+    last: int
+    points: dict[str, tuple[int, float, float]]  # part (index from the body's first), x, y
+
+
+class Bodies:
+    """All parts, in the order of the scene's bodies, and what holds those of one body together."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.parts: list[RigidPart] = []
+        self.pins: list[Pin] = []
+        self.springs: list[RotarySpring] = []
+        self._bodies = {name: self._add_body(name) for name in scene.bodies}
+
+    def first_part(self, body: str) -> int:
+        """Index of the first part of a body."""
+        return self._bodies[body].first
+
+    def anchor(self, point: str, at: tuple[float, float] | None = None) -> Anchor:
+        """Anchor of 'body.point', or of the place `at` for 'ground'."""
+        body, name = split_point(point)
+        if body not in self._bodies:
+            x, y = at if at is not None else (0.0, 0.0)
+            return Anchor(GROUND, x, y)
+        part, x, y = self._bodies[body].points[name]
+        return Anchor(self._bodies[body].first + part, x, y)
+
+    def _add_body(self, name: str) -> _Body:
+        body = self.scene.bodies[name]
+        first = len(self.parts)
+        if isinstance(body, FlexibleBody):
+            points = self._add_chain(name)
+        elif isinstance(body, RodBody):
+            points = self._add_rod(name, body)
+        else:
+            points = self._add_rigid(name, body)
+        return _Body(first, len(self.parts) - 1, points)
+
+    def _add_chain(self, name: str) -> dict[str, tuple[int, float, float]]:
+        chain = chain_of(self.scene, name)
+        first = len(self.parts)
+        for i, rod in enumerate(chain.rods, start=1):
+            centre = (rod.length / 2, 0.0)
+            label = f"{name} {i}"
+            self.parts.append(RigidPart(label, name, rod.mass, rod.inertia, centre, rod.length))
+        for i, hinge in enumerate(chain.hinges):
+            before, after = first + i, first + i + 1
+            label = f"{name} hinge {i + 1}"
+            end = Anchor(before, chain.rods[i].length, 0.0)
+            self.pins.append(Pin(label, end, Anchor(after, 0.0, 0.0)))
+            self.springs.append(
+                RotarySpring(label, before, after, hinge.stiffness, hinge.damping, 0.0)
+            )
+        last = len(chain.rods) - 1
+        return {"start": (0, 0.0, 0.0), "end": (last, chain.rods[last].length, 0.0)}
+
+    def _add_rod(self, name: str, body: RodBody) -> dict[str, tuple[int, float, float]]:
+        section = sections.Section(body.section.area, body.section.second_moment)
+        density = self.scene.materials[body.material].density
+        mass = sections.rod_mass(density, section, body.length)
+        thickness = None if body.slender else section.thickness
+        inertia = sections.rod_inertia(mass, body.length, thickness)
+        half = body.length / 2
+        self.parts.append(RigidPart(name, name, mass, inertia, (half, 0.0), body.length))
+        return {
+            "start": (0, 0.0, 0.0),
+            "end": (0, body.length, 0.0),
+            "centre": (0, half, 0.0),
+        }
+
+    def _add_rigid(self, name: str, body: RigidBody) -> dict[str, tuple[int, float, float]]:
+        x, y = body.centre_of_mass
+        points = {"centre": (0, x, y)} | {key: (0, *at) for key, at in body.points.items()}
+        reach = max(hypot(px, py) for _, px, py in points.values())
+        # A body that refers to its own origin only still has a size: its radius of gyration.
+        reach = reach or (body.inertia / body.mass) ** 0.5
+        self.parts.append(RigidPart(name, name, body.mass, body.inertia, (x, y), reach))
+        return points

@@ -1,0 +1,54 @@
+"""Whether the names in springs, drives and contacts lead to parts of the kind needed there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from exudyn_flexlink.scene.base import GROUND, split_point
+from exudyn_flexlink.scene.bodies import FlexibleBody
+from exudyn_flexlink.scene.joints import RevoluteJoint
+from exudyn_flexlink.scene.lookup import Lookup, valid
+from exudyn_flexlink.source import Mistake
+
+
+def springs(look: Lookup) -> Iterator[Mistake]:
+    """Refuse joints in springs that are none, or of the wrong kind."""
+    for name, spring in valid(look.parts.springs):
+        path = ("springs", name)
+        yield from look.revolute((*path, "joint"), spring.joint)
+        joint = look.get("joints", spring.joint)
+        if not isinstance(joint, RevoluteJoint):
+            continue
+        for key in ("frequency", "damping_ratio"):
+            if getattr(spring, key) is not None and not _swings(look, joint):
+                hint = "of a rod or a rigid body hinged to the ground; else give "
+                hint += "'stiffness'" if key == "frequency" else "'damping'"
+                yield Mistake((*path, key), f"'{spring.joint}' has no {key} of its own", hint)
+
+
+def _swings(look: Lookup, joint: RevoluteJoint) -> bool:
+    """Whether the joint hinges one body, not a flexible one, to the ground."""
+    if GROUND not in joint.points:
+        return False
+    moving = next(text for text in joint.points if text != GROUND)
+    return not isinstance(look.get("bodies", split_point(moving)[0]), FlexibleBody)
+
+
+def drives(look: Lookup) -> Iterator[Mistake]:
+    """Refuse joints in drives that are none, or are driven twice."""
+    driven: dict[str, str] = {}
+    for name, drive in valid(look.parts.drives):
+        path = ("drives", name, "joint")
+        yield from look.revolute(path, drive.joint)
+        if drive.joint in driven:
+            message = f"the joint '{drive.joint}' is already driven by '{driven[drive.joint]}'"
+            yield Mistake(path, message)
+        driven.setdefault(drive.joint, name)
+
+
+def contacts(look: Lookup) -> Iterator[Mistake]:
+    """Refuse points in contacts that are none."""
+    for name, contact in valid(look.parts.contacts):
+        yield from look.point(("contacts", name, "point"), contact.point)
+        for i, text in enumerate(contact.line):
+            yield from look.point(("contacts", name, "line", i), text)

@@ -1,0 +1,55 @@
+"""Whether the names in the sections initial, run and outputs lead to what is needed there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from exudyn_flexlink.scene.base import GROUND
+from exudyn_flexlink.scene.forces import SpeedDrive
+from exudyn_flexlink.scene.joints import RevoluteJoint, WeldJoint
+from exudyn_flexlink.scene.lookup import Lookup, valid
+from exudyn_flexlink.source import Mistake
+
+
+def initial(look: Lookup) -> Iterator[Mistake]:
+    """Refuse bodies in initial that are none."""
+    for key in ("angles", "guesses", "speeds", "velocities"):
+        for body in getattr(look.parts.initial, key, ()):
+            for found in look.missing(("initial", key, body), "bodies", body):
+                yield Mistake(found.path, found.message, found.hint, on_key=True)
+
+
+def run(look: Lookup) -> Iterator[Mistake]:
+    """Refuse a joint whose turns can never end the run."""
+    run = look.parts.run
+    if run is None or run.of is None:
+        return
+    yield from look.revolute(("run", "of"), run.of)
+    drives = look.parts.drives
+    if run.at_most or drives is None or None in drives.values():
+        return
+    speeds = {
+        drive.joint: (name, drive.value)
+        for name, drive in valid(drives)
+        if isinstance(drive, SpeedDrive)
+    }
+    driver, speed = speeds.get(run.of, (None, 0.0))
+    if driver is not None and speed == 0:
+        hint = f"another speed, or 'run: at_most' to end without the turns of '{run.of}'"
+        yield Mistake(("drives", driver, "value"), "a joint at rest makes no turns", hint)
+    if driver is None and isinstance(look.get("joints", run.of), RevoluteJoint):
+        hint = f"no drive sets the speed of '{run.of}', so the turns may never be reached"
+        yield Mistake(("run",), "missing 'at_most'", hint, on_key=True)
+
+
+def outputs(look: Lookup) -> Iterator[Mistake]:
+    """Refuse a watched point that is none, or never moves."""
+    point = look.parts.outputs.watch if look.parts.outputs else None
+    if point is None:
+        return
+    path = ("outputs", "watch")
+    yield from look.point(path, point)
+    for name, joint in valid(look.parts.joints):
+        if isinstance(joint, (RevoluteJoint, WeldJoint)) and {point, GROUND} == {*joint.points}:
+            message = f"'{point}' never moves: the joint '{name}' holds it on the ground"
+            yield Mistake(path, message, "errors are judged by this point; watch another one")
