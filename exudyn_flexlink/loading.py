@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     face_length,
     formulation,
     least_tolerance,
+    other_branches,
     pairs,
     sample_bytes,
 )
@@ -46,6 +47,10 @@ _OPEN = {
     "weld": (
         "the weld can't close at the start",
         "check places and angles of the two bodies, and 'initial: angles'",
+    ),
+    "position": (
+        "the joints do not allow this position",
+        "leave it out: what follows from the joints needs none",
     ),
     "sleeve": (
         "the link can't lie in its guide at the start",
@@ -131,6 +136,17 @@ def assemble_scene(scene: Scene) -> Assembly:
     return assembly
 
 
+def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:
+    """Other ways in which the joints close at time 0, found by a few searches.
+
+    Each is the angle (rad) of every body, of a flexible one that of its first rod.
+    """
+    mechanism = assembly.mechanism
+    found = other_branches(assembly, _start(scene, mechanism))
+    bodies = mechanism.bodies.items()
+    return [{body: float(angles[parts[0]]) for body, parts in bodies} for angles in found]
+
+
 def _samples_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """A sampling interval so short that the samples would not fit into memory."""
     run = scene.run
@@ -170,6 +186,7 @@ def _start(scene: Scene, mechanism: Mechanism) -> Start:
         by_part(dict(initial.guesses)),
         by_part(dict(initial.speeds)),
         {mechanism.parts_of(body)[0]: v for body, v in initial.velocities.items()},
+        {mechanism.parts_of(body)[0]: x for body, x in initial.positions.items()},
     )
 
 
@@ -188,9 +205,9 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
         missing.append(f"{error.gap:.3g} m")
     if error.turn > CLOSED:
         missing.append(f"{degrees(error.turn):.3g} deg")
-    return Mistake(
-        _path_of(scene, error.joint), f"{message}: {' and '.join(missing)} missing", hint
-    )
+    position = error.kind == "position"
+    path = ("initial", "positions", error.joint) if position else _path_of(scene, error.joint)
+    return Mistake(path, f"{message}: {' and '.join(missing)} missing", hint)
 
 
 def _speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
@@ -217,8 +234,8 @@ def _penetrations(assembly: Assembly) -> list[Mistake]:
     for contact in assembly.mechanism.contacts:
         at = approach(contact, state.q, state.v)
         inside = 0 <= at.place <= face_length(contact)
-        # Far behind the face is beside it, not in it: only a shallow start can be a slip.
-        if inside and -0.1 * face_length(contact) < at.gap < -TOUCHING:
+        # Farther behind than the face is long, the point is beside it and may come round its end.
+        if inside and -face_length(contact) < at.gap < -TOUCHING:
             found.append(
                 Mistake(
                     ("contacts", contact.name),

@@ -10,6 +10,7 @@ from exudyn_flexlink.mechanism.assembly import (
     assemble,
 )
 from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
+from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
@@ -122,6 +123,7 @@ __all__ = [
     "mass_matrix",
     "mobility",
     "node_anchor",
+    "other_branches",
     "pair_sides",
     "pairs",
     "rate_of_jacobian_times_velocity",

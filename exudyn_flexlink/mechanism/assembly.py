@@ -92,7 +92,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         CannotMoveError: a drive or a speed given contradicts the joints.
 
     """
-    q, places = positions(_without_play(mechanism, set(start.angles)), start)
+    q, places = positions(without_play(mechanism, set(start.angles)), start)
     mechanism = mechanism.with_springs(
         tuple(
             spring
@@ -104,14 +104,14 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         )
     )
     moved = {*start.speeds, *start.velocities}
-    v = _velocities(_without_play(mechanism, moved), q, places, start)
+    v = _velocities(without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
     rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
     return Assembly(mechanism, State(q, v, a, places), q.size - rank, surplus)
 
 
-def _without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
+def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
     """Put links with clearance on the axes of their guides, but for those of the parts given."""
     slides = tuple(
         Slide(channel.name, channel.guide, node_anchor(channel, 0))

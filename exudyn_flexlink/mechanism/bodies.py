@@ -10,6 +10,9 @@ from exudyn_flexlink.chain import Beam, Chain, discretise
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Pin, RigidPart, RotarySpring
 from exudyn_flexlink.scene import FlexibleBody, RigidBody, RodBody, Scene, split_point
 
+POINT = 1e-6  # of its reach: radius of gyration of a point mass, since equations need some inertia
+STEEL = 7850.0  # kg/m^3: density of a body without any extent of its own
+
 
 def chain_of(scene: Scene, name: str) -> Chain:
     """Rods and hinges of the flexible body `name`."""
@@ -115,7 +118,8 @@ class Bodies:
         x, y = body.centre_of_mass
         points = {"centre": (0, x, y)} | {key: (0, *at) for key, at in body.points.items()}
         reach = max(hypot(px, py) for _, px, py in points.values())
-        # A body that refers to its own origin only still has a size: its radius of gyration.
-        reach = reach or (body.inertia / body.mass) ** 0.5
-        self.parts.append(RigidPart(name, name, body.mass, body.inertia, (x, y), reach))
+        # A body that refers to its own origin only still has a size, to weigh its angle by.
+        reach = reach or max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))
+        inertia = max(body.inertia, body.mass * (POINT * reach) ** 2)
+        self.parts.append(RigidPart(name, name, body.mass, inertia, (x, y), reach))
         return points

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -30,18 +30,20 @@ KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
 class Start:
     """What the scene says of time 0, by part: held and guessed angles, held speeds.
 
-    `velocities` are those of the origins of parts.
+    `velocities` (m/s) and `positions` (m) are those of the origins of parts.
     """
 
     angles: Mapping[int, float]
     guesses: Mapping[int, float]
     speeds: Mapping[int, float]
     velocities: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    positions: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
 
 class CannotAssembleError(ValueError):
     """The joints can't all close: `joint` is the one that stays open most.
 
+    Its `kind` is "position" where they close, but not with this body at the place it is given.
     `gap` (m) and `turn` (rad) are what is missing in all joints together. A loop opens at the
     joint that closes it, once the others have put its parts one to another.
     """
@@ -60,7 +62,7 @@ def positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArra
     Each is searched from the start given and, since parts in one line are a dead end of the search,
     from a few where those parts are turned whose angle nothing tells.
     """
-    held = _held_angles(mechanism, start)
+    held = _held(mechanism, start)
     flexible = len(mechanism.bodies) < len(mechanism.parts)
     errors: list[CannotAssembleError] = []
     for straight in (True, False) if flexible else (True,):
@@ -70,7 +72,31 @@ def positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArra
                 return _close(mechanism, q, held, straight)
             except CannotAssembleError as error:
                 errors.append(error)
-    raise min(errors, key=lambda error: error.gap)
+    error = min(errors, key=lambda error: error.gap)
+    for part in start.positions:
+        others = {k: place for k, place in start.positions.items() if k != part}
+        if _closes(mechanism, replace(start, positions=others)):
+            body = mechanism.parts[part].body
+            raise CannotAssembleError(body, "position", error.gap, error.turn)
+    raise error
+
+
+def _closes(mechanism: Mechanism, start: Start) -> bool:
+    try:
+        positions(mechanism, start)
+    except CannotAssembleError:
+        return False
+    return True
+
+
+def straight_positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
+    """As `positions`, from the start given alone and with bodies straight.
+
+    Raises:
+        CannotAssembleError: this search closes no joints.
+
+    """
+    return _close(mechanism, _place(mechanism, start), _held(mechanism, start), straight=True)
 
 
 def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -82,7 +108,20 @@ def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, Float
     """
     away = np.random.default_rng(0).uniform(-AWAY, AWAY, q.shape)
     scales = np.array([(part.reach, part.reach, 1.0) for part in mechanism.parts])
-    return _close(mechanism, q + away * scales, set(), straight=False)
+    return _close(mechanism, q + away * scales, _Held(), straight=False)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """Parts whose angle stays while the joints close, and places (m) at which parts are held."""
+
+    turns: Set[int] = frozenset()
+    places: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+
+    def of(self, joints: Constraints, q: FloatArray) -> Constraints:
+        """Add rows that hold the places."""
+        rows = [(part, axis) for part in self.places for axis in (0, 1)]
+        return joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
 
 
 def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -> Start:
@@ -101,14 +140,14 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
     return replace(start, guesses={k: x for k, x in guesses.items() if k not in start.angles})
 
 
-def _held_angles(mechanism: Mechanism, start: Start) -> set[int]:
+def _held(mechanism: Mechanism, start: Start) -> _Held:
     """Parts whose angle stays: given ones, and those that a motor drives from the ground."""
     held = set(start.angles)
     for motor in (*mechanism.speed_motors, *mechanism.torque_motors):
         ends = {motor.first, motor.second} - {GROUND}
         if len(ends) == 1 and not ends & set(start.guesses):
             held |= ends
-    return held
+    return _Held(held, start.positions)
 
 
 def _place(mechanism: Mechanism, start: Start) -> FloatArray:
@@ -116,7 +155,9 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
     q = np.zeros((len(mechanism.parts), 3))
     turned = _known_angles(mechanism, start)
     q[:, 2] = [turned.get(i, 0.0) for i in range(len(q))]
-    placed = {GROUND}
+    placed = {GROUND, *start.positions}
+    for part, place in start.positions.items():
+        q[part, :2] = place
     pinned = _Loose([(joint.first, joint.second) for joint in mechanism.attachments])
     slides = [(slide.guide, slide.rod) for slide in mechanism.slides]
     slides += [(channel.guide, node_anchor(channel, 0)) for channel in mechanism.channels]
@@ -249,21 +290,21 @@ def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:
 
 
 def _close(
-    mechanism: Mechanism, q: FloatArray, held: set[int], straight: bool
+    mechanism: Mechanism, q: FloatArray, held: _Held, straight: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Gauss-Newton steps of least length until every joint is closed.
 
-    With `straight` the parts of a body move as one; `held` are parts that do not turn.
+    With `straight` the parts of a body move as one.
     """
     q = _straightened(mechanism, q) if straight else q
     places = np.array([_first_place(slot, q) for slot in mechanism.slots])
     tree = spanning_tree(mechanism)
-    joints = constraint_rows(mechanism, q, places)
+    joints = held.of(constraint_rows(mechanism, q, places), q)
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
         roots = _whole_roots(mechanism, q) if straight else scale_roots(mechanism)
-        demand = Demand(-joints.residual, dict.fromkeys(held, 0.0), straight)
+        demand = Demand(-joints.residual, dict.fromkeys(held.turns, 0.0), straight)
         step = _shortened(LeastMotion(mechanism, joints, tree, roots, demand).nearest())
         q = q + step
         q = _straightened(mechanism, q) if straight else q
@@ -273,10 +314,11 @@ def _close(
                 for slot, place in zip(mechanism.slots, places, strict=True)
             ]
         )
-        joints = constraint_rows(mechanism, q, places)
+        joints = held.of(constraint_rows(mechanism, q, places), q)
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
     _refuse_open(joints)
+    _refuse_moved(mechanism, held, q)
     return q, np.array(
         [_in_first_lap(s, q, p) for s, p in zip(mechanism.slots, places, strict=True)]
     )
@@ -299,13 +341,20 @@ def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:
 
 
 def _refuse_open(joints: Constraints) -> None:
-    if np.abs(joints.residual).max(initial=0.0) <= CLOSED:
+    if np.abs(joints.residual[: joints.first_rows[-1]]).max(initial=0.0) <= CLOSED:
         return
     rows = list(joints)
     worst = max(rows, key=lambda row: float(np.abs(row.residual).max()))
     gap = sum(float(np.linalg.norm(row.lengths)) for row in rows)
     turn = sum(float(np.abs(row.angles).sum()) for row in rows)
     raise CannotAssembleError(worst.name, worst.kind, gap, turn)
+
+
+def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:
+    for part, place in held.places.items():
+        away = float(np.hypot(*(q[part, :2] - place)))
+        if away > CLOSED:
+            raise CannotAssembleError(mechanism.parts[part].body, "position", away, 0.0)
 
 
 def _in_first_lap(slot: Slot, q: FloatArray, place: float) -> float:

@@ -94,7 +94,9 @@ class Constraints:
             dense[np.arange(len(rows)), self.parts[rows, side]] += self.slopes[rows, side]
         return dense[:, : self.count].reshape(len(rows), 3 * self.count)
 
-    def with_fixed(self, fixed: Sequence[tuple[int, int]]) -> Constraints:
+    def with_fixed(
+        self, fixed: Sequence[tuple[int, int]], residual: Sequence[float] | None = None
+    ) -> Constraints:
         """Add a row of no joint for each part and coordinate (0, 1, 2: x, y, angle)."""
         slopes = np.zeros((len(fixed), 2, 3))
         for row, (_, axis) in enumerate(fixed):
@@ -104,7 +106,7 @@ class Constraints:
             self.names,
             self.kinds,
             self.first_rows,
-            np.append(self.residual, np.zeros(len(fixed))),
+            np.append(self.residual, np.zeros(len(fixed)) if residual is None else residual),
             np.concatenate([self.parts, parts]),
             np.concatenate([self.slopes, slopes]),
             self.count,

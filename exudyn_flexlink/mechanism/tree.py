@@ -237,7 +237,16 @@ class _Spanning:
             group = self._number[slot.anchor.part]
             if group not in self._hung:
                 return group, self._frames[slot.anchor.part].place(slot.anchor.x, slot.anchor.y)
-        return next(k for k in range(len(self._groups)) if k not in self._hung), (0.0, 0.0)
+        group = next(k for k in range(len(self._groups)) if k not in self._hung)
+        return group, self._centre_of_mass(mechanism, group)
+
+    def _centre_of_mass(self, mechanism: Mechanism, group: int) -> tuple[float, float]:
+        """In the group's axes: there a free group's turning and its flight do not mix."""
+        parts = [(mechanism.parts[part], self._frames[part]) for part in self._carried(group)]
+        places = [(part.mass, frame.place(*part.centre)) for part, frame in parts]
+        total = sum(mass for mass, _ in places)
+        x = sum(mass * place[0] for mass, place in places) / total
+        return x, sum(mass * place[1] for mass, place in places) / total
 
     def _add_free(self, loose: tuple[int, tuple[float, float]]) -> None:
         group, at = loose

@@ -28,6 +28,7 @@ from exudyn_flexlink.mechanism import (
     wall_half_period,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
+from exudyn_flexlink.report.branches import branch_lines
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
@@ -56,6 +57,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _contacts(scene, assembly.mechanism),
         effects_lines(scene, assembly.mechanism),
         [f"Degrees of freedom: {assembly.degrees_of_freedom}"],
+        branch_lines(scene, assembly),
         *(
             _link_frequencies(scene, name)
             for name, body in scene.bodies.items()
@@ -104,6 +106,8 @@ def _length(body: Body) -> str:
 
 def _joints(scene: Scene) -> list[str]:
     rows = [[name, joint.type, _joined(joint)] for name, joint in scene.joints.items()]
+    joined = {body for joint in scene.joints.values() for body in joint.bodies}
+    rows += [["", "none", f"{body} is free"] for body in scene.bodies if body not in joined]
     return ["Joints", *table(rows)] if rows else []
 
 

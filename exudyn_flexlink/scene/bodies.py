@@ -9,11 +9,11 @@ from pydantic import Field, Strict, model_validator
 
 from exudyn_flexlink.quantities import (
     Dimension,
+    NonNegativeInertia,
     NonNegativeTorsionalDamping,
     Number,
     PositiveArea,
     PositiveDensity,
-    PositiveInertia,
     PositiveLength,
     PositiveMass,
     PositivePressure,
@@ -106,7 +106,9 @@ class RigidBody(Part):
 
     type: Literal["rigid"] = "rigid"
     mass: PositiveMass = Field(description="mass")
-    inertia: PositiveInertia = Field(description="moment of inertia about the centre of mass")
+    inertia: NonNegativeInertia = Field(
+        description="moment of inertia about the centre of mass; 0: a point mass"
+    )
     points: Named[Point] = Field(
         default_factory=FrozenMapping, description="named points [x, y] in the body's axes, metres"
     )

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema, core_schema
 
 from exudyn_flexlink.quantities import (
+    Acceleration,
     Angle,
     AngularSpeed,
+    Dimension,
     NonNegativeDuration,
     NonNegativeTorsionalDamping,
     NonNegativeTorsionalStiffness,
     Number,
     PositiveFrequency,
+    Quantity,
     Torque,
 )
 from exudyn_flexlink.scene.base import (
@@ -27,6 +32,30 @@ from exudyn_flexlink.scene.base import (
     split_point,
 )
 from exudyn_flexlink.scene.law_specs import Law
+
+
+class _DownOrVector:
+    """Annotation of gravity: a value that points down, along -y, or a vector."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(_as_vector, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        vector = handler(schema)
+        return {"anyOf": [vector["prefixItems"][0], vector]}
+
+
+def _as_vector(value: Any) -> Any:
+    return value if isinstance(value, (list, tuple, Mapping)) else (0.0, -float(_DOWN.read(value)))
+
+
+_DOWN = Quantity(Dimension.ACCELERATION)
+Gravity = Annotated[tuple[Acceleration, Acceleration], _DownOrVector()]
+"""Acceleration of weight, [x, y] in m/s^2."""
 
 
 class TorsionalSpring(Part):

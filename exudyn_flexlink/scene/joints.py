@@ -18,6 +18,7 @@ from exudyn_flexlink.scene.base import (
     Point,
     PointName,
     refuse,
+    split_point,
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw
 
@@ -29,6 +30,11 @@ class _AtPoints(Part):
         description="two points 'body.point'; one may be 'ground'"
     )
     at: Point | None = Field(None, description="where the joint sits on the ground, [x, y], metres")
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies it joins, the ground left out."""
+        return tuple(split_point(text)[0] for text in self.points if text != GROUND)
 
     @model_validator(mode="after")
     def _sits_on_ground(self) -> _AtPoints:
@@ -61,6 +67,11 @@ class SlotJoint(Part):
     point: MovingPointName = Field(description="point 'body.point' that stays on the curve")
     curve: Name = Field(description="name of a curve")
 
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Name of the body it holds."""
+        return (split_point(self.point)[0],)
+
 
 class SleeveJoint(Part):
     """A link that slides in a guide: on its axis, or with clearance between two walls."""
@@ -77,6 +88,11 @@ class SleeveJoint(Part):
     law: ContactLaw | None = Field(
         None, description="force between link and walls; with clearance or 'supported'"
     )
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies it joins."""
+        return (self.guide, self.link)
 
     @field_validator("law", mode="before")
     @classmethod

@@ -7,11 +7,10 @@ from typing import Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from exudyn_flexlink.quantities import Acceleration
 from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Contact, Drive, Spring
+from exudyn_flexlink.scene.forces import Contact, Drive, Gravity, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes
@@ -32,7 +31,10 @@ class Scene(Part):
         default_factory=FrozenMapping, description="curves for slots, by name"
     )
     bodies: Named[Body] = Field(description="the moving bodies, by name")
-    joints: Named[Joint] = Field(description="joints between bodies and the ground, by name")
+    joints: Named[Joint] = Field(
+        default_factory=FrozenMapping,
+        description="joints between bodies and the ground, by name; a body without any is free",
+    )
     springs: Named[Spring] = Field(
         default_factory=FrozenMapping, description="springs and dampers at joints, by name"
     )
@@ -42,8 +44,8 @@ class Scene(Part):
     contacts: Named[Contact] = Field(
         default_factory=FrozenMapping, description="pairs that may strike each other, by name"
     )
-    gravity: tuple[Acceleration, Acceleration] = Field(
-        (0.0, 0.0), description="[x, y], m/s^2; left out: a horizontal plane"
+    gravity: Gravity = Field(
+        (0.0, 0.0), description="downwards, or [x, y], m/s^2; left out: a horizontal plane"
     )
     initial: Initial = Field(default_factory=Initial, description="the state at time 0")
     run: Run = Field(description="how long to simulate")

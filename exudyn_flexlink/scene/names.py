@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from exudyn_flexlink.scene.base import GROUND, split_point
+from exudyn_flexlink.scene.base import GROUND
 from exudyn_flexlink.scene.bodies import RigidBody
 from exudyn_flexlink.scene.force_names import contacts, drives, springs
 from exudyn_flexlink.scene.joint_names import curves, joints
-from exudyn_flexlink.scene.joints import Joint, SleeveJoint, SlotJoint
 from exudyn_flexlink.scene.lookup import Lookup, Parts, valid
 from exudyn_flexlink.scene.state_names import initial, outputs, run
 from exudyn_flexlink.source import KeyPath, Mistake
@@ -22,7 +21,7 @@ def find_mistakes(parts: Parts) -> list[Mistake]:
     look = Lookup(parts)
     checks = (_materials, curves, joints, springs, drives, contacts, initial, run, outputs)
     found = [mistake for check in checks for mistake in check(look)]
-    return [*_odd_names(parts), *found, *_connections(look)]
+    return [*_odd_names(parts), *found]
 
 
 def _odd_names(parts: Parts) -> Iterator[Mistake]:
@@ -54,25 +53,3 @@ def _materials(look: Lookup) -> Iterator[Mistake]:
     for name, body in valid(look.parts.bodies):
         if not isinstance(body, RigidBody):
             yield from look.missing(("bodies", name, "material"), "materials", body.material)
-
-
-def _connections(look: Lookup) -> Iterator[Mistake]:
-    joints = look.parts.joints
-    if joints is None or None in joints.values():
-        return
-    joined = {body for joint in joints.values() for body in _bodies(joint)}
-    bodies = look.parts.bodies or {}
-    if not joined <= {GROUND, *bodies}:
-        return  # an unknown body is reported; it is likely the one that seems unconnected
-    for body in bodies:
-        if body not in joined:
-            yield Mistake(("bodies", body), f"body '{body}' is connected to nothing", on_key=True)
-
-
-def _bodies(joint: Joint | None) -> list[str]:
-    """Return the bodies that a joint connects."""
-    if isinstance(joint, SlotJoint):
-        return [split_point(joint.point)[0]]
-    if isinstance(joint, SleeveJoint):
-        return [joint.guide, joint.link]
-    return [split_point(text)[0] for text in joint.points] if joint else []

@@ -9,11 +9,11 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from exudyn_flexlink.quantities import Acceleration, in_words
+from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.scene.base import Text
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Contact, Drive, Spring
+from exudyn_flexlink.scene.forces import Contact, Drive, Gravity, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.model import Scene
@@ -50,7 +50,7 @@ _NAMED: dict[str, Any] = {
 _SINGLE: dict[str, Any] = {
     "title": Text,
     "source": Text,
-    "gravity": tuple[Acceleration, Acceleration],
+    "gravity": Gravity,
     "initial": Initial,
     "run": Run,
     "accuracy": Accuracy,

@@ -14,7 +14,7 @@ from exudyn_flexlink.quantities import (
     PositiveLength,
     Speed,
 )
-from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, refuse, require_one
+from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, Point, refuse, require_one
 
 Velocity = tuple[Speed, Speed]
 FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
@@ -23,6 +23,11 @@ FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact a
 class Initial(Part):
     """The state at time 0, as far as it is not the joints' doing."""
 
+    positions: Named[Point] = Field(
+        default_factory=FrozenMapping,
+        description="[x, y] of bodies, metres: of a rod's start, of a rigid body's own origin; "
+        "held while assembling",
+    )
     angles: Named[Angle] = Field(
         default_factory=FrozenMapping, description="of bodies from +x; held while assembling"
     )

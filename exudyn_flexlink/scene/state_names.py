@@ -13,7 +13,7 @@ from exudyn_flexlink.source import Mistake
 
 def initial(look: Lookup) -> Iterator[Mistake]:
     """Refuse bodies in initial that are none."""
-    for key in ("angles", "guesses", "speeds", "velocities"):
+    for key in ("positions", "angles", "guesses", "speeds", "velocities"):
         for body in getattr(look.parts.initial, key, ()):
             for found in look.missing(("initial", key, body), "bodies", body):
                 yield Mistake(found.path, found.message, found.hint, on_key=True)

@@ -1,0 +1,94 @@
+"""Other ways to put a mechanism together: loops of joints mostly close in two or more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.assembly import Assembly, without_play
+from exudyn_flexlink.mechanism.closing import CannotAssembleError, Start, straight_positions
+from exudyn_flexlink.mechanism.constraints import constraint_rows
+
+FloatArray = NDArray[np.float64]
+
+STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
+SAME = 1e-6  # rad: by so little or less the angles of one way differ
+DEPENDENT = 1e-9  # of a motion's size: less than this of a coordinate is rounding
+
+
+def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
+    """Angles (parts,) in rad of every other way to close the joints that a few searches find.
+
+    What is free to move stays where the assembly has it, and so does what `start` holds. Flexible
+    bodies are straight in all of them.
+    """
+    mechanism = assembly.mechanism
+    bodies = list(mechanism.bodies.values())
+    firsts = [parts[0] for parts in bodies]
+    held = _independent(assembly, firsts)
+    at = assembly.state.q
+    angles = dict(start.angles)
+    for body, axis in held:
+        if axis == 2:
+            angles |= {part: float(at[part, 2]) for part in bodies[body]}
+    places = {firsts[body]: (float(x), float(y)) for body, axis in held if axis < 2
+              for x, y in [at[firsts[body], :2]]}  # fmt: skip
+    fixed = replace(start, angles=angles, positions={**start.positions, **places})
+    loose = [parts for parts in bodies if parts[0] not in angles]
+    return _searched(assembly, fixed, loose) if loose else []
+
+
+def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) -> list[FloatArray]:
+    mechanism = without_play(assembly.mechanism, set(fixed.angles))
+    known = [assembly.state.q[:, 2]]
+    random = np.random.default_rng(0)
+    for _ in range(STARTS):
+        guesses = dict[int, float]()
+        for parts in loose:
+            guesses |= dict.fromkeys(parts, float(random.uniform(-np.pi, np.pi)))
+        try:
+            q, _ = straight_positions(mechanism, replace(fixed, guesses=guesses))
+        except CannotAssembleError:
+            continue
+        if all(_apart(q[:, 2], angles) > SAME for angles in known):
+            known.append(q[:, 2])
+    return known[1:]
+
+
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    """Largest difference of two sets of angles, whole turns left out."""
+    return float(np.abs(np.angle(np.exp(1j * (one - other)))).max(initial=0.0))
+
+
+def _independent(assembly: Assembly, firsts: list[int]) -> list[tuple[int, int]]:
+    """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
+    rows = _rigid_jacobian(assembly, firsts)
+    _, sizes, directions = np.linalg.svd(rows)
+    rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())
+    motions = directions[rank:].T  # (3 bodies, freedoms)
+    found = []
+    for axis in (2, 0, 1):
+        for body in range(len(firsts)):
+            left = motions[3 * body + axis]
+            size = float(np.linalg.norm(left))
+            if size > DEPENDENT:
+                found.append((body, axis))
+                motions = motions - np.outer(motions @ left, left) / size**2
+    return found
+
+
+def _rigid_jacobian(assembly: Assembly, firsts: list[int]) -> FloatArray:
+    """Jacobian of all joints (rows, 3 bodies) by the first parts of bodies that move as one."""
+    mechanism, state = without_play(assembly.mechanism, set()), assembly.state
+    joints = constraint_rows(mechanism, state.q, state.places)
+    rows = np.zeros((len(joints), 3 * len(firsts)))
+    for body, parts in enumerate(mechanism.bodies.values()):
+        for part in parts:
+            arm = state.q[part, :2] - state.q[firsts[body], :2]
+            carried = np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]], [0.0, 0.0, 1.0]])
+            for side in (0, 1):
+                own = joints.parts[:, side] == part
+                rows[own, 3 * body : 3 * body + 3] += joints.slopes[own, side] @ carried
+    return rows
