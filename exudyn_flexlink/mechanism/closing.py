@@ -72,13 +72,13 @@ def positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArra
                 return _close(mechanism, q, held, straight)
             except CannotAssembleError as error:
                 errors.append(error)
-    error = min(errors, key=lambda error: error.gap)
+    least = min(errors, key=lambda error: error.gap)
     for part in start.positions:
         others = {k: place for k, place in start.positions.items() if k != part}
         if _closes(mechanism, replace(start, positions=others)):
             body = mechanism.parts[part].body
-            raise CannotAssembleError(body, "position", error.gap, error.turn)
-    raise error
+            raise CannotAssembleError(body, "position", least.gap, least.turn)
+    raise least
 
 
 def _closes(mechanism: Mechanism, start: Start) -> bool:
