@@ -13,7 +13,6 @@ from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, spli
 
 __all__ = [
     "Document",
-    "ExclusiveKeys",
     "KeyPath",
     "Mistake",
     "Place",
@@ -23,9 +22,6 @@ __all__ = [
     "load_document",
     "parse_document",
 ]
-
-ExclusiveKeys = Sequence[tuple[KeyPath, tuple[str, ...]]]
-"""Paths ("*" stands for any step) with the keys beside them that they exclude."""
 
 WIDEST_EXCERPT = 100
 MOST_SHOWN = 50  # mistakes: more than anybody mends before the next check
@@ -60,26 +56,6 @@ class Document:
     places: dict[KeyPath, Place] = field(default_factory=dict)
     key_places: dict[KeyPath, Place] = field(default_factory=dict)
     settings: dict[KeyPath, str] = field(default_factory=dict)
-
-    def with_settings(self, settings: Iterable[str], exclusive: ExclusiveKeys = ()) -> Document:
-        """Return a copy in which texts such as 'run.turns=2' replace values, or add keys.
-
-        A setting also removes the keys that `exclusive` lists for its path, unless another
-        setting gives them: else the file would say two contradicting things.
-
-        Raises:
-            SceneError: a setting is malformed, or its path leads nowhere.
-
-        """
-        given = [_parse_setting(self, text) for text in settings]
-        document = self
-        for path, value, text in given:
-            for key in _excluded(path, exclusive):
-                sibling = (*path[:-1], key)
-                if not any(other[: len(sibling)] == sibling for other, _, _ in given):
-                    document = _without(document, sibling)
-            document = _with_value(document, path, value, text)
-        return document
 
     def place_of(self, mistake: Mistake) -> Place | None:
         """Where a mistake stands: at its value or key, or else at what encloses them."""
@@ -198,123 +174,6 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
 def dotted(path: KeyPath) -> str:
     """Write a path as messages and settings do: 'joints.crank.points.1'."""
     return ".".join(str(step) for step in path)
-
-
-# Settings
-
-
-def _setting_error(document: Document, path: KeyPath, text: str, mistake: Mistake) -> SceneError:
-    return SceneError(replace(document, settings={**document.settings, path: text}), [mistake])
-
-
-def _parse_setting(document: Document, text: str) -> tuple[KeyPath, Any, str]:
-    """Split 'run.turns=2' into its path, its value and the text itself."""
-    name, equals, value = text.partition("=")
-    if not equals or not all(step.strip() for step in name.split(".")):
-        mistake = Mistake((), "expected path=value", "for example --set run.turns=2")
-        raise _setting_error(document, (), text, mistake)
-    path: KeyPath = tuple(step.strip() for step in name.split("."))
-    read = read_yaml(value)
-    if read.problems:
-        mistake = Mistake(path, read.problems[0].message, read.problems[0].hint)
-        raise _setting_error(document, path, text, mistake)
-    return path, read.data, text
-
-
-def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:
-    return [
-        key
-        for pattern, keys in exclusive
-        if len(pattern) == len(path)
-        and all(step in ("*", here) for step, here in zip(pattern, path, strict=True))
-        for key in keys
-    ]
-
-
-def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Document:
-    data: dict[str, Any] = dict(document.data)
-    holder: Any = data
-    real: KeyPath = ()
-    made: dict[KeyPath, str] = {}  # sections that only this setting speaks of
-    for step in path[:-1]:
-        real = _step(document, holder, real, str(step), text)
-        there = _has(holder, real[-1])
-        inner = holder[real[-1]] if there else {}
-        if not there:
-            made[real] = text
-        holder[real[-1]] = holder = list(inner) if isinstance(inner, list) else dict(inner)
-    real = _step(document, holder, real, str(path[-1]), text, last=True)
-    holder[real[-1]] = value
-    kept = _without(replace(document, data=data), real, keep_data=True)
-    return replace(kept, settings={**kept.settings, **made, real: text})
-
-
-def _has(holder: Any, step: str | int) -> bool:
-    return isinstance(step, int) or step in holder
-
-
-def _step(  # noqa: PLR0913
-    document: Document, holder: Any, above: KeyPath, step: str, text: str, *, last: bool = False
-) -> KeyPath:
-    """Return the path of `step` in `holder`; the error of a step that leads nowhere."""
-    problem = ""
-    real: KeyPath = (*above, step)
-    inner: Any = None
-    if isinstance(holder, list):
-        at = _place_in(holder, step)
-        if at is None:
-            problem = f"'{dotted(above)}' has {len(holder)} entries, counted from 0"
-        else:
-            real, inner = (*above, at), holder[at]
-    elif step in holder:
-        inner = holder[step]
-    elif above and not last and _is_of_file(document, above):
-        problem = f"no '{step}' in '{dotted(above)}'{did_you_mean(step, holder)}"
-    else:
-        inner = {}
-    if not (problem or last or isinstance(inner, (dict, list))):
-        problem = f"'{dotted(real)}' is one value, nothing is below it"
-    if problem:
-        hint = "" if isinstance(holder, list) else "there are: " + ", ".join(holder)
-        raise _setting_error(document, real, text, Mistake(real, problem, hint))
-    return real
-
-
-def _place_in(holder: Sequence[Any], step: str) -> int | None:
-    """Place in a list that a step names, such as '1'; None if it names none."""
-    digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
-    if not step.isdecimal() or len(digits) > len(str(len(holder))) or int(digits) >= len(holder):
-        return None
-    return int(digits)
-
-
-def _is_of_file(document: Document, path: KeyPath) -> bool:
-    """Whether a section stood in the data before this setting; an absent one may be created."""
-    return path[0] in document.data
-
-
-def _without(document: Document, path: KeyPath, *, keep_data: bool = False) -> Document:
-    """Forget a value and its places; with `keep_data` only the places."""
-
-    def outside(table: dict[KeyPath, Any]) -> dict[KeyPath, Any]:
-        return {key: value for key, value in table.items() if key[: len(path)] != path}
-
-    data = document.data
-    if not keep_data:
-        data = dict(data)
-        holder: Any = data
-        for step in path[:-1]:
-            if not isinstance(holder, dict) or not isinstance(holder.get(str(step)), dict):
-                return document
-            holder[str(step)] = holder = dict(holder[str(step)])
-        holder.pop(str(path[-1]), None)
-    return replace(
-        document,
-        data=data,
-        places=outside(document.places),
-        key_places=outside(document.key_places),
-        settings=outside(document.settings),
-    )
 
 
 # How a mistake is shown

@@ -25,8 +25,8 @@ from unittest.mock import patch
 from make_docs import DOCS, ITEMS
 
 from exudyn_flexlink.cli import main as program
-from exudyn_flexlink.quantities import UNITS, Dimension
 from exudyn_flexlink.scene import json_schema
+from exudyn_flexlink.units import UNITS, Dimension
 
 Schema = dict[str, Any]
 COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")

@@ -9,14 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from exudyn_flexlink.quantities import (
-    UNITS,
-    Dimension,
-    Number,
-    PositiveLength,
-    QuantityError,
-    to_si,
-)
+from exudyn_flexlink.quantities import Number, PositiveLength, QuantityError, to_si
+from exudyn_flexlink.units import UNITS, Dimension
 
 REGISTRY = pint.UnitRegistry()
 
@@ -160,7 +154,8 @@ def test_limits_hold_after_conversion_and_stand_in_the_schema() -> None:
 def test_reading_a_scene_does_not_import_what_is_slow() -> None:
     code = (
         "import sys, exudyn_flexlink.scene as s;"
-        "from exudyn_flexlink.quantities import *;"
+        "from exudyn_flexlink.quantities import to_si;"
+        "from exudyn_flexlink.units import Dimension;"
         "assert to_si('5 mm', Dimension.LENGTH) == 5e-3;"
         "print([m for m in ('pint', 'scipy', 'matplotlib', 'exudyn') if m in sys.modules])"
     )

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from exudyn_flexlink.settings import with_settings
 from exudyn_flexlink.source import (
     Document,
     Mistake,
@@ -222,7 +223,7 @@ BASE = "run: {turns: 4}\nbodies:\n  link: {rods: 10, at: [0, 1]}\n"
 )
 def test_settings_replace_values(setting: str, path: tuple[str | int, ...], value: object) -> None:
     before = read(BASE)
-    document = before.with_settings([setting])
+    document = with_settings(before, [setting])
     found: object = document.data
     for step in path:
         found = found[step]  # type: ignore[index]
@@ -248,7 +249,7 @@ def test_settings_replace_values(setting: str, path: tuple[str | int, ...], valu
 )
 def test_settings_that_lead_nowhere(setting: str, words: str) -> None:
     with pytest.raises(SceneError) as caught:
-        read(BASE).with_settings([setting])
+        with_settings(read(BASE), [setting])
     assert str(caught.value).startswith(f"--set {setting}: ")
     assert words in str(caught.value)
 
@@ -256,8 +257,8 @@ def test_settings_that_lead_nowhere(setting: str, words: str) -> None:
 def test_a_setting_removes_the_keys_it_excludes_unless_they_are_set_too() -> None:
     exclusive = [(("run", "duration"), ("turns", "of"))]
     document = read(BASE)
-    assert document.with_settings(["run.duration=1"], exclusive).data["run"] == {"duration": 1}
-    both = document.with_settings(["run.duration=1", "run.turns=2"], exclusive)
+    assert with_settings(document, ["run.duration=1"], exclusive).data["run"] == {"duration": 1}
+    both = with_settings(document, ["run.duration=1", "run.turns=2"], exclusive)
     assert both.data["run"] == {"duration": 1, "turns": 2}
 
 
@@ -274,6 +275,6 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 @given(st.text(max_size=40))
 def test_any_setting_is_taken_or_refused(text: str) -> None:
     try:
-        read(BASE).with_settings([text])
+        with_settings(read(BASE), [text])
     except SceneError as error:
         str(error)  # it can be shown

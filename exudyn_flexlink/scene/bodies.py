@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict, model_validator
 
 from exudyn_flexlink.quantities import (
-    Dimension,
     NonNegativeInertia,
     NonNegativeTorsionalDamping,
     Number,
@@ -21,6 +20,7 @@ from exudyn_flexlink.quantities import (
     Quantity,
 )
 from exudyn_flexlink.scene.base import ByType, Flag, FrozenMapping, Name, Named, Part, Point, refuse
+from exudyn_flexlink.units import Dimension
 
 
 class Material(Part):

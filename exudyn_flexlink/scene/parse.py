@@ -22,7 +22,8 @@ from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.point_files import read_point_files
 from exudyn_flexlink.scene.run import Accuracy, Initial, Run, Solver
 from exudyn_flexlink.scene.wording import mistakes_of, unknown_key
-from exudyn_flexlink.source import Document, ExclusiveKeys, KeyPath, Mistake, SceneError
+from exudyn_flexlink.settings import ExclusiveKeys, with_settings
+from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError
 
 EXCLUSIVE_KEYS: ExclusiveKeys = (
     (("accuracy", "tolerance"), ("step",)),
@@ -70,7 +71,7 @@ def apply_settings(document: Document, settings: Iterable[str]) -> Document:
         SceneError: a setting is malformed, or its path leads nowhere.
 
     """
-    return document.with_settings(settings, EXCLUSIVE_KEYS)
+    return with_settings(document, settings, EXCLUSIVE_KEYS)
 
 
 @dataclass(frozen=True)
