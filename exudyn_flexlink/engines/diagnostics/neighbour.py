@@ -1,7 +1,8 @@
 """A neighbouring run tells how wrong a run is whose steps alone do not keep the tolerance.
 
 It is of the same scene and engine, but more accurate: until both part the distance tells the error
-of the run, after that it is the error.
+of the run, after that it is the error. Two runs that bounced differently may come to rest alike by
+chance, though both are wrong: see `alike_by_chance`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 from exudyn_flexlink.engines.diagnostics.amplification import aiming, multiplying
+from exudyn_flexlink.engines.diagnostics.bursts import alike_by_chance
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import least_tolerance
@@ -44,6 +46,8 @@ def unmeasured(result: Result) -> Result:
 def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
     """Measure the error of a run by a neighbour that `again` makes; one that stopped is left.
 
+    Where the neighbour may be as wrong as the run, a second one is made, finer by as much again.
+
     Raises:
         LateInterruptError: the user interrupted the neighbour; the run, which is whole, is in it.
 
@@ -52,14 +56,29 @@ def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
         return Measured(result)
     factor = neighbouring(result)
     try:
-        neighbour = again(retuned(result.scene, result, factor))
+        neighbour, told = _measured(result, again, factor)
+        if factor < 1 and alike_by_chance(result, neighbour, told):
+            neighbour, told = _measured(result, again, factor**2)
     except KeyboardInterrupt as error:
         raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP))) from error
     except MemoryError:
         return Measured(_with(result, MeasuredError(missing=NO_MEMORY)))
+    return Measured(_with(result, told), neighbour)
+
+
+def _measured(
+    result: Result, again: Callable[[Scene], Result], factor: float
+) -> tuple[Result, MeasuredError]:
+    """Make a neighbour whose steps err `factor` times as much, and measure the error by it.
+
+    Raises:
+        KeyboardInterrupt: the user ended the neighbour.
+
+    """
+    neighbour = again(retuned(result.scene, result, factor))
     if neighbour.outcome.reason == INTERRUPTED:
-        raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP)))
-    return Measured(_with(result, measured_error(result, neighbour, factor)), neighbour)
+        raise KeyboardInterrupt
+    return neighbour, measured_error(result, neighbour, factor)
 
 
 def neighbouring(result: Result) -> float:

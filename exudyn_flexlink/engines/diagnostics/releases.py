@@ -1,0 +1,77 @@
+"""Points that slid off the end of a face: how much larger errors are after it than before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from exudyn_flexlink.mechanism import FaceContact, Mechanism, approach, build_mechanism
+from exudyn_flexlink.observables.levers import carrier_of
+from exudyn_flexlink.result import Result
+
+NO_SPEED = 1e-300  # m/s: a point that stands as it slides off; only divided by
+
+
+@dataclass(frozen=True)
+class Release:
+    """A point that slid off the end of a face, and what was bent sprang back.
+
+    At `time` (s) it crept along the face at `creep` (m/s); the gap then opened at up to
+    `spring_back` (m/s), by the face or the point.
+    """
+
+    contact: str
+    time: float
+    creep: float
+    spring_back: float
+
+    @property
+    def growth(self) -> float:
+        """Error of the places after the release, over that before.
+
+        An error dx of the place along the face is one of the instant, dx / creep, for which what
+        springs back is off by spring_back dx / creep.
+        """
+        return self.spring_back / max(self.creep, NO_SPEED)
+
+
+def releases(result: Result) -> list[Release]:
+    """Every release of a run, contact by contact."""
+    mechanism = build_mechanism(result.scene)
+    return [found for face in mechanism.contacts for found in _of_contact(result, mechanism, face)]
+
+
+def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iterator[Release]:
+    touches = result.contacts[face.name].touches
+    if not touches.slides_off.any():
+        return
+    at = approach(face, result.poses, result.rates)
+    part = mechanism.parts[face.start.part].body if face.start.part >= 0 else ""
+    swing, arm = result.extremes.get(f"{part}.rate_rad_per_s"), _arm(result, mechanism, face)
+    nexts = [*touches.begin[1:], np.inf]
+    for touch, following in zip(touches, nexts, strict=True):
+        if not touch.slides_off or touch.lasts:
+            continue
+        last = int(np.searchsorted(result.time, touch.end)) - 1  # sample before the end
+        creep = abs(touch.end_place - touch.place) / max(touch.end - touch.begin, NO_SPEED)
+        if result.time[last] >= touch.begin:
+            creep = abs(float(at.place_rate[last]))
+        opening = at.gap_rate[last + 1 :][result.time[last + 1 :] < following]
+        closing = np.flatnonzero(opening < 0)
+        fastest = float(opening[: closing[0] if len(closing) else None].max(initial=0.0))
+        if swing is not None:  # of steps, where samples may be too far apart to show the swing
+            turns = swing.between(touch.end, following).value
+            fastest = max(fastest, arm * float(np.abs(turns).max(initial=0.0)))
+        yield Release(face.name, touch.end, creep, fastest)
+
+
+def _arm(result: Result, mechanism: Mechanism, face: FaceContact) -> float:
+    """Largest distance (m) of the face's ends from the joint of its part; 0 without one."""
+    if face.start.part < 0:
+        return 0.0
+    _, hinge = carrier_of(result.scene, mechanism, mechanism.parts[face.start.part].body)
+    if hinge is None:
+        return 0.0
+    return max(float(np.hypot(end.x - hinge.x, end.y - hinge.y)) for end in (face.start, face.end))
