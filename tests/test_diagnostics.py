@@ -156,15 +156,16 @@ def test_a_step_too_long_for_a_contact_is_shortened_there(formulation: str, most
     result = simulate(given, measure=False)
     assert np.abs(result.poses[-1] - right.poses[-1])[:, :2].max() < most
     (told,) = result.warnings
-    assert told.startswith("steps of 2e-05 s would leave 0.63 for a contact")
+    assert told.startswith("a step of 2e-05 s is too long for a contact, which would be over after")
+    assert "after 0.63 of it: in contact steps were" in told
 
 
 def test_a_strike_deeper_than_its_overlap_is_told_with_both(run: Result) -> None:
     length = 0.03
     thin = Interval(0.3, 0.31, length - 1e-4, length - 5e-5, penetration=1e-4)
     (told,) = thin_overlaps(results.touched(run, thin))
-    assert "is 0.0001 m deep" in told
-    assert "1 of the 0.0001 m by which the point overlaps the face" in told
+    assert "the point of 'strike' sinks 0.0001 m into the face" in told
+    assert "1 of the 0.0001 m by which it overlaps the face" in told
 
 
 @pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])

@@ -80,7 +80,8 @@ def _gains(result: Result) -> Iterator[str]:
     told = "an impact gives more energy than it takes"
     if len(gaining) > 1:
         told = f"{len(gaining)} impacts give more energy than they take"
+    more = ", or raise 'solver.steps_per_contact'" if "steps_per_contact" in result.settings else ""
     yield (
         f"{told}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the largest "
-        f"kinetic energy: {_remedy(result)}, or raise 'steps_per_contact'"
+        f"kinetic energy: {_remedy(result)}{more}"
     )

@@ -19,8 +19,8 @@ def struck(result: Result) -> bool:
 def shortened(given: float, half_period: float, step: float) -> str:
     """Warn that contacts of half a period (s) were resolved by steps (s) of their own."""
     return (
-        f"steps of {given:.3g} s would leave {half_period / given:.2g} for a contact: in contact "
-        f"they were {step:.3g} s"
+        f"a step of {given:.3g} s is too long for a contact, which would be over after "
+        f"{half_period / given:.2g} of it: in contact steps were {step:.3g} s"
     )
 
 
@@ -36,7 +36,7 @@ def few_steps(result: Result) -> Iterator[str]:
 
 
 def thin_overlaps(result: Result) -> Iterator[str]:
-    """Say of each contact where it went deepest against the overlap of its point and its face."""
+    """Say of each contact where it sank deepest, against the overlap of its point and its face."""
     for face in build_mechanism(result.scene).contacts:
         length, worst = face_length(face), (0.0, 0.0, 0.0, 0.0)
         for touch in result.contacts[face.name].touches:
@@ -47,7 +47,7 @@ def thin_overlaps(result: Result) -> Iterator[str]:
         share, depth, overlap, at = worst
         if share > THIN:
             yield (
-                f"contact '{face.name}' is {depth:.2g} m deep after {at:.6g} s, {share:.2g} of the "
-                f"{overlap:.2g} m by which the point overlaps the face: the face's stiffness "
-                "decides there, not the mechanism; raise it and compare"
+                f"after t = {at:.6g} s the point of '{face.name}' sinks {depth:.2g} m "
+                f"into the face, {share:.2g} of the {overlap:.2g} m by which it overlaps the face: "
+                "how long it stays there depends on the contact's stiffness; raise it and compare"
             )

@@ -24,7 +24,7 @@ def few_samples(result: Result) -> Iterator[str]:
     angle = crank_angle(result) if crank_joint(scene) else np.zeros(1)
     made = abs(float(angle[-1] - angle[0])) / (2 * pi)
     apart = f"samples are {kept:.3g} s apart"
-    less = "figures and tables show less of it, peaks are what they are; 'run.sample' sets them"
+    less = "figures and tables may show less of it, though peaks are right; see 'run.sample'"
     if kept > wanted * (1 + 1e-9):
         yield f"{apart}, since the run is long, where its motion asks for {wanted:.3g} s: {less}"
     elif made > 1 and result.outcome.time / kept < FEW_SAMPLES * made:

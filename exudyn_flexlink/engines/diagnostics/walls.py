@@ -30,8 +30,8 @@ def finer_than_asked(result: Result) -> Iterator[str]:
         return
     yield (
         f"the tolerance of {asked:.3g} m is no small part of the clearance of '{name}', "
-        f"{clearances[name]:.3g} m: to touch its walls where it does, steps were those of "
-        f"{float(used):.3g} m"
+        f"{clearances[name]:.3g} m, and would miss touches of its walls: steps were those of a "
+        f"tolerance of {float(used):.3g} m"
     )
 
 
@@ -42,8 +42,8 @@ def soft_walls(result: Result) -> Iterator[str]:
         if depth > SOFT * clearance > 0:
             yield (
                 f"the walls of '{name}' give way by {depth:.3g} m, {depth / clearance:.2g} "
-                "of the clearance: their stiffness, not the clearance, decides there; raise the "
-                "stiffness"
+                "of the clearance: how far the link tilts depends on their stiffness there; raise "
+                "the stiffness of the sleeve's law"
             )
 
 
