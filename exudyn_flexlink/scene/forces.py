@@ -12,7 +12,6 @@ from exudyn_flexlink.quantities import (
     Acceleration,
     Angle,
     AngularSpeed,
-    Dimension,
     NonNegativeDuration,
     NonNegativeTorsionalDamping,
     NonNegativeTorsionalStiffness,
@@ -32,6 +31,7 @@ from exudyn_flexlink.scene.base import (
     split_point,
 )
 from exudyn_flexlink.scene.law_specs import Law
+from exudyn_flexlink.units import Dimension
 
 
 class _DownOrVector:
