@@ -25,7 +25,10 @@ class Oscillator:
         return Evaluation(self.mass, -self.stiffness @ q - self.damping @ v)
 
     def evaluate_all(self, t, q, v):
-        return [self.evaluate(*at) for at in zip(t, q, v, strict=True)]
+        found = [self.evaluate(*at) for at in zip(t, q, v, strict=True)]
+        mass, force, touching = (np.array([getattr(at, name) for at in found])
+                                 for name in ("mass", "force", "touching"))  # fmt: skip
+        return Evaluation(mass, force, None, touching)
 
     def jacobians(self, at):
         return self.stiffness, self.damping

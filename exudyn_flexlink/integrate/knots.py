@@ -86,8 +86,9 @@ class KnotControl:
         for k, (knots, _) in enumerate(self.followed.knots()):
             if not len(knots):
                 continue
-            begin, end = (self.followed.places(at)[k] for at in (step.begin, step.stages[-1]))
-            to = self._reached(k, step.begin, end, step.h, step.stages[-1])
+            last = step.stages.pick(-1)
+            begin, end = (self.followed.places(at)[k] for at in (step.begin, last))
+            to = self._reached(k, step.begin, end, step.h, last)
             if to != end:
                 part = min(part, (to - begin) / (end - begin))
         return part

@@ -13,16 +13,29 @@ FloatArray = NDArray[np.float64]
 NO_CONTACT = np.zeros((0, 2))
 
 
+class Kept(Protocol):
+    """What a problem keeps of states that it was evaluated at."""
+
+    def pick(self, which: int | slice | None) -> Any:
+        """As `Evaluation.pick`."""
+
+
 class Evaluation(NamedTuple):
     """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it.
 
-    `touching` (c, 2) are the gaps of the contacts that act, and their rates.
+    `touching` (c, 2) are the gaps of the contacts that act, and their rates. Of several states
+    together all have one axis more, the first.
     """
 
     mass: FloatArray
     force: FloatArray
-    kept: Any = None
+    kept: Any = None  # a `Kept`, or nothing
     touching: FloatArray = NO_CONTACT
+
+    def pick(self, which: int | slice | None) -> Evaluation:
+        """Return one of several states, some of them, or (None) the only one as one of one."""
+        kept = None if self.kept is None else self.kept.pick(which)
+        return Evaluation(self.mass[which], self.force[which], kept, self.touching[which])
 
 
 class State(NamedTuple):
@@ -51,8 +64,8 @@ class Problem(Protocol):
     A contact is a force of one gap and its rate, along the gap's gradient; it may leap.
     """
 
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
-        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrices and forces at instants (n,), of coordinates and speeds (n, ...)."""
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without contacts that leap, near enough to converge."""

@@ -56,7 +56,7 @@ LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next
 class Step(NamedTuple):
     """One step from `t` over `h`, both s, with the states at its ends.
 
-    `begin` is the evaluation at its start, `stages` are those of the iteration's last round,
+    `begin` is the evaluation at its start, `stages` is that of the iteration's last round,
     `accelerations` (stages, n) go with them; `error` (m) is the one estimated.
     """
 
@@ -65,7 +65,7 @@ class Step(NamedTuple):
     start: State
     finish: State
     begin: Evaluation
-    stages: list[Evaluation]
+    stages: Evaluation
     speeds: FloatArray
     accelerations: FloatArray
     error: float
@@ -187,7 +187,7 @@ class Radau:
             turned = matrices.inverses @ (TO @ residual)[:, :, None]
             change = (FROM @ turned[:, :, 0]).real
             if matrices.contacts is not None:
-                change += matrices.contacts.share(h, change, self._touching())
+                change += matrices.contacts.share(h, change, self._stages.touching)
             w += change
             size = h * self.problem.size(change)
             size += LASTING * self.problem.size(self.slow @ change[-1])
@@ -207,15 +207,10 @@ class Radau:
         speeds = state.v + w
         places, pushes = state.q + h * (A @ speeds), (B @ w) / h
         try:
-            stages = self.problem.evaluate_all(t + C * h, places, speeds)
+            stages = self._stages = self.problem.evaluate_all(t + C * h, places, speeds)
         except (ValueError, ArithmeticError):
             return None
-        self._stages = stages
-        return np.array([at.force - at.mass @ pushes[i] for i, at in enumerate(stages)])
-
-    def _touching(self) -> FloatArray:
-        """Gaps and their rates (stages, c, 2) of the contacts that act."""
-        return np.array([stage.touching for stage in self._stages])
+        return np.asarray(stages.force - (stages.mass @ pushes[:, :, None])[:, :, 0])
 
     def _errors(
         self,
@@ -235,7 +230,7 @@ class Radau:
         of_speed = real @ (push - (h / REAL) * pull)
         of_speeds = of_speed[None]
         if contacts is not None:
-            of_speeds = contacts.errors(h, of_speed, self._touching())
+            of_speeds = contacts.errors(h, of_speed, self._stages.touching)
         return np.vstack([(h / REAL) * (of_place + of_speeds[0]), of_speeds])
 
 

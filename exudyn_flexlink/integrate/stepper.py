@@ -117,9 +117,8 @@ class ImplicitStepper:
     def refresh(self) -> None:
         """Go on from the present state with equations that have changed, where forces only bend."""
         self.radau.refresh()
-        self.at = self.problem.evaluate_all(
-            np.array([self.time]), self._state.q[None], self._state.v[None]
-        )[0]
+        now = np.array([self.time])
+        self.at = self.problem.evaluate_all(now, self._state.q[None], self._state.v[None]).pick(0)
         a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
         self._state = self._state._replace(a=a)
 
@@ -140,7 +139,7 @@ class ImplicitStepper:
             if landed is None:
                 return None
             step = landed
-        self.time, self._state, self.at = step.end, step.finish, step.stages[-1]
+        self.time, self._state, self.at = step.end, step.finish, step.stages.pick(-1)
         self.steps += 1
         self.smallest, self.largest = min(self.smallest, step.h), max(self.largest, step.h)
         self.problem.accept(step)

@@ -82,7 +82,7 @@ class ClosedCoordinates:
         self._split = self._chosen()
         self._last: tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None = None
         free = self._split.free
-        start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free])[0]
+        start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
         self.settle(0.0, start_of, np.zeros(len(free)))
 
     @property
@@ -153,7 +153,7 @@ class ClosedCoordinates:
 
     # --- all of them --------------------------------------------------------------------------
 
-    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
+    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates at instants, from the independent ones and their speeds."""
         split, links = self._split, self._links
         y, at = self._closed(t, self._guess(t, z))
@@ -178,17 +178,14 @@ class ClosedCoordinates:
         speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
         bends = self.closures.bends(t, at, speeds, pushes)[:, split.rows]
         pushes[:, split.dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
-        return [
-            Held(
-                y[i, :links],
-                speeds[i, :links],
-                pushes[i, :links],
-                tuple(y[i, links:].tolist()),
-                reach[i, :links],
-                tuple(speeds[i, links:].tolist()),
-            )
-            for i in range(len(t))
-        ]
+        return Held(
+            y[:, :links],
+            speeds[:, :links],
+            pushes[:, :links],
+            y[:, links:],
+            speeds[:, links:],
+            reach[:, :links],
+        )
 
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
         """Coordinates near those at the independent ones.
@@ -267,15 +264,15 @@ class ClosedCoordinates:
         fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
         return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
-    def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
+    def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
         """How far a dependent coordinate ended a step from where its speeds take it.
 
         It jumped to another way of closing the loops, or went round a bend that the step does not
         resolve: neither shows in the error of the coordinates solved for.
         """
-        ends = [np.array([*at.x, *at.places]) for at in (start, stages[-1])]
-        speeds = np.array([[*at.v, *at.place_rates] for at in stages])
-        off = np.abs(ends[1] - ends[0] - h * (weights @ speeds)) * self._scale(self._y)
+        before, after = (np.append(at.x, at.places) for at in (start, stages.pick(-1)))
+        speeds = np.hstack([stages.v, stages.place_rates])
+        off = np.abs(after - before - h * (weights @ speeds)) * self._scale(self._y)
         # Near a dead centre dependent coordinates are known to so much only.
         blur = ROUNDING * self._size * float(self._gains.max())
         return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - blur)
@@ -284,7 +281,7 @@ class ClosedCoordinates:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
         slot = self._points[k].slot
         own = next(rows for closure, rows in self.closures.rows if closure is slot)
-        y = np.array([*at.x, *at.places])
+        y = np.append(at.x, at.places)
         where = self.closures.at(np.array([self._time]), y[None])
         push = np.zeros((self.closures.count, 2))
         push[own] = np.eye(2)
@@ -300,7 +297,7 @@ class ClosedCoordinates:
 
     def locked(self, at: Held) -> str:
         """Say that the mechanism is all but at a dead centre; empty if it is not."""
-        values = np.linalg.svd(self._jacobian(np.array([*at.x, *at.places])), compute_uv=False)
+        values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
         return AT_DEAD_CENTRE if locked else ""
 

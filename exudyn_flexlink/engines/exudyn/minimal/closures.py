@@ -141,7 +141,7 @@ class Closures:
                 back = self.guide_axis(closure, at.places).conj()
                 between = at.points[:, first + 1] - at.points[:, first]
                 by = back[:, None] * (moved[:, first + 1] - moved[:, first])
-                turning = self._turning(self._guides[closure.name].link)
+                turning = self.kinematics.turning[:, self._guides[closure.name].link]
                 tree[:, 0] = by.imag - (back * between).real[:, None] * turning
                 tree[:, 1] = self._turns[closure.name]
                 continue
@@ -155,11 +155,6 @@ class Closures:
                 by = moved[:, first + 1] - moved[:, first]
             tree[:, 0], tree[:, 1] = by.real, by.imag
         return matrix
-
-    def _turning(self, link: int) -> FloatArray:
-        """Hinges (links,) that turn a link."""
-        turning = self.kinematics.turning
-        return np.asarray(turning[:, link] if link >= 0 else np.zeros(self._links))
 
     def rates(self, t: FloatArray) -> FloatArray:
         """Derivatives of the residuals by time alone (instants, rows)."""

@@ -19,7 +19,6 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 
 FloatArray = NDArray[np.float64]
 
-KEPT_TIMES = 64
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
 LARGEST_TURN = 0.3  # rad per step of what a closure holds: the search for its place stays local
 
@@ -29,14 +28,25 @@ class Held(NamedTuple):
 
     `b` are accelerations that the independent ones do not cause, `reach` (links, independent) is
     the matrix T, None where it only picks coordinates. `place_rates` are those of `places`.
+    Of several instants all have one axis more, the first.
     """
 
     x: FloatArray
     v: FloatArray
     b: FloatArray
-    places: tuple[float, ...]
+    places: FloatArray
+    place_rates: FloatArray
     reach: FloatArray | None = None
-    place_rates: tuple[float, ...] = ()
+
+    def pick(self, which: int | slice | None) -> Held:
+        """Return one of several instants, some of them, or (None) the only one as one of one."""
+        return Held(*(None if own is None else own[which] for own in self))  # type: ignore[arg-type]
+
+
+def together(held: Sequence[Held]) -> Held:
+    """Coordinates of several instants each, all in a row."""
+    columns = zip(*held, strict=True)
+    return Held(*(None if own[0] is None else np.concatenate(own) for own in columns))  # type: ignore[arg-type]
 
 
 class Coordinates(Protocol):
@@ -49,7 +59,7 @@ class Coordinates(Protocol):
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
 
-    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
+    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates at instants (n,), from the independent ones and their speeds (n, count).
 
         Raises:
@@ -69,7 +79,7 @@ class Coordinates(Protocol):
     def longest(self, at: Held) -> float:
         """Limit of a step (s) so that the search for places stays local."""
 
-    def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
+    def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
 
     def pushed(self, k: int, at: Held) -> FloatArray:
@@ -100,6 +110,7 @@ class OpenCoordinates:
         self.free = np.array(layout.free, dtype=int)
         self._guides, self._riders = list(guides), list(riders)
         self._rides = [ride.along for ride in layout.rides]
+        self._slots = len(self._guides) + len(self._riders)
         self._start = start
         self._links = len(layout.links)
         last = int(self.free[-1]) + 1 if len(self.free) else 0
@@ -109,7 +120,9 @@ class OpenCoordinates:
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         turning = any(slot.turning not in layout.motors for slot in layout.slots)
         self._follows = turning or bool(self._riders)
-        self._at_times: dict[float, Held] = {}
+        self._picks = np.zeros((self._links, len(self.free) + len(self._riders)))
+        self._picks[self.free, np.arange(len(self.free))] = 1.0
+        self._driven: tuple[FloatArray, Held] | None = None  # by the instants asked for last
         self._end = start
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
 
@@ -130,67 +143,83 @@ class OpenCoordinates:
         places = [rider.u for rider in self._riders]
         return np.append(x[self.free], places), np.append(v[self.free], self._speeds)
 
-    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> list[Held]:
+    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates at instants, from the independent ones and their speeds."""
-        return [self._one(float(a), b, c) for a, b, c in zip(t, z, v, strict=True)]
-
-    def _one(self, t: float, z: FloatArray, v: FloatArray) -> Held:
-        if self._follows:
-            return self._hold(t, z, v)
-        # What motors hold depends on time alone, and stages come back to the same instants.
-        held = self._at_times.get(t)
-        if held is None:
-            if len(self._at_times) >= KEPT_TIMES:
-                self._at_times.clear()
-            held = self._at_times[t] = self._hold(t, z, v)
-        x, speed = held.x.copy(), held.v.copy()
-        x[self.chosen], speed[self.chosen] = z, v
-        return Held(x, speed, held.b, held.places)
-
-    def _hold(self, t: float, z: FloatArray, v: FloatArray) -> Held:
-        x, speed, b = np.zeros((3, self._links))
         free = len(self.free)
-        x[self.chosen], speed[self.chosen] = z[:free], v[:free]
+        known = self._known(t)
+        x, speed = known.x.copy(), known.v.copy()
+        x[:, self.chosen], speed[:, self.chosen] = z[:, :free], v[:, :free]
+        if not self._follows:
+            return known._replace(x=x, v=speed)
+        reach = np.empty((len(t), *self._picks.shape))
+        reach[:] = self._picks
+        places, rates = np.zeros((2, len(t), self._slots))
+        held = Held(x, speed, known.b.copy(), places, rates, reach)
+        self._slide(held)
+        self._ride(held, z[:, free:], v[:, free:])
+        return held
+
+    def _known(self, t: FloatArray) -> Held:
+        """What depends on time alone: motors, and slides of guides that those turn.
+
+        The rounds of an iteration come back to the same instants.
+        """
+        if self._driven is not None and np.array_equal(self._driven[0], t):
+            return self._driven[1]
+        x, speed, b = np.zeros((3, len(t), self._links))
         for link, motor, sign in self._motors:
-            ramp = motor.ramp
-            x[link] = self._start[0][link] + sign * ramp.integral(t)
-            speed[link], b[link] = sign * ramp.at(t), sign * ramp.rate(t)
-        reach = None
-        if self._follows:
-            reach = np.zeros((self._links, len(z)))
-            reach[self.free, np.arange(free)] = 1.0
-        for guide in self._guides:
+            ramp, times = motor.ramp, t.tolist()
+            x[:, link] = [self._start[0][link] + sign * ramp.integral(at) for at in times]
+            speed[:, link] = [sign * ramp.at(at) for at in times]
+            b[:, link] = [sign * ramp.rate(at) for at in times]
+        held = Held(x, speed, b, *np.zeros((2, len(t), self._slots)))
+        if not self._follows:
+            self._slide(held)
+        self._driven = t, held
+        return held
+
+    def _slide(self, held: Held) -> None:
+        """Fill in the slides that follow their guides, and the places of their points."""
+        x, speed, b, places, _, reach = held
+        for k, guide in enumerate(self._guides):
             turning, sliding = guide.guided.turning, guide.guided.sliding
-            place, rate, bend = guide.slide(float(x[turning]))
-            omega = speed[turning]
-            x[sliding], speed[sliding] = place, rate * omega
-            b[sliding] = bend * omega * omega + rate * b[turning]
+            found = np.array([(*guide.slide(angle), guide.u) for angle in x[:, turning].tolist()])
+            place, rate, bend, places[:, k] = found.T
+            omega = speed[:, turning]
+            x[:, sliding], speed[:, sliding] = place, rate * omega
+            b[:, sliding] = bend * omega * omega + rate * b[:, turning]
             if reach is not None:
-                reach[sliding] += rate * reach[turning]
-        rides = zip(self._riders, self._rides, z[free:].tolist(), v[free:].tolist(), strict=True)
-        for k, (rider, (along, across), u, pace) in enumerate(rides, start=free):
-            x[along], x[across], dx, dy, ddx, ddy = rider.at(u)
-            speed[along], speed[across] = dx * pace, dy * pace
-            b[along], b[across] = ddx * pace * pace, ddy * pace * pace
-            assert reach is not None
-            reach[along, k], reach[across, k] = dx, dy
-        places = (*(guide.u for guide in self._guides), *z[free:].tolist())
-        return Held(x, speed, b, places, reach, (*(0.0,) * len(self._guides), *v[free:].tolist()))
+                reach[:, sliding] += rate[:, None] * reach[:, turning]
+
+    def _ride(self, held: Held, u: FloatArray, pace: FloatArray) -> None:
+        """Fill in the slides of points that ride on their curves, at places and speeds there."""
+        x, speed, b, places, paces, reach = held
+        assert reach is not None
+        first = len(self._guides)
+        places[:, first:], paces[:, first:] = u, pace
+        for k, (rider, (along, across)) in enumerate(zip(self._riders, self._rides, strict=True)):
+            found = np.array([rider.at(place) for place in u[:, k].tolist()])
+            x[:, along], x[:, across], dx, dy, ddx, ddy = found.T
+            own, column = pace[:, k], len(self.free) + k
+            speed[:, along], speed[:, across] = dx * own, dy * own
+            b[:, along], b[:, across] = ddx * own * own, ddy * own * own
+            reach[:, along, column], reach[:, across, column] = dx, dy
 
     def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
         self._end = end.x, end.v
-        for guide, place in zip(self._guides, end.places, strict=False):
+        first = len(self._guides)
+        for guide, place in zip(self._guides, end.places.tolist(), strict=False):
             guide.settle(place, float(end.x[guide.guided.turning]))
-        for k, rider in enumerate(self._riders, start=len(self._guides)):
-            rider.u = end.places[k]
-        self._speeds = list(end.place_rates[len(self._guides) :])
-        self._at_times.clear()
+        for rider, place in zip(self._riders, end.places[first:].tolist(), strict=True):
+            rider.u = place
+        self._speeds = end.place_rates[first:].tolist()
+        self._driven = None
 
     def resume(self) -> None:
         """The slots' points have gone on to other pieces."""
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
-        self._at_times.clear()
+        self._driven = None
 
     def worn(self) -> bool:
         """Tell whether other coordinates should be the independent ones: never."""
@@ -201,7 +230,7 @@ class OpenCoordinates:
         speeds = [abs(float(at.v[guide.guided.turning])) for guide in self._guides]
         return min((LARGEST_TURN / speed for speed in speeds if speed > 0), default=np.inf)
 
-    def slipped(self, h: float, weights: FloatArray, stages: Sequence[Held], start: Held) -> float:
+    def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
         """How far a slide ended a step from where its speeds take it.
 
         It jumped to another place where the guide's axis crosses the track, or went round a bend
@@ -210,9 +239,8 @@ class OpenCoordinates:
         off = 0.0
         for guide in self._guides:
             k = guide.guided.sliding
-            speeds = [at.v[k] for at in stages]
-            gone = stages[-1].x[k] - start.x[k]
-            off = max(off, abs(float(gone - h * (weights @ speeds))))
+            gone = stages.x[-1, k] - start.x[k]
+            off = max(off, abs(float(gone - h * (weights @ stages.v[:, k]))))
         return off
 
     def pushed(self, k: int, at: Held) -> FloatArray:
@@ -223,7 +251,7 @@ class OpenCoordinates:
         moved = np.zeros((self._links, 1 if k < len(self._guides) else 2))
         if k < len(self._guides):
             guide = self._guides[k]
-            sine = guide.sine(float(at.x[guide.guided.turning]), at.places[k])
+            sine = guide.sine(float(at.x[guide.guided.turning]), float(at.places[k]))
             moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), LEAST_SINE)
         else:
             moved[list(self._rides[k - len(self._guides)]), [0, 1]] = 1.0

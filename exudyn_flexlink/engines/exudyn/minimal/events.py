@@ -56,31 +56,37 @@ class Finder:
     ) -> None:
         self.model, self.goal = model, goal
         self.touches = [contact.touch(x, v) for contact in model.contacts]
-        self.walls = WallWatch(model, x, v) if model.walls.contacts else None
+        self.walls = WallWatch(model.walls, x, v) if model.walls.contacts else None
         self._looks: dict[float, Held] = {}  # within the present step
+        self._ahead: tuple[Held, list[Touch]] | None = None  # at the end of the last step looked at
 
-    def accept(self, step: Step, x: FloatArray, v: FloatArray) -> None:
-        """Take the coordinates (links,) and speeds at the end of a step."""
+    def accept(self, step: Step, end: Held) -> None:
+        """Take the coordinates at the end of a step."""
         if self.walls is not None:
-            self.walls.accept(step.end, x, v)
+            self.walls.accept(end)
         before, h = self.touches, step.h
-        self.touches = [contact.touch(x, v) for contact in self.model.contacts]
+        self.touches = self._at_end(end)
         for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
             if not contact.acts and contact.beside(touch):
                 contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
 
-    def first(self, step: Step) -> Event | None:
-        """What happens first within the step."""
-        self._looks.clear()
-        last: Held = step.stages[-1].kept
-        found = [*self._ends_of_pieces(step, last), *self._changes_of_contacts(step)]
-        if self.walls is not None and (touched := self.walls.first(step)) is not None:
+    def first(self, step: Step, end: Held) -> Event | None:
+        """What happens first within the step, which ends at these coordinates."""
+        self._looks = {step.end: end}
+        found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
+        if self.walls is not None and (touched := self.walls.first(step, end)) is not None:
             found.append(Event(touched[0], WallChange(touched[1]), bends=True))
-        if self.goal is not None and self.goal(last.x) < 0:
+        if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
             found.append(Event(time, TurnsMade()))
         return min(found, key=lambda event: event.time, default=None)
+
+    def _at_end(self, end: Held) -> list[Touch]:
+        """Touches at the end of a step, which are asked for again as it is accepted."""
+        if self._ahead is None or self._ahead[0] is not end:
+            self._ahead = end, [contact.touch(end.x, end.v) for contact in self.model.contacts]
+        return self._ahead[1]
 
     def _at(self, step: Step, t: float) -> Held:
         """All coordinates at a time within the step."""
@@ -94,10 +100,10 @@ class Finder:
         assert self.goal is not None
         return float(self.goal(self._at(step, t).x))
 
-    def _ends_of_pieces(self, step: Step, last: Held) -> list[Event]:
+    def _ends_of_pieces(self, step: Step, end: Held) -> list[Event]:
         found = []
         for k, guide in enumerate(self.model.coordinates.points):
-            ahead, behind = guide.left(last.places[k])
+            ahead, behind = guide.left(float(end.places[k]))
             if min(ahead, behind) < -SEAM:
                 way = 1 if ahead < behind else -1
                 time = fall(partial(self._on_piece, step, k, way), step.t, step.end)
@@ -106,7 +112,7 @@ class Finder:
 
     def _on_piece(self, step: Step, k: int, way: int, t: float) -> float:
         """How far a slot's point is from the end of its piece (way 1) or from its start (-1)."""
-        left = self.model.coordinates.points[k].left(self._at(step, t).places[k])
+        left = self.model.coordinates.points[k].left(float(self._at(step, t).places[k]))
         return left[0] if way == 1 else left[1]
 
     # --- contacts -----------------------------------------------------------------------------
@@ -169,12 +175,12 @@ class Finder:
 
     def _surely_unchanged(self, contact: MinimalContact, k: int, step: Step) -> bool:
         """Tell from both ends, or from the stages, that nothing can have changed in between."""
-        last = step.stages[-1].kept
-        ends = (self.touches[k], contact.touch(last.x, last.v))
+        ends = self.touches[k], self._at_end(self._at(step, step.end))[k]
         apart = contact.side is not Side.PRESSED
         if apart and (_beside(contact, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
             return True
-        inner = [contact.touch(at.kept.x, at.kept.v) for at in step.stages[:-1]]
+        x, v = step.stages.kept.held[:2]
+        inner = [contact.touch(*at) for at in zip(x[:-1], v[:-1], strict=True)]
         touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
         unchanged = _apart if apart else partial(_pressed, contact)
         between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)

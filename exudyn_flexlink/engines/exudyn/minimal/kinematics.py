@@ -12,7 +12,7 @@ and its velocity and acceleration are the sums of the derivatives of d.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,39 +58,40 @@ class LinkKinematics:
         above = np.zeros((count, count))
         for i in range(count):
             above[i, layout.path(i)] = 1.0
+        above = np.vstack([above, np.zeros(count)])  # the ground, the last, is moved by none
         self._above = above.T.astype(complex)
         self.hinge = np.array([link.kind == HINGE for link in links], dtype=bool)
-        self.turning = (above * self.hinge).T  # (links, links): hinges that turn a link
+        self.turning = (above * self.hinge).T  # (links, links + 1): hinges that turn a link
         self._turned = above @ np.array([link.turn for link in links])
         self._parent = np.array([link.parent for link in links], dtype=int)  # -1: the ground
         self._offset = np.array([complex(*link.offset) for link in links])
         across = np.array([link.kind == ALONG_Y for link in links], dtype=bool)
         self._along = np.where(self.hinge, 0.0, np.where(across, 1j, 1.0))
-        self.moved_by = np.vstack([above, np.zeros(count)]).astype(bool)  # the ground by none
+        self.moved_by = above.astype(bool)
 
     def places(self, x: FloatArray) -> Places:
         """Return angles, axes and origins at coordinates (..., links)."""
-        angle = _with_ground(x @ self.turning + self._turned)
+        angle = x @ self.turning + self._turned
         axis = np.empty(angle.shape, dtype=complex)
         axis.real, axis.imag = np.cos(angle), np.sin(angle)
         slide = axis[..., :-1] * self._along
         moved = axis[..., self._parent] * self._offset + slide * x
-        return Places(angle, axis, _with_ground(moved @ self._above), slide)
+        return Places(angle, axis, moved @ self._above, slide)
 
     def rates(self, at: Places, x: FloatArray, v: FloatArray) -> Rates:
         """First derivatives at speeds (..., links)."""
-        angle = _with_ground(v @ self.turning)
+        angle = v @ self.turning
         turned = 1j * angle[..., self._parent] * at.axis[..., self._parent] * self._offset
         slid = at.slide * (v + 1j * angle[..., :-1] * x)
-        return Rates(angle, _with_ground((turned + slid) @ self._above))
+        return Rates(angle, (turned + slid) @ self._above)
 
     def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
         """Second derivatives at accelerations (..., links)."""
-        angle = _with_ground(a @ self.turning)
+        angle = a @ self.turning
         spin = 1j * angle - rates.angle**2
         turned = spin[..., self._parent] * at.axis[..., self._parent] * self._offset
         slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
-        return Rates(angle, _with_ground((turned + slid) @ self._above))
+        return Rates(angle, (turned + slid) @ self._above)
 
     def moves(self, at: Places, links: NDArray[np.intp], points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
@@ -100,15 +101,6 @@ class LinkKinematics:
         """Derivatives (..., points, links) of points as if every link carried them."""
         by_hinge = 1j * (points[..., None] - at.origin[..., None, :-1])
         return np.asarray(np.where(self.hinge, by_hinge, at.slide[..., None, :]))
-
-
-Array = TypeVar("Array", FloatArray, ComplexArray)
-
-
-def _with_ground(values: Array) -> Array:
-    """Append the ground, where everything is zero."""
-    zero = np.zeros((*values.shape[:-1], 1), values.dtype)
-    return np.concatenate([values, zero], axis=-1)
 
 
 class Points:

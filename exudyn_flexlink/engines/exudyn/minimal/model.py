@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
 from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
-from exudyn_flexlink.integrate.problem import NO_CONTACT, Evaluation, Press
+from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.mechanism import Assembly, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.tree import (
     ALONG_X,
@@ -42,22 +42,26 @@ FloatArray = NDArray[np.float64]
 
 
 class Whole(NamedTuple):
-    """What Exudyn says of the tree at one instant."""
+    """What Exudyn says of the tree at one instant, or at several: then with one axis more."""
 
-    t: float
-    x: FloatArray
-    v: FloatArray
-    b: FloatArray
-    places: tuple[float, ...]
-    reach: FloatArray | None
-    place_rates: tuple[float, ...]
-    mass: FloatArray
-    force: FloatArray
-    pushes: list[tuple[float, float]]  # of contacts: pressing force, N, and the power it takes, W
+    t: FloatArray
+    held: Held
+    mass: FloatArray  # (links, links)
+    force: FloatArray  # (links,)
+    pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
     wall: WallPush | None  # what pairs of link and guide do that press
 
-
-NO_PUSHES: list[tuple[float, float]] = []
+    def pick(self, which: int | slice | None) -> Whole:
+        """Return one of several instants, or some of them: see `coordinates.Held`."""
+        wall = None if self.wall is None else self.wall.pick(which)
+        return Whole(
+            self.t[which],
+            self.held.pick(which),
+            self.mass[which],
+            self.force[which],
+            self.pushes[which],
+            wall,
+        )
 
 
 class MinimalModel:
@@ -167,47 +171,52 @@ class MinimalModel:
 
     def whole(self, t: float, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates, speeds, and accelerations but for those of the independent ones."""
-        return self.coordinates.hold(np.array([t]), z[None], v[None])[0]
+        return self.coordinates.hold(np.array([t]), z[None], v[None]).pick(0)
 
     # --- equations ----------------------------------------------------------------------------
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force of the independent coordinates."""
-        return self.evaluate_all(np.array([t]), q[None], v[None])[0]
+        return self.evaluate_all(np.array([t]), q[None], v[None]).pick(0)
 
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
         held = self.coordinates.hold(t, q, v)
-        walls: Sequence[WallPush | None] = [None] * len(held)
-        if len(self.walls.which):
-            x, speeds = (np.array([at[i] for at in held]) for i in (0, 1))
-            walls = self.walls.push(x, speeds)
-        return [self._evaluate(*at) for at in zip(t.tolist(), held, walls, strict=True)]
-
-    def _evaluate(self, t: float, held: Held, wall: WallPush | None) -> Evaluation:
-        x, speed, b, places, reach, place_rates = held
-        data, solver, mbs = self._data, self._solver, self._mbs
-        data.SetODE2Coordinates(x)
-        data.SetODE2Coordinates_t(speed)
-        solver.ComputeMassMatrix(mbs)
-        solver.ComputeODE2RHS(mbs)
-        mass, force = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
-        self._across.pull(x, speed, force)
+        mass, force = self._ask(held.x, held.v)
+        self._across.pull(held.x, held.v, force)
         for motor, row in self.torques:
-            force += motor.ramp.at(t) * row
-        pushes, touching = NO_PUSHES, NO_CONTACT
-        if self.contacts:
-            pushes, touching = self._push(x, speed, force)
+            force += np.outer([motor.ramp.at(at) for at in t.tolist()], row)
+        pushes, touching = self._push(held.x, held.v, force)
+        wall = self.walls.push(held.x, held.v)
         if wall is not None:
             force += wall.force
-        kept = Whole(t, x, speed, b, places, reach, place_rates, mass, force, pushes, wall)
-        left = force - mass @ b
+        kept = Whole(t, held, mass, force, pushes, wall)
+        left = force - (mass @ held.b[:, :, None])[:, :, 0]
+        return Evaluation(*self._reduced(held.reach, mass, left), kept, touching)
+
+    def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
+        data, solver, mbs = self._data, self._solver, self._mbs
+        mass, force = np.empty((*x.shape, x.shape[1])), np.empty(x.shape)
+        for i in range(len(x)):
+            data.SetODE2Coordinates(x[i])
+            data.SetODE2Coordinates_t(v[i])
+            solver.ComputeMassMatrix(mbs)
+            solver.ComputeODE2RHS(mbs)
+            mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
+        return mass, force
+
+    def _reduced(
+        self, reach: FloatArray | None, mass: FloatArray, left: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Mass matrices and forces of the independent coordinates."""
         if reach is not None:
-            return Evaluation(reach.T @ mass @ reach, reach.T @ left, kept, touching)
+            turned = reach.transpose(0, 2, 1)
+            return turned @ mass @ reach, (turned @ left[:, :, None])[:, :, 0]
         chosen = self._picked
         if isinstance(chosen, slice):
-            return Evaluation(mass[chosen, chosen], left[chosen], kept, touching)
-        return Evaluation(mass[np.ix_(chosen, chosen)], left[chosen], kept, touching)
+            return mass[:, chosen, chosen], left[:, chosen]
+        return mass[:, chosen[:, None], chosen], left[:, chosen]
 
     @property
     def _picked(self) -> slice | NDArray[np.intp]:
@@ -217,20 +226,19 @@ class MinimalModel:
 
     def _push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray
-    ) -> tuple[list[tuple[float, float]], FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """Add the contacts' forces.
 
-        Return force and power of each, and gaps and rates (c, 2) of those that act.
+        Return force and power of each (n, contacts, 2), and gaps and rates of those that act
+        (n, c, 2).
         """
-        pushes, touching = [], []
-        for contact in self.contacts:
-            if not contact.acts:
-                pushes.append((0.0, 0.0))
-                continue
-            push, touch = contact.push(x, v, onto)
-            pushes.append(push)
-            touching.append(touch)
-        return pushes, np.array(touching) if touching else NO_CONTACT
+        pushes = np.zeros((len(x), len(self.contacts), 2))
+        acting = [k for k, contact in enumerate(self.contacts) if contact.acts]
+        touching = np.empty((len(x), len(acting), 2))
+        for c, k in enumerate(acting):
+            for i in range(len(x)):
+                pushes[i, k], touching[i, c] = self.contacts[k].push(x[i], v[i], onto[i])
+        return pushes, touching
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs, dampers and walls; what turns with the mechanism is left to the iteration."""
@@ -238,13 +246,15 @@ class MinimalModel:
         whole: Whole = at.kept
         if whole.wall is None:
             return stiffness, damping
-        reach = np.eye(len(whole.x))[:, self._picked] if whole.reach is None else whole.reach
+        reach = whole.held.reach
+        if reach is None:
+            reach = np.eye(len(whole.held.x))[:, self._picked]
         of_walls = self.walls.slopes(whole.wall, reach)
         return stiffness + of_walls[0], damping + of_walls[1]
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
-        reach = at.kept.reach
+        reach: FloatArray | None = at.kept.held.reach
         if reach is None and self._springy is not None:
             return self._springy
         stiffness = np.diag(self.stiffness) + self._across.stiffness
@@ -260,9 +270,9 @@ class MinimalModel:
         acting = [contact for contact in self.contacts if contact.acts]
         if not acting:
             return None
-        whole: Whole = at.kept
-        rows = np.array([contact.gradient(whole.x, whole.v) for contact in acting])
-        rows = rows[:, self._picked] if whole.reach is None else rows @ whole.reach
+        held: Held = at.kept.held
+        rows = np.array([contact.gradient(held.x, held.v) for contact in acting])
+        rows = rows[:, self._picked] if held.reach is None else rows @ held.reach
         return rows, press_by([contact.law for contact in acting])
 
     def size(self, change: FloatArray) -> float:
@@ -274,11 +284,11 @@ class MinimalModel:
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
-        whole: Whole = at.kept
         if not len(at.force):
             return 0.0
-        pushed = whole.mass @ self.coordinates.pushed(k, Held(*whole[1:7]))
-        along = pushed[self._picked] if whole.reach is None else whole.reach.T @ pushed
+        held: Held = at.kept.held
+        pushed = at.kept.mass @ self.coordinates.pushed(k, held)
+        along = pushed[self._picked] if held.reach is None else held.reach.T @ pushed
         return self.size(np.linalg.solve(at.mass, along).T)
 
     def look(self, x: FloatArray, reach: FloatArray | None = None) -> None:
@@ -292,15 +302,11 @@ class MinimalModel:
             return np.zeros(0)
         return np.asarray(np.linalg.solve(at.mass, at.force))
 
-    def whole_accelerations(self, instants: Sequence[Held | Whole], free: FloatArray) -> FloatArray:
-        """Accelerations of all coordinates (instants, links), by the free ones (instants, free)."""
-        shape = (len(instants), len(self.layout.links))
-        whole = np.array([instant.b for instant in instants]).reshape(shape)
-        if not len(instants):
-            return whole
-        if instants[0].reach is not None:
-            moved = [at.reach @ a for at, a in zip(instants, free, strict=True)]
-            return np.asarray(whole + np.array(moved).reshape(shape))
+    def whole_accelerations(self, held: Held, free: FloatArray) -> FloatArray:
+        """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
+        if held.reach is not None:
+            return np.asarray(held.b + (held.reach @ free[:, :, None])[:, :, 0])
+        whole = held.b.copy()
         whole[:, self._picked] += free
         return whole
 
@@ -309,12 +315,14 @@ class MinimalModel:
         across = np.sum((v @ self._across.damping) * v, axis=1)
         return np.asarray((v * v) @ self.damping + across)
 
-    def left_over(self, instants: Sequence[Whole], free: FloatArray) -> FloatArray:
-        """Forces (instants, links) that motors, slots and loops add where the free ones move so."""
-        mass = np.array([instant.mass for instant in instants])
-        force = np.array([instant.force for instant in instants])
-        whole = self.whole_accelerations(instants, free)
-        return np.asarray((mass @ whole[:, :, None])[:, :, 0] - force)
+    def left_over(self, instants: Sequence[Whole], accelerations: FloatArray) -> FloatArray:
+        """Forces (n, links) that motors, slots and loops add where all coordinates move so.
+
+        The instants (n,) are several of each `Whole`, in a row.
+        """
+        mass = np.concatenate([whole.mass for whole in instants])
+        force = np.concatenate([whole.force for whole in instants])
+        return np.asarray((mass @ accelerations[:, :, None])[:, :, 0] - force)
 
 
 class _Body(NamedTuple):

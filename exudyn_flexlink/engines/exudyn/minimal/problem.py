@@ -17,6 +17,7 @@ from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
     Finder,
@@ -60,6 +61,7 @@ class MinimalProblem:
     stop_reason: str = ""
     stop_advice: str = ""
     _slow: FloatArray | None = None
+    _ended: tuple[Step, Held] | None = None  # the last step looked at, with where it ends
 
     def __post_init__(self) -> None:
         x, v = self.model.start
@@ -77,8 +79,8 @@ class MinimalProblem:
 
     # --- equations ----------------------------------------------------------------------------
 
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> list[Evaluation]:
-        """Mass matrix and force at instants (n,), coordinates and speeds (n, ...) together."""
+    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrices and forces at instants (n,), of coordinates and speeds (n, ...)."""
         return self.model.evaluate_all(t, q, v)
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
@@ -105,8 +107,9 @@ class MinimalProblem:
         coordinates.resume()
         q, v = coordinates.state()
         at = self.model.evaluate(time, q, v)
-        self.model.look(at.kept.x, at.kept.reach)
-        if self._slow is None or len(self._slow) != len(q) or at.kept.reach is not None:
+        held: Held = at.kept.held
+        self.model.look(held.x, held.reach)
+        if self._slow is None or len(self._slow) != len(q) or held.reach is not None:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
             self._slow = slow_motions(at.mass, self.model.springs(at)[0], self.end, SWING)
         return at, State(q, v, self.model.accelerations(at)), self._slow
@@ -117,10 +120,10 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
-        end = self.model.whole(step.end, step.finish.q, step.finish.v)
+        end = self._end_of(step)
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.reach)
-        self._finder.accept(step, end.x, end.v)
+        self._finder.accept(step, end)
         acting = False
         for contact, touch in self._contacts():
             if contact.acts:
@@ -132,13 +135,20 @@ class MinimalProblem:
         if walls is not None and (broken := walls.broken()) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
+    def _end_of(self, step: Step) -> Held:
+        """All coordinates at the end of a step, found once."""
+        if self._ended is None or self._ended[0] is not step:
+            end = self.model.whole(step.end, step.finish.q, step.finish.v)
+            self._ended = step, end
+        return self._ended[1]
+
     def _contacts(self) -> list[tuple[MinimalContact, Touch]]:
         """Every contact with where it is."""
         return list(zip(self.model.contacts, self._finder.touches, strict=True))
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
-        near = self.model.coordinates.longest(at.kept)
+        near = self.model.coordinates.longest(at.kept.held)
         rests = [contact.rests_in(touch) for contact, touch in self._contacts() if contact.acts]
         return min([near, *rests, *self._paces()], default=inf)
 
@@ -152,8 +162,8 @@ class MinimalProblem:
 
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""
-        stages = [at.kept for at in step.stages]
-        return self.model.coordinates.slipped(step.h, WEIGHTS, stages, step.begin.kept)
+        stages, begin = step.stages.kept.held, step.begin.kept.held
+        return self.model.coordinates.slipped(step.h, WEIGHTS, stages, begin)
 
     def on_singularity(self) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step fell on a dead centre."""
@@ -161,7 +171,7 @@ class MinimalProblem:
 
     def locked(self, at: Evaluation) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
-        return self.model.coordinates.locked(at.kept)
+        return self.model.coordinates.locked(at.kept.held)
 
     # --- places on curves ---------------------------------------------------------------------
 
@@ -171,12 +181,13 @@ class MinimalProblem:
 
     def places(self, at: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""
-        found: tuple[float, ...] = at.kept.places
+        found: list[float] = at.kept.held.places.tolist()
         return found
 
     def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
         """As `places`, at coordinates and speeds."""
-        return self.model.whole(t, q, v).places
+        found: list[float] = self.model.whole(t, q, v).places.tolist()
+        return found
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
@@ -186,7 +197,7 @@ class MinimalProblem:
 
     def first_event(self, step: Step) -> Event | None:
         """Locate what happens first within a step."""
-        return self._finder.first(step)
+        return self._finder.first(step, self._end_of(step))
 
     def late(self, event: Event, step: Step) -> float:
         """How long before the step's end a wall began or ceased to press, s, or a point slid off.
@@ -195,12 +206,12 @@ class MinimalProblem:
         """
         if isinstance(event.what, WallChange):
             assert self._finder.walls is not None
-            return -self._finder.walls.missed(event.what.pair, step)
+            return -self._finder.walls.missed(event.what.pair, self._end_of(step))
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
-        last = step.stages[-1].kept
+        end = self._end_of(step)
         contact = self.model.contacts[event.what.contact]
-        return contact.left_since(contact.touch(last.x, last.v))
+        return contact.left_since(contact.touch(end.x, end.v))
 
     def misses(self, event: Event, step: Step) -> bool:
         """Tell that a contact would end well off its face.
@@ -214,8 +225,8 @@ class MinimalProblem:
         contact = self.model.contacts[k]
         if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
             return False
-        last = step.stages[-1].kept
-        touch = contact.touch(last.x, last.v)
+        end = self._end_of(step)
+        touch = contact.touch(end.x, end.v)
         off = FARTHEST_OFF * contact.peak / contact.law.stiffness
         return not contact.beside(touch) and touch.gap > off
 

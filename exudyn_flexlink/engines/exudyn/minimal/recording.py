@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held, together
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
 from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS, C
@@ -73,19 +73,18 @@ class Recorder:
         self._pressed: list[BoolArray] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
         self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
-        self._kept: list[Evaluation] = []
+        self._kept: list[Evaluation] = []  # of the new samples: those of one step each
         self._notes: list[int] = []  # steps of the block made before each note
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
-        whole: Whole = at.kept
-        self._on_curves = [self._places(whole.places)]
-        held = Held(*whole[1:7])
-        self._check([held], self._reached[None, :], self._acting()[None])
+        start: Held = at.kept.held
+        self._on_curves = [self._places(start.places)]
+        self._check([start], self._reached[None, :], self._acting()[None])
         self._on_curves = []
-        self._keep(whole.t, at, (0, 0.0))
+        self._keep(at.pick(None), 0, np.zeros(1))
 
     def take(self, step: Step, end: Held) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
@@ -98,8 +97,7 @@ class Recorder:
             # Forces come from the equations at the samples: derivatives of the step's polynomial
             # are of a lower order, which a force shows that is small beside those it balances.
             found = self.model.evaluate_all(wanted, *step.at(wanted))
-            for t, at in zip(wanted.tolist(), found, strict=True):
-                self._keep(t, at, (len(self._steps), (t - step.t) / step.h))
+            self._keep(found, len(self._steps), (wanted - step.t) / step.h)
         self._steps.append(step)
         self._pressed.append(self._acting())
         self._ends.append(end)
@@ -109,7 +107,7 @@ class Recorder:
         """Keep a sample at the end of the last step, too."""
         if self._steps and self.samples[-1].time < self._steps[-1].end:
             last = self._steps[-1]
-            self._keep(last.end, last.stages[-1], (len(self._steps) - 1, 1.0))
+            self._keep(last.stages.pick(slice(-1, None)), len(self._steps) - 1, np.ones(1))
 
     def note(self) -> None:
         """Keep the totals at the end of the last step."""
@@ -129,17 +127,19 @@ class Recorder:
         of_scene = np.array([contact.acts for contact in self.model.contacts], dtype=bool)
         return np.concatenate([of_scene, self.model.walls.touching])
 
-    def _keep(self, t: float, at: Evaluation, between: tuple[int, float]) -> None:
-        """Keep a sample."""
-        whole: Whole = at.kept
-        places = self._places(whole.places)
-        self.samples.append(Sample(t, whole.x, whole.v, places, self._acting()))
-        self._kept.append(at)
-        self._between.append(between)
+    def _keep(self, found: Evaluation, step: int, parts: FloatArray) -> None:
+        """Keep samples (n,) at parts of a step of the block."""
+        whole: Whole = found.kept
+        pressed = self._acting()
+        x, v, _, places, *_ = whole.held
+        for i, t in enumerate(whole.t.tolist()):
+            self.samples.append(Sample(t, x[i], v[i], self._places(places[i]), pressed))
+        self._kept.append(found)
+        self._between += [(step, part) for part in parts.tolist()]
 
-    def _places(self, on_pieces: tuple[float, ...]) -> tuple[float, ...]:
+    def _places(self, on_pieces: FloatArray) -> tuple[float, ...]:
         """Places on the whole curves, in the order of the mechanism's slots."""
-        points = zip(self.model.coordinates.points, on_pieces, strict=True)
+        points = zip(self.model.coordinates.points, on_pieces.tolist(), strict=True)
         found = {point.slot.name: point.place(u) for point, u in points}
         return tuple(found[slot.name] for slot in self.mechanism.slots)
 
@@ -155,10 +155,11 @@ class Recorder:
                 self.at_notes += [self._reached for _ in self._notes]
             return
         shape = (len(steps), STAGES + 1, -1)
-        nodes = [node for step in steps for node in (step.begin, *step.stages)]
-        free = np.array([a for s in steps for a in (s.start.a, *s.accelerations)])
-        left = self.model.left_over([node.kept for node in nodes], free)
-        rates = self._rates_of([node.kept for node in nodes], left).reshape(shape)
+        nodes = [w for s in steps for w in (s.begin.kept.pick(None), s.stages.kept)]
+        free = np.concatenate([a for s in steps for a in (s.start.a[None], s.accelerations)])
+        held = together([node.held for node in nodes])
+        left = self.model.left_over(nodes, self.model.whole_accelerations(held, free))
+        rates = self._rates_of(nodes, held.v, left).reshape(shape)
         lengths = np.array([step.h for step in steps])
         gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
         reached = self._reached + np.vstack([0 * self._reached, np.cumsum(gained, axis=0)])
@@ -169,7 +170,7 @@ class Recorder:
         self.at_notes += [reached[row] for row in self._notes]
         pressed = np.array(self._pressed)
         self._check(self._ends, reached[1:], pressed)
-        self._seek([node.kept for node in nodes], lengths, pressed)
+        self._seek(held, lengths, pressed)
         self._reached = reached[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
         self._between, self._notes = [], []
@@ -179,38 +180,46 @@ class Recorder:
         if not self._kept:
             return
         instants: list[Whole] = [at.kept for at in self._kept]
-        mass = np.array([at.mass for at in self._kept])
-        force = np.array([at.force for at in self._kept])
+        mass = np.concatenate([at.mass for at in self._kept])
+        force = np.concatenate([at.force for at in self._kept])
         free = np.linalg.solve(mass, force[..., None])[..., 0]
-        self.accelerations.append(self.model.whole_accelerations(instants, free))
-        self.left.append(self.model.left_over(instants, free))
+        held = together([whole.held for whole in instants])
+        accelerations = self.model.whole_accelerations(held, free)
+        self.accelerations.append(accelerations)
+        self.left.append(self.model.left_over(instants, accelerations))
         self._kept = []
 
-    def _seek(self, kept: Sequence[Whole], lengths: FloatArray, pressed: BoolArray) -> None:
-        """Look for extremes within the block's steps, whose nodes are `kept`."""
-        x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
+    def _seek(self, held: Held, lengths: FloatArray, pressed: BoolArray) -> None:
+        """Look for extremes within the block's steps, with the coordinates at their nodes."""
+        x, v = held.x, held.v
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         shape = (len(lengths), STAGES + 1, *found.poses.shape[1:])
         begins = np.array([step.t for step in self._steps])
         motion = found.poses.reshape(shape), found.rates.reshape(shape)
         self.seeker.take(begins, lengths, motion, pressed)
 
-    def _rates_of(self, kept: Sequence[Whole], left: FloatArray) -> FloatArray:
-        """Rates of the totals (instants, ...) where motors and slots add the forces `left`."""
+    def _rates_of(self, nodes: Sequence[Whole], v: FloatArray, left: FloatArray) -> FloatArray:
+        """Rates of the totals (n, ...) at speeds v (n, links), with the forces `left` (n, links).
+
+        The instants (n,) are those of all nodes in a row.
+        """
         count, first = len(self.contacts), len(self.model.contacts)
-        v = np.array([whole.v for whole in kept])
-        rates = np.zeros((len(kept), 2 + 2 * count))
+        rates = np.zeros((len(v), 2 + 2 * count))
         rates[:, 0] = self.model.damped(v)
         rates[:, 1] = np.sum(left * v, axis=1)
+        times = np.concatenate([whole.t for whole in nodes]).tolist()
         for motor, row in self.model.torques:
-            rates[:, 1] += [motor.ramp.at(whole.t) for whole in kept] * (v @ row)
+            rates[:, 1] += [motor.ramp.at(t) for t in times] * (v @ row)
         forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
-        pushes = np.array([whole.pushes for whole in kept]).reshape(len(kept), first, 2)
+        pushes = np.concatenate([whole.pushes for whole in nodes])
         forces[:, :first], powers[:, :first] = pushes[..., 0], pushes[..., 1]
-        for i, whole in enumerate(kept):
+        done = 0
+        for whole in nodes:
+            rows = slice(done, done + len(whole.t))
             if whole.wall is not None:
-                forces[i, first + whole.wall.which] = whole.wall.press
-                powers[i, first + whole.wall.which] = whole.wall.power
+                forces[rows, first + whole.wall.which] = whole.wall.press
+                powers[rows, first + whole.wall.which] = whole.wall.power
+            done = rows.stop
         return rates
 
     def _check(self, kept: list[Held], totals: FloatArray, pressed: BoolArray) -> None:

@@ -25,6 +25,6 @@ class SpringsAcross:
         self._any = True
 
     def pull(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> None:
-        """Add the generalised forces (links,)."""
+        """Add the generalised forces at coordinates and speeds (n, links)."""
         if self._any:
-            onto += self._pull - self.stiffness @ x - self.damping @ v
+            onto += self._pull - x @ self.stiffness - v @ self.damping

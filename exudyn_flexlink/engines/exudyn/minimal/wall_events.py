@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
+from exudyn_flexlink.engines.exudyn.minimal.walls import Walls
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.turning import StepPolynomial, highest
@@ -38,12 +39,12 @@ POLYNOMIAL = StepPolynomial(NODES)
 class WallWatch:
     """Looks at steps; `seen` are all pairs at the end of the last one accepted."""
 
-    def __init__(self, model: MinimalModel, x: FloatArray, v: FloatArray) -> None:
-        self.model, self.walls = model, model.walls
+    def __init__(self, walls: Walls, x: FloatArray, v: FloatArray) -> None:
+        self.walls = walls
         self._lengths, self._held = self.walls.faces.length, self.walls.held
         self._any_held = bool(self._held.any())
         self.seen = self.walls.faces.look(x, v)
-        self._ahead: tuple[float, Seen] | None = None  # at the end of the last step looked at
+        self._ahead: tuple[Held, Seen] | None = None  # at the end of the last step looked at
 
     def _open(self, seen: Seen) -> Seen:
         """The same with what is held from both sides as if behind a face that never opens."""
@@ -52,12 +53,15 @@ class WallWatch:
         gap, rate = np.where(self._held, INSIDE, seen.gap), np.where(self._held, 0, seen.gap_rate)
         return seen._replace(gap=gap, gap_rate=rate)
 
-    def accept(self, time: float, x: FloatArray, v: FloatArray) -> None:
-        """Take the coordinates (links,) and speeds at the end of a step, at `time` (s)."""
-        if self._ahead is not None and self._ahead[0] == time:
-            self.seen = self._ahead[1]
-        else:
-            self.seen = self.walls.faces.look(x, v)
+    def accept(self, end: Held) -> None:
+        """Take the coordinates at the end of a step."""
+        self.seen = self._at_end(end)
+
+    def _at_end(self, end: Held) -> Seen:
+        """All pairs at the end of a step, which is asked for again as it is accepted."""
+        if self._ahead is None or self._ahead[0] is not end:
+            self._ahead = end, self.walls.faces.look(end.x, end.v)
+        return self._ahead[1]
 
     def broken(self) -> Channel | None:
         """Channel whose wall the link has broken through."""
@@ -65,7 +69,8 @@ class WallWatch:
 
     def touch(self, k: int) -> Touch:
         """Where pair k is."""
-        return Touch(*(float(column[k]) for column in self.seen))
+        gap, place, gap_rate, place_rate = (float(column[k]) for column in self.seen)
+        return Touch(gap, place, gap_rate, place_rate, self.walls.contacts[k].side)
 
     def changed(self) -> IntArray:
         """Pairs that now begin or cease to press, or did so unseen."""
@@ -86,17 +91,17 @@ class WallWatch:
 
     # --- within a step ------------------------------------------------------------------------
 
-    def first(self, step: Step) -> tuple[float, int] | None:
+    def first(self, step: Step, end: Held) -> tuple[float, int] | None:
         """Instant (s) and pair of the first event within a step; None if there is none."""
         at_once = self.changed()
         if len(at_once):
             return step.t, int(at_once[0])
-        end = self.model.whole(step.end, step.finish.q, step.finish.v)
-        inner = [at.kept for at in step.stages[:-1]]
-        x, v = np.array([*(w.x for w in inner), end.x]), np.array([*(w.v for w in inner), end.v])
+        x, v = step.stages.kept.held[:2]
+        x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
         stages = self.walls.faces.look(x, v)
-        self._ahead = step.end, Seen(*(column[-1] for column in stages))
-        path = self._open(Seen(*(np.vstack(both) for both in zip(self.seen, stages, strict=True))))
+        self._ahead = end, Seen(*(column[-1] for column in stages))
+        both = zip(self.seen, stages, strict=True)
+        path = self._open(Seen(*(np.concatenate([one[None], after]) for one, after in both)))
         restless = np.flatnonzero(~self._calm(path, step.h))
         if not len(restless):
             return None
@@ -144,13 +149,12 @@ class WallWatch:
 
     # --- at its end ---------------------------------------------------------------------------
 
-    def missed(self, k: int, step: Step) -> float:
+    def missed(self, k: int, end: Held) -> float:
         """How far (s) the end of a step is from the event of pair k; positive: the event is later.
 
         0 where it is there.
         """
-        end = self.model.whole(step.end, step.finish.q, step.finish.v)
-        value, rate = self._events(self.walls.faces.look(end.x, end.v))
+        value, rate = self._events(self._at_end(end))
         if abs(value[k]) < EXACT or rate[k] == 0:
             return 0.0
         return float(-value[k] / rate[k])

@@ -13,6 +13,7 @@ point, counted negative if it carries the face.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -27,13 +28,19 @@ ComplexArray = NDArray[np.complex128]
 
 
 class Seen(NamedTuple):
-    """Gaps and places (m) of pairs, their rates (m/s), and sides: (..., pairs) each."""
+    """Gaps and places (m) of pairs, and their rates (m/s): (..., pairs) each."""
 
     gap: FloatArray
     place: FloatArray
     gap_rate: FloatArray
     place_rate: FloatArray
-    side: FloatArray
+
+
+class Gradients(NamedTuple):
+    """Derivatives of gaps and of places by the coordinates, (..., pairs, links) each."""
+
+    gap: FloatArray
+    place: FloatArray
 
 
 class WallFaces:
@@ -54,24 +61,36 @@ class WallFaces:
         self.length = np.array([face_length(contact) for contact in contacts])
         self._side = np.array([contact.side for contact in contacts])
         self._held = self._side == 0
+        self._any_held = bool(self._held.any())
         carried = kinematics.moved_by
         self._moved = carried[self._links].astype(float) - carried[self._bases]
+
+    def some(self, which: NDArray[np.intp]) -> WallFaces:
+        """Return those of these numbers alone."""
+        some = copy(self)
+        some._links, some._bases = self._links[which], self._bases[which]
+        some._own, some._start = self._own[which], self._start[which]
+        some._back, some._moved = self._back[which], self._moved[which]
+        some._side, some._held = self._side[which], self._held[which]
+        some.length = self.length[which]
+        some._any_held = bool(some._held.any())
+        return some
 
     def look(self, x: FloatArray, v: FloatArray) -> Seen:
         """Look at all pairs at coordinates and speeds (..., links)."""
         return self._look(self._kinematics.places(x), x, v)[0]
 
-    def look_and_rows(self, x: FloatArray, v: FloatArray) -> tuple[Seen, ComplexArray]:
-        """Look, with the derivatives of z by the coordinates (..., pairs, links)."""
+    def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
+        """Look, with the gradients of gaps and places."""
         at = self._kinematics.places(x)
-        seen, points, back = self._look(at, x, v)
-        rows = self._kinematics.carries(at, points)
-        return seen, (back[..., None] * self._moved) * rows
+        seen, side, points, back = self._look(at, x, v)
+        rows = (back[..., None] * self._moved) * self._kinematics.carries(at, points)
+        return seen, Gradients(side[..., None] * rows.imag, rows.real)
 
     def _look(
         self, at: Places, x: FloatArray, v: FloatArray
-    ) -> tuple[Seen, ComplexArray, ComplexArray]:
-        """Return where the points are, too, and the conjugate directions of the faces."""
+    ) -> tuple[Seen, FloatArray, ComplexArray, ComplexArray]:
+        """Return sides, where the points are, and the conjugate directions of the faces, too."""
         rates = self._kinematics.rates(at, x, v)
         links, bases = self._links, self._bases
         arms = at.axis[..., links] * self._own
@@ -83,12 +102,10 @@ class WallFaces:
         moving += 1j * rates.angle[..., links] * arms
         rate = back * moving - 1j * rates.angle[..., bases] * moved
         side = self._side
-        if self._held.any():
-            held = np.where(place.imag > 0, -1.0, 1.0)
-            side = np.where(self._held, held, side)
-        else:
-            side = np.broadcast_to(side, place.shape)
-        return Seen(side * place.imag, place.real, side * rate.imag, rate.real, side), points, back
+        if self._any_held:
+            side = np.where(self._held, np.where(place.imag > 0, -1.0, 1.0), side)
+        seen = Seen(side * place.imag, place.real, side * rate.imag, rate.real)
+        return seen, side, points, back
 
 
 def _direction(layout: TreeLayout, contact: FaceContact) -> complex:

@@ -25,17 +25,24 @@ FloatArray = NDArray[np.float64]
 class WallPush(NamedTuple):
     """Pairs that press at one instant (a,): numbers, forces (N), powers that they take (W).
 
-    `touch` (a, 3) are their gaps, the rates of those and slips; `normal` and `along` (a, links) are
-    the gradients of gaps and of places; `force` (links,) is that on the coordinates.
+    `gap`, `gap_rate` and `slip` are their gaps, the rates of those and of places; `normal` and
+    `along` (a, links) are the gradients of gaps and of places; `force` (links,) is that on the
+    coordinates. Of several instants all but the numbers have one axis more, the first.
     """
 
     which: NDArray[np.intp]
     force: FloatArray
     press: FloatArray
     power: FloatArray
-    touch: FloatArray
+    gap: FloatArray
+    gap_rate: FloatArray
+    slip: FloatArray
     normal: FloatArray
     along: FloatArray
+
+    def pick(self, which: int | slice | None) -> WallPush:
+        """Return one of several instants, or some of them: see `coordinates.Held`."""
+        return WallPush(self.which, *(own[which] for own in self[1:]))
 
 
 class Walls:
@@ -49,10 +56,9 @@ class Walls:
         self.faces = WallFaces(layout, kinematics, self.contacts)
         self.held = np.array([pair.side == 0 for pair in self.contacts], dtype=bool)
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
-        self._places = layout, kinematics
         self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
+        self._any_friction = bool(self._laws[3].any())
         self.touching = np.zeros(len(self.contacts), dtype=bool)
-        self._faces_of: dict[tuple[int, ...], WallFaces] = {}
         self._choose()
 
     def change(self, k: int) -> None:
@@ -63,10 +69,7 @@ class Walls:
 
     def _choose(self) -> None:
         self.which = np.flatnonzero(self.touching)
-        key = tuple(self.which.tolist())
-        if key and key not in self._faces_of:
-            self._faces_of[key] = WallFaces(*self._places, [self.contacts[k] for k in key])
-        self._acting = self._faces_of.get(key)
+        self._acting = self.faces.some(self.which)
         self._of_acting = self._laws[:, self.which]
 
     def broken(self, seen: Seen) -> Channel | None:
@@ -74,20 +77,20 @@ class Walls:
         through = np.flatnonzero(self.touching & (seen.gap < -self._deepest))
         return self._channels[through[0]] if len(through) else None
 
-    def push(self, x: FloatArray, v: FloatArray) -> list[WallPush | None]:
-        """What those that press do at instants, of coordinates and speeds (n, links)."""
-        if self._acting is None:
-            return [None] * len(x)
-        seen, rows = self._acting.look_and_rows(x, v)
+    def push(self, x: FloatArray, v: FloatArray) -> WallPush | None:
+        """What those that press do at instants, of coordinates and speeds (n, links), if any do."""
+        if not len(self.which):
+            return None
+        (gap, _, gap_rate, slide), (normal, along) = self._acting.look_and_gradients(x, v)
         elastic, lossy, transition, coefficient, slip = self._of_acting
-        press = -seen.gap * (elastic + lossy * np.tanh(-seen.gap_rate / transition))
-        rub = -coefficient * press * np.tanh(seen.place_rate / slip)
-        normal, along = seen.side[..., None] * rows.imag, rows.real
-        force = (press[:, None, :] @ normal + rub[:, None, :] @ along)[:, 0]
-        power = -press * seen.gap_rate - rub * seen.place_rate
-        touch = np.stack([seen.gap, seen.gap_rate, seen.place_rate], axis=-1)
-        columns = zip(force, press, power, touch, normal, along, strict=True)
-        return [WallPush(self.which, *at) for at in columns]
+        press = -gap * (elastic + lossy * np.tanh(-gap_rate / transition))
+        force = (press[:, None, :] @ normal)[:, 0]
+        power = -press * gap_rate
+        if self._any_friction:
+            rub = -coefficient * press * np.tanh(slide / slip)
+            force += (rub[:, None, :] @ along)[:, 0]
+            power -= rub * slide
+        return WallPush(self.which, force, press, power, gap, gap_rate, slide, normal, along)
 
     def slopes(self, at: WallPush, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (n, n) of pairs that press so; directions count as fixed.
@@ -95,9 +98,8 @@ class Walls:
         `reach` (links, n) are the derivatives of the coordinates by the independent ones.
         """
         elastic, lossy, transition, coefficient, slip = self._of_acting
-        gap, rate, slide = at.touch.T
-        depth, rising = np.maximum(-gap, 0.0), np.tanh(-rate / transition)
-        rubbed = np.tanh(slide / slip)
+        depth, rising = np.maximum(-at.gap, 0.0), np.tanh(-at.gap_rate / transition)
+        rubbed = np.tanh(at.slip / slip)
         spring = elastic + lossy * rising
         damper = depth * lossy * (1 - rising * rising) / transition
         drag = coefficient * depth * spring * (1 - rubbed * rubbed) / slip
