@@ -23,9 +23,7 @@ FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
 """State by the time (s), within a step."""
 
-# Of one step, per metre that the run may be off: over the paper's two turns, and through strikes,
-# what is left of 1e-3 to 1e-8 m is a tenth or less.
-RELATIVE, ABSOLUTE = 1e-3, 1e-5
+RELATIVE, ABSOLUTE = 0.1, 1e-3
 LEAST = 3e-14  # of each: what is less is rounding
 
 

@@ -93,11 +93,3 @@ def result_of(
         outcome=outcome,
         **vars(report),
     )
-
-
-def turns_missing(joint: str | None) -> tuple[str, str]:
-    """Reason and advice for a run that ended before its turns were made."""
-    return (
-        f"'at_most' was reached before joint '{joint}' made its turns",
-        "raise 'at_most', or the drive's value",
-    )

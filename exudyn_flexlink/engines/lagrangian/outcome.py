@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import inf, isfinite
 from platform import python_version
 from threading import Event as Asked
 
@@ -12,6 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
@@ -24,7 +24,7 @@ from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.mechanism import approach, cut_short
+from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
@@ -139,20 +139,9 @@ def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
 
 
 def _checks(prepared: Prepared) -> Checks:
-    recorder, stepper = prepared.recorder, prepared.stepper
-    return Checks(
-        energy_residual=recorder.energy_residual,
-        largest_kinetic_energy=recorder.largest_kinetic_energy,
-        constraint_error=recorder.constraint_error,
-        steps=stepper.steps,
-        newton_iterations=stepper.iterations,
-        smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
-        largest_step=stepper.largest,
-        steps_per_contact=inf,  # the error is controlled there as everywhere
-        largest_penetration=max(
-            recorder.largest_penetration, float(recorder.seeker.deepest.max(initial=0.0))
-        ),
-    )
+    recorder = prepared.recorder
+    deepest = float(recorder.seeker.deepest.max(initial=0.0))
+    return checks(prepared.stepper, recorder, max(recorder.largest_penetration, deepest))
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:
@@ -165,12 +154,5 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         recorder = prepared.recorder
         gross = recorder.energy_residual > recorder.largest_kinetic_energy
         return Outcome(False, time, complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE)
-    missing = cut_short(prepared.scene, prepared.rig.mechanism)
-    if missing if system.goal is None else not system.reached:
-        return Outcome(
-            False,
-            time,
-            f"'at_most' was reached before joint '{prepared.scene.run.of}' made its turns",
-            "raise 'at_most', or the drive's value",
-        )
-    return Outcome(True, time)
+    reached = None if system.goal is None else system.reached
+    return of_turns(prepared.scene, prepared.rig.mechanism, time, reached)

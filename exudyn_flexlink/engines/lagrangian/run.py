@@ -16,6 +16,7 @@ import numpy as np
 
 from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.diagnostics.walls import resolving
+from exudyn_flexlink.engines.ending import stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import Control, advance
@@ -90,9 +91,8 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
         stepper = ExplicitStepper(problem, tolerance)
     else:
         stepper = CompiledStepper(problem, RADAU, control(rig, tolerance, end))
-    stops = [*(t for t in _bends(mechanism) if 0 < t < end), end]
     asked = Asked()
-    solution = Solution(stepper, problem, stops, progress, asked.is_set)
+    solution = Solution(stepper, problem, stops(mechanism, end), progress, asked.is_set)
     return Prepared(scene, rig, system, recorder, problem, stepper, solution, asked, tolerance)
 
 
@@ -162,9 +162,3 @@ def _last(problem: LagrangianProblem) -> str:
     if event is None or problem.time - event.time > instant(problem.time, EVENT_TIME):
         return ""
     return f"; the last was '{event.kind}' of '{event.name}'"
-
-
-def _bends(mechanism: Mechanism) -> list[float]:
-    """Instants at which drives reach their values: derivatives jump there."""
-    motors = (*mechanism.speed_motors, *mechanism.torque_motors)
-    return sorted({motor.ramp.duration for motor in motors})

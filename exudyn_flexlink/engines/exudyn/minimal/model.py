@@ -306,7 +306,7 @@ class MinimalModel:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
         if held.reach is not None:
             return np.asarray(held.b + (held.reach @ free[:, :, None])[:, :, 0])
-        whole = held.b.copy()
+        whole: FloatArray = held.b.copy()
         whole[:, self._picked] += free
         return whole
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
 from threading import Event as Asked
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.ending import checks
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -21,7 +21,7 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import FaceContact, anchor_position, approach, face_length
-from exudyn_flexlink.result import Checks, ContactHistory, EnergyHistory, Event
+from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -94,7 +94,8 @@ class _Reading:
 
     def report(self) -> Report:
         poses, rates = self.moved.poses, self.moved.rates
-        energies = self.run.recorder.energies(poses, rates, self.totals, self.pressed)
+        recorder = self.run.recorder
+        energies = recorder.energies(poses, rates, self.totals, self.pressed)
         contacts, written = {}, self._written()
         for k, contact in enumerate(self.mechanism.contacts):
             at, force = self.approaches[k], self.pressing[:, k]
@@ -111,9 +112,11 @@ class _Reading:
             contacts=contacts,
             sleeves=sleeve_histories(self.mechanism, written, self.pressing),
             energy=EnergyHistory(*energies.T),
-            extremes=self.run.recorder.seeker.extremes(),
+            extremes=recorder.seeker.extremes(),
             laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
-            checks=self._checks(),
+            checks=checks(
+                self.run.stepper, recorder, float(recorder.seeker.deepest.max(initial=0.0))
+            ),
         )
 
     def _written(self) -> Written:
@@ -139,20 +142,6 @@ class _Reading:
         if accuracy.tolerance is not None:
             settings["tolerance"] = self.run.stepper.control.tolerance
         return settings
-
-    def _checks(self) -> Checks:
-        stepper, recorder = self.run.stepper, self.run.recorder
-        return Checks(
-            energy_residual=recorder.energy_residual,
-            largest_kinetic_energy=recorder.largest_kinetic_energy,
-            constraint_error=recorder.constraint_error,
-            steps=stepper.steps,
-            newton_iterations=stepper.iterations,
-            smallest_step=stepper.smallest if isfinite(stepper.smallest) else 0.0,
-            largest_step=stepper.largest,
-            steps_per_contact=inf,  # the error is controlled there as everywhere
-            largest_penetration=float(recorder.seeker.deepest.max(initial=0.0)),
-        )
 
     # --- reactions ----------------------------------------------------------------------------
 

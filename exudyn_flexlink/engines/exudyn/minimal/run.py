@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.coasting import SWING, coasting
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
+from exudyn_flexlink.engines.ending import of_turns, stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -22,7 +23,6 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     NO_SOLUTION,
     no_solution_advice,
     result_of,
-    turns_missing,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.integrate.clock import instant
@@ -35,8 +35,6 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.mechanism import (
     Assembly,
-    Mechanism,
-    cut_short,
     end_of_run,
     half_period,
     pairs,
@@ -79,9 +77,8 @@ def prepare(
     tolerance = resolving(accuracy.tolerance or smallest, mechanism.channels)
     control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(problem, control, lasting, end)
-    stops = [*(t for t in _bends(mechanism) if 0 < t < end), end]
     asked = Asked()
-    solution = Solution(stepper, problem, stops, progress, asked.is_set)
+    solution = Solution(stepper, problem, stops(mechanism, end), progress, asked.is_set)
     return MinimalRun(scene, model, problem, stepper, solution, asked, recorder, events)
 
 
@@ -142,12 +139,6 @@ def _on_dead_centres(run: MinimalRun) -> list[str]:
     ]
 
 
-def _bends(mechanism: Mechanism) -> list[float]:
-    """Instants at which drives reach their values: derivatives jump there."""
-    motors = (*mechanism.speed_motors, *mechanism.torque_motors)
-    return sorted({motor.ramp.duration for motor in motors})
-
-
 def _goal(
     scene: Scene, assembly: Assembly, layout: TreeLayout
 ) -> Callable[[FloatArray], float] | None:
@@ -173,9 +164,5 @@ def _outcome(run: MinimalRun, complaint: str, advice: str) -> Outcome:
         return Outcome(False, time, problem.stop_reason, problem.stop_advice)
     if complaint:
         return Outcome(False, time, complaint, advice)
-    missing = not problem.reached if problem.goal is not None else cut_short(
-        run.scene, run.model.assembly.mechanism
-    )  # fmt: skip
-    if missing:
-        return Outcome(False, time, *turns_missing(run.scene.run.of))
-    return Outcome(True, time)
+    reached = None if problem.goal is None else problem.reached
+    return of_turns(run.scene, run.model.assembly.mechanism, time, reached)

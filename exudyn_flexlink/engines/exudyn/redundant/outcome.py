@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
+from exudyn_flexlink.engines.ending import turns_missing
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
@@ -16,7 +17,6 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     Report,
     no_solution_advice,
     result_of,
-    turns_missing,
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
@@ -183,7 +183,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
     if complaint:
         return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
     if _turns_missing(prepared):
-        return Outcome(False, loop.time, *turns_missing(prepared.scene.run.of))
+        return turns_missing(prepared.scene, loop.time)
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
         return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
     return Outcome(True, loop.time)
