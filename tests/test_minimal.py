@@ -10,6 +10,7 @@ import pytest
 from results import scene_from
 
 from exudyn_flexlink.engines import formulations, simulate
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.loading import assemble_scene, load_scene
@@ -228,3 +229,45 @@ def test_forces_are_those_of_the_equations_at_every_sample() -> None:
     first, second = common(loose, tight)
     found, exact = loose.slot_forces["pin"][first], tight.slot_forces["pin"][second]
     assert np.abs(found - exact).max() < 2e-4 * np.abs(exact).max()
+
+
+# --- what is evaluated once -------------------------------------------------------------------
+
+
+def test_the_end_of_a_step_is_put_together_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Events, walls and what is recorded all look at it."""
+    ends = []
+    whole = MinimalModel.whole
+
+    def counted(model: MinimalModel, t: float, *state: np.ndarray) -> Held:
+        ends.append(t)
+        return whole(model, t, *state)
+
+    monkeypatch.setattr(MinimalModel, "whole", counted)
+    # No wall is touched so early: every step is accepted as it was looked at.
+    result = simulate(load_scene(MODELS / "clearance.yaml", ["run.turns=0.02"]), measure=False)
+    assert result.checks.steps > 5
+    assert len(ends) == result.checks.steps
+
+
+def test_pairs_that_press_are_where_they_are_among_all() -> None:
+    assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
+    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
+    which = np.array([3, 0, 40])
+    x, v = (np.stack([own, own + 0.1]) for own in tree.start)
+    every, some = tree.walls.faces.look(x, v), tree.walls.faces.some(which).look(x, v)
+    for all_of_them, few in zip(every, some, strict=True):
+        np.testing.assert_array_equal(few, all_of_them[:, which])
+
+
+def test_stages_together_are_what_they_are_alone() -> None:
+    assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
+    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
+    tree.walls.change(2)
+    q, v = tree.coordinates.state()
+    t, scale = np.array([0.0, 0.1, 0.2]), np.array([[1.0], [1.01], [0.99]])
+    together = tree.evaluate_all(t, scale * q, scale * v)
+    for i, at in enumerate(t.tolist()):
+        alone = tree.evaluate(at, scale[i] * q, scale[i] * v)
+        np.testing.assert_allclose(together.mass[i], alone.mass, rtol=1e-13, atol=1e-18)
+        np.testing.assert_allclose(together.force[i], alone.force, rtol=1e-12, atol=1e-14)

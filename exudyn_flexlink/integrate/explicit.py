@@ -24,7 +24,7 @@ Dense = Callable[[float], FloatArray]
 """State by the time (s), within a step."""
 
 # Tolerances of one step, per metre that the run may be off. By `scripts/tolerance.py --integrator
-# dop853`, from 1e-3 to 1e-8 m, the run is off by less than 1e-3 of that: a judge has to be far
+# dop853`, from 1e-3 to 1e-8 m, the run is off by less than 1e-4 of that: a judge has to be far
 # better than what it judges, and touches of walls multiply what it leaves. It costs little: stiff
 # hinges alone keep explicit steps short, so that at a hundred times of both a strike takes two
 # thirds of the steps at 1e-6 m, and errors with clearance exceed the tolerance earlier.

@@ -119,7 +119,7 @@ class MinimalContact:
         Return the pressing force (N) and the power it takes (W), and the gap (m) and its rate.
         """
         touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
-        # At the end of a touch a trial state may be a hair beyond the face: no force pulls.
+        # As a contact ends a trial state may be just off the face: no force pulls.
         press, rub = self.force(touch), 0.0
         if self.friction is not None:
             rub = float(self.friction.force(press, touch.place_rate))

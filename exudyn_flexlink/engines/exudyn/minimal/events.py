@@ -169,7 +169,7 @@ class Finder:
         return min(-touch.gap, touch.place, contact.length - touch.place)
 
     def _closes(self, contact: MinimalContact, step: Step, t: float) -> float:
-        """How fast (m/s) a contact that has begun a hair before it touches goes on to touch."""
+        """How fast (m/s) the gap closes of a contact that began just before its point touches."""
         touch = self._touch(contact, step, t)
         return 0.0 if contact.beside(touch) else -touch.gap_rate
 

@@ -150,9 +150,9 @@ class MinimalProblem:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
         near = self.model.coordinates.longest(at.kept.held)
         rests = [contact.rests_in(touch) for contact, touch in self._contacts() if contact.acts]
-        return min([near, *rests, *self._paces()], default=inf)
+        return min([near, *rests, *self._limits_given()], default=inf)
 
-    def _paces(self) -> list[float]:
+    def _limits_given(self) -> list[float]:
         """Longest steps (s) of contacts that act, where the user gave a step."""
         if self.given is None:
             return []
