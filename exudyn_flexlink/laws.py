@@ -61,29 +61,9 @@ class RestitutionPenalty:
         d = np.maximum(penetration, 0.0)
         return np.asarray(0.5 * self._elastic * d**2)
 
-    def returned_energy(self, penetration: ArrayLike) -> FloatArray:
-        """Energy e^2 k d^2/2 in J that unloading from rest, much faster than v_s, gives back."""
-        d = np.maximum(penetration, 0.0)
-        return np.asarray(0.5 * self.restitution**2 * self.stiffness * d**2)
-
-    def dissipated_power(self, penetration: ArrayLike, rate: ArrayLike) -> FloatArray:
-        """Power ``F d' - dU/dt = (1 - e^2)/2 k d d' tanh(d'/v_s)`` in W, never negative."""
-        d = np.maximum(penetration, 0.0)
-        return np.asarray(d * self._lossy * np.asarray(rate) * np.tanh(self._relative(rate)))
-
     def half_period(self, mass: float) -> float:
         """Half a period pi sqrt(m/k) in s of ``mass`` (kg): what steps per contact refer to."""
         return math.pi * math.sqrt(mass / self.stiffness)
-
-    def contact_duration(self, mass: float) -> float:
-        """Time in s from touching to leaving, of a free ``mass`` (kg) much faster than v_s.
-
-        A quarter period of loading with k and one of unloading with e^2 k:
-        ``pi/2 sqrt(m/k) (1 + 1/e)``. For e = 0 unloading has no natural time scale (the mass creeps
-        out at a few v_s); the half period ``pi sqrt(m/k)`` is returned.
-        """
-        half = self.half_period(mass)
-        return half if self.restitution == 0 else 0.5 * half * (1 + 1 / self.restitution)
 
     @property
     def _elastic(self) -> float:

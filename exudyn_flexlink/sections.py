@@ -17,7 +17,6 @@ class Section:
     """Cross-section of a rod bending in the plane.
 
     ``area`` A in m^2, ``second_moment`` I in m^4 about the axis normal to the plane of motion.
-    Build one with :func:`rectangle`, :func:`circle`, or directly for a general section.
 
     Raises:
         ValueError: a value is not positive and finite.
@@ -37,30 +36,6 @@ class Section:
         A rod of any section then has the inertia ``m l^2/12 + m h^2/12``.
         """
         return math.sqrt(12 * self.second_moment / self.area)
-
-
-def rectangle(width: float, thickness: float) -> Section:
-    """Solid rectangle: ``thickness`` h (m) in the plane of motion, ``width`` b (m) across it.
-
-    A = b h, I = b h^3/12.
-
-    Raises:
-        ValueError: a side is not positive and finite.
-
-    """
-    _positive(width=width, thickness=thickness)
-    return Section(width * thickness, width * thickness**3 / 12)
-
-
-def circle(diameter: float) -> Section:
-    """Solid round bar of ``diameter`` d (m): A = pi d^2/4, I = pi d^4/64.
-
-    Raises:
-        ValueError: the diameter is not positive and finite.
-
-    """
-    _positive(diameter=diameter)
-    return Section(math.pi * diameter**2 / 4, math.pi * diameter**4 / 64)
 
 
 def mass_per_length(density: float, section: Section) -> float:

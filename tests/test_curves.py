@@ -145,18 +145,12 @@ def test_lengths_in_closed_form():
 
 def test_egg_curvature_jumps_where_its_halves_meet():
     assert EGG.closed
-    np.testing.assert_allclose(EGG.curvature_breaks, [-QUARTER, QUARTER])
-    np.testing.assert_allclose(EGG.point(EGG.curvature_breaks), [[0, -0.03], [0, 0.03]], atol=1e-17)
+    np.testing.assert_allclose(EGG.breaks[:-1], [-QUARTER, QUARTER])
+    np.testing.assert_allclose(EGG.point(EGG.breaks[:-1]), [[0, -0.03], [0, 0.03]], atol=1e-17)
     eps = 1e-12
     before, after = EGG.curvature([QUARTER - eps, QUARTER + eps])
     assert (before, after) == pytest.approx((18.75, 100 / 3), rel=1e-9)
     assert EGG.curvature([3 * QUARTER - eps, 3 * QUARTER + eps]) == pytest.approx([100 / 3, 18.75])
-
-
-def test_equal_curvature_at_a_break_is_no_jump():
-    halves = Joined([CircleArc((0, 0), 1, 0, math.pi), CircleArc((0, 0), 1, math.pi, 2 * math.pi)])
-    assert len(halves.breaks) == 3
-    assert len(halves.curvature_breaks) == 0
 
 
 def test_clockwise_arc_bends_to_the_right():
@@ -193,7 +187,6 @@ def test_laps_repeat_after_both_curves():
     u = np.linspace(0, 4 * math.pi, 50)
     np.testing.assert_allclose(TRACK.point(u + 3 * TRACK.period), TRACK.point(u), atol=1e-15)
     np.testing.assert_array_equal(TRACK.lap([-1, 1, 7, 13, 19, 26]), [-1, 0, 1, 2, 3, 4])
-    np.testing.assert_allclose(TRACK.curvature_breaks, [2.5 * math.pi, 3.5 * math.pi])
 
 
 @pytest.mark.parametrize("meet", [(0, 0.03), (0, -0.03)])
@@ -214,7 +207,6 @@ def test_spline_among_the_laps_is_cut_anywhere():
     np.testing.assert_allclose(laps.point([0, spline.period]), [meet, meet], atol=1e-12)
     u = np.linspace(0, spline.period, 9)
     np.testing.assert_allclose(laps.point(u), spline.point(0.0271 + u), atol=1e-12)
-    assert len(laps.curvature_breaks) == 0
 
 
 def test_joined_curve_cut_in_its_third_piece_stays_in_one():

@@ -22,8 +22,6 @@ FloatArray = NDArray[np.float64]
 # A place on a curve: typed decimals that mean the same point differ by less than this.
 POSITION_TOLERANCE = 1e-9
 DIRECTION_TOLERANCE = 1e-6
-# Curvatures that differ by less than this fraction are equal: arcs with typed decimals.
-CURVATURE_TOLERANCE = 1e-8
 ROUNDING = 1e-9
 # A line through a joint must not slip through the gap that POSITION_TOLERANCE allows there: pieces
 # report crossings beyond their ends by this fraction of their range too.
@@ -174,19 +172,6 @@ class Curve(ABC):
         speeds = np.linalg.norm(self._raw(inside, 1), axis=-1)
         return float(np.sum(half[:, None] * weights * speeds))
 
-    @property
-    def curvature_breaks(self) -> FloatArray:
-        """Those breaks, in ``start <= u < end``, at which the curvature jumps."""
-        befores = self.pieces[:-1] if not self.closed else (self.pieces[-1], *self.pieces[:-1])
-        afters = self.pieces if self.closed else self.pieces[1:]
-        places = self.breaks[:-1] if self.closed else self.breaks[1:-1]
-        jumps = [self._jumps(a, b) for a, b in zip(befores, afters, strict=True)]
-        return np.asarray(places[np.array(jumps, dtype=bool)])
-
-    def _jumps(self, before: Curve, after: Curve) -> bool:
-        one, two = end_curvature(before, before.end), end_curvature(after, after.start)
-        return abs(one - two) > CURVATURE_TOLERANCE * max(abs(one), abs(two), 1 / self.size)
-
     def nearest(self, point: ArrayLike, near: float | None = None) -> float:
         """Parameter of the foot point of ``point`` (2,).
 
@@ -287,12 +272,6 @@ def curvature_of(first: FloatArray, second: FloatArray) -> FloatArray:
 def end_tangent(piece: Curve, u: float) -> FloatArray:
     """Return the unit tangent at u of the piece itself: its end is not wrapped to its start."""
     return unit(piece._raw(np.asarray(u), 1))
-
-
-def end_curvature(piece: Curve, u: float) -> float:
-    """Curvature at u of the piece itself, as :func:`end_tangent`."""
-    at = np.asarray(u)
-    return float(curvature_of(piece._raw(at, 1), piece._raw(at, 2)))
 
 
 def angle_between(a: FloatArray, b: FloatArray) -> float:

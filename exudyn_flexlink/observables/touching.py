@@ -102,11 +102,6 @@ class ContactTotals:
     energy_lost: float  # J
     longest: float  # s
 
-    @property
-    def two_points(self) -> float:
-        """Part of the time on two points or more, whichever their sides."""
-        return sum(self.fractions[case] for case in TWO_POINTS)
-
 
 @dataclass(frozen=True)
 class LapContacts(ContactTotals):

@@ -266,12 +266,6 @@ def _seen(result: Result, time: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(time, at.time, at.position[:, k]) for k in (0, 1)], axis=1)
 
 
-def _grid(result: Result, count: int = 101) -> np.ndarray:
-    """Samples of a run nearest to even instants, s."""
-    even = np.linspace(0, result.time[-1], count)
-    return result.time[np.searchsorted(result.time, even)]
-
-
 def _mirror(scene: Scene, result: Result, engine: str) -> Measured:
     other = simulate(mirrored(scene), engine, measure=False)
     time = np.intersect1d(result.time, other.time)
