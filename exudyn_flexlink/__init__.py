@@ -1,6 +1,7 @@
 """Slot-driven flexible mechanisms with impact: from a YAML model to numbers one can trust.
 
-A scene is a model that comes with the program, by name; a file; or a dict:
+A scene is a model that comes with the program, by name (`fl.model_names()` lists all); a file; or a
+dict:
 
 >>> import exudyn_flexlink as fl
 >>> scene = fl.load_scene("no_clearance", tolerance=1e-6, turns=0.6)

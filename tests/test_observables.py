@@ -139,8 +139,13 @@ def test_velocity_is_the_rate_of_the_position():
 
 @pytest.mark.parametrize("point", ["link.middle", "nothing.end"])
 def test_path_of_an_unknown_point(rigid, point):
-    with pytest.raises(ValueError, match="no point"):
+    with pytest.raises(ValueError, match=f"no point '{point}'"):
         path(rigid, point)
+
+
+def test_a_point_with_a_slip_of_the_pen_is_guessed(rigid):
+    with pytest.raises(ValueError, match=r"no point 'link.endd'; did you mean 'link.end'\?"):
+        path(rigid, "link.endd")
 
 
 # --- struck bodies
@@ -231,8 +236,20 @@ def test_events_tell_what_intervals_hold(rigid):
     assert found[3].details["motor_work"] == 1e-6
 
 
+def test_a_strike_between_samples_belongs_to_the_lap_in_which_it_begins():
+    """Samples are 0.18 of a lap apart; the touch begins 0.04 of a lap before the second one."""
+    run = results.rigid_link(samples=23)
+    lap = 2 * pi / results.SPEED
+    before = lap - 0.04 * lap
+    assert run.time[np.searchsorted(run.time, before)] > lap
+    touch = Interval(before, before + 1e-3, 0.03, 0.03, 1.0, 2e-3, 1e-5, 0.5)
+    (only,) = strikes(results.touched(run, touch), "strike")
+    assert only.lap == 1
+    assert only.crank_angle == pytest.approx(2 * pi * 0.96)
+
+
 def test_strikes_of_an_unknown_contact(rigid):
-    with pytest.raises(ValueError, match="no contact 'bump'"):
+    with pytest.raises(ValueError, match="no contact 'bump'; there are: strike"):
         strikes(rigid, "bump")
 
 

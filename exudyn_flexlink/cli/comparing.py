@@ -15,6 +15,7 @@ from exudyn_flexlink.cli.simulating import (
     LAGRANGIAN_ALONE,
     asks_for_lagrangian,
     changed,
+    hint_at_numba,
     present,
     read_scene,
     run,
@@ -95,6 +96,7 @@ def _both_engines(options: argparse.Namespace) -> Found:
     require_length("--tolerance", options.tolerance, scene)
     # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
     other = read_scene(options, "penalty")
+    hint_at_numba("lagrangian", options)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
     runs = Runs(options)
     judge = runs.run(_tightened(scene), "lagrangian", "lagrangian")
@@ -139,6 +141,7 @@ def _without_effects(options: argparse.Namespace) -> Found:
     ideal = changed(given, options.impact, effects)
     what = " and ".join(effects)
     _require_one_point(whole, ideal, what)
+    hint_at_numba(engine, options)
     runs = Runs(options)
     first = runs.run(ideal, engine, f"without {what}")
     second = runs.run(whole, engine, f"with {what}")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.naming import run_name
-from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain, names_in
+from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain
 
 
 class Place:
@@ -29,7 +30,7 @@ class Place:
     def told(self) -> str:
         """Where the result is, and what is in it; also that an earlier one was there."""
         instead = " in place of an earlier run" if self._replaces else ""
-        return f"Written to {self.target}{os.sep}{instead}: {', '.join(names_in(self.target))}"
+        return f"Written to {self.target}{os.sep}{instead}: {_contents(self.target)}"
 
     def tell(self, code: int) -> int:
         """Say why the result is not where it should be; returns the exit code."""
@@ -56,6 +57,16 @@ class Place:
                 self.target, self._why = error.folder, str(error)
                 self._replaces = False
         self._pressed = ctrl_c.pending
+
+
+def _contents(folder: Path) -> str:
+    """Name the files of a result, and count those of every folder in it."""
+    from exudyn_flexlink.storage import own_files
+
+    paths = sorted(own_files(folder))
+    inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
+    told = [path for path in paths if "/" not in path]
+    return ", ".join([*told, *(f"{name}/ ({number} files)" for name, number in inside.items())])
 
 
 def place_of(options: argparse.Namespace, suffix: str = "") -> Place:

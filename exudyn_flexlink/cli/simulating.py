@@ -63,6 +63,7 @@ def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
     """Run; also tell whether Ctrl-C came so late that the run is whole all the same."""
     from exudyn_flexlink.engines.interrupts import LateInterruptError
 
+    hint_at_numba(options.engine, options)
     try:
         return run(scene, options.engine, options, retries=options.retries), False
     except LateInterruptError as error:
@@ -173,6 +174,12 @@ def present(scene: Scene, effects: list[str]) -> list[str]:
     return [name for name in wanted if name not in missing]
 
 
+def hint_at_numba(engine: str, options: argparse.Namespace) -> None:
+    """Say, once a command, what would make its runs faster."""
+    if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
+        complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
+
+
 COMPILING = {
     "once": "compiles the Lagrangian first, for a minute or two, once after installing",
     "every run": "compiles the Lagrangian in memory first, for a minute or two, and will in every "
@@ -196,8 +203,6 @@ def run(
     from exudyn_flexlink import engines
     from exudyn_flexlink.source import Mistake, SceneError
 
-    if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
-        complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
     try:
         compiles = "none" if options.quiet else engines.compiles(scene, engine)
         if compiles != "none":

@@ -99,13 +99,6 @@ def folded(text: str, width: int) -> str:
     return "\n".join(lines)
 
 
-def names_in(folder: Path) -> list[str]:
-    """Names of the files of a result, in its folder and the folders in that."""
-    from exudyn_flexlink.storage import own_files
-
-    return sorted(own_files(folder))
-
-
 @contextmanager
 def progress_bar(
     quiet: bool, what: str = "simulating", before: str = ""

@@ -28,6 +28,7 @@ from exudyn_flexlink.scene import (
     WeldJoint,
     split_point,
 )
+from exudyn_flexlink.source import did_you_mean
 
 FloatArray = NDArray[np.float64]
 
@@ -146,7 +147,9 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
     name, inner = split_point(point)
     body = scene.bodies.get(name)
     if body is None or inner not in body.point_names:
-        raise ValueError(f"the scene has no point '{point}'")
+        known = [f"{own}.{each}" for own, spec in scene.bodies.items() for each in spec.point_names]
+        hint = did_you_mean(point, known) or f"; there are: {', '.join(known)}"
+        raise ValueError(f"the scene has no point '{point}'{hint}")
     own = mechanism.parts_of(name)
     if isinstance(body, RigidBody):
         return Anchor(own[0], *(body.points.get(inner) or body.centre_of_mass))

@@ -58,18 +58,22 @@ def strikes(result: Result, contact: str) -> list[Strike]:
 
     """
     if contact not in result.scene.contacts:
-        raise ValueError(f"the scene has no contact '{contact}'")
+        known = ", ".join(result.scene.contacts) or "none"
+        raise ValueError(f"the scene has no contact '{contact}'; there are: {known}")
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
-    last = float(result.time[-1])
     bursts: list[list[Interval]] = []
-    for interval in result.contacts[contact].touches:
-        if bursts and angle is not None and turns(result):
-            apart_since = max(min(earlier.end, last) for earlier in bursts[-1])
+    if angle is None or not turns(result):
+        bursts = [[interval] for interval in result.contacts[contact].touches]
+    else:
+        apart_since = 0.0
+        for interval in result.contacts[contact].touches:
             between = np.interp([apart_since, interval.begin], result.time, angle)
-            if abs(float(between[1] - between[0])) < SAME_STRIKE:
+            if bursts and abs(float(between[1] - between[0])) < SAME_STRIKE:
                 bursts[-1].append(interval)
-                continue
-        bursts.append([interval])
+                apart_since = max(apart_since, interval.end)
+            else:
+                bursts.append([interval])
+                apart_since = interval.end
     return [_strike(result, contact, burst, angle) for burst in bursts]
 
 
@@ -77,16 +81,16 @@ def _strike(
     result: Result, contact: str, burst: list[Interval], angle: FloatArray | None
 ) -> Strike:
     first, ended = burst[0], not any(interval.lasts for interval in burst)
-    lap = 1
+    lap, at = 1, None
     if angle is not None:
-        index = int(np.searchsorted(result.time, first.begin))
-        lap = int(lap_of(angle)[min(index, len(angle) - 1)])
+        at = float(np.interp(first.begin, result.time, angle))
+        lap = int(lap_of(np.append(angle, at))[-1])
     return Strike(
         contact=contact,
         lap=lap,
         begin=first.begin,
         end=min(max(interval.end for interval in burst), float(result.time[-1])),
-        crank_angle=None if angle is None else float(np.interp(first.begin, result.time, angle)),
+        crank_angle=at,
         approach_speed=first.approach_speed,
         place=first.place,
         impulse=sum(interval.impulse for interval in burst) if ended else nan,
