@@ -2,14 +2,16 @@
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from cli_runs import Fake
+from results import rigid_link
 from studies import studied
 
 from exudyn_flexlink.accuracy import Study
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
@@ -34,3 +36,19 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
         monkeypatch.setattr("exudyn_flexlink.engines.compiles", lambda *_: "none")
 
     return put
+
+
+@pytest.fixture
+def ends(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Put closed form in place of the engines, with a way to end."""
+
+    def as_(completed: bool = True, reason: str = "no convergence") -> None:
+        def fake(scene: Scene, engine: str, progress: object = None, **_: object) -> Result:
+            made = replace(rigid_link(scene=scene, samples=201), engine=engine, warnings=())
+            made = replace(made, settings={"tolerance": scene.accuracy.tolerance or 0.0})
+            return made if completed else replace(made, outcome=Outcome(False, 0.5, reason))
+
+        monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
+
+    as_()
+    return as_

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from cli_runs import MODELS, NO_CLEARANCE, Capture, Fake, row
 from results import rigid_link, stopped
 
 from exudyn_flexlink.cli import main
@@ -18,31 +19,8 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
-MODELS = Path(__file__).parents[1] / "models"
-NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
+CLEARANCE = str(MODELS / "no_clearance.yaml")
 CLEARANCE = str(MODELS / "clearance.yaml")
-
-Capture = pytest.CaptureFixture[str]
-Fake = Callable[..., Result]
-
-
-def row(text: str, first: str) -> list[str]:
-    """Words of the first line of a text that begins with the word `first`."""
-    return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
-
-
-@pytest.fixture
-def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], None]:
-    """Put a function in the engine's place, and the test into an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def put(fake: Fake) -> None:
-        def simulate(scene: Scene, engine: str, progress: object, **_: object) -> Result:
-            return fake(scene, engine, progress)
-
-        monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
-
-    return put
 
 
 # --- engines and impacts --------------------------------------------------------------------
