@@ -40,7 +40,7 @@ Figures are matplotlib's; a notebook shows them, and `savefig` writes them:
 The second opinion is the hand-written Lagrangian:
 
 >>> fl.compare(result, fl.simulate(scene, engine="lagrangian"))
-<Comparison of exudyn and lagrangian: link.end apart by ... m at most>
+<Comparison of exudyn and lagrangian: all 8 named points apart by ... m at most>
 >>> fl.compare(fl.simulate(rigid), result, names=("rigid", "flexible"))
 <Comparison of rigid and flexible: ...>
 

@@ -38,6 +38,13 @@ def test_help_imports_not_even_numpy() -> None:
 # --- bad input ------------------------------------------------------------------------------
 
 
+def test_without_a_command_the_help_is_shown(capsys: Capture) -> None:
+    assert main([]) == 2
+    said = capsys.readouterr().err
+    assert "simulate  simulate a model, save its results and draw its figures" in said
+    assert "first steps:\n  exudyn-flexlink simulate no_clearance\n" in said
+
+
 @pytest.mark.parametrize("command", ["check", "simulate"])
 def test_a_mistake_is_shown_where_it_stands(command: str, tmp_path: Path, capsys: Capture) -> None:
     model = tmp_path / "wrong.yaml"
@@ -77,7 +84,7 @@ def test_a_setting_in_a_section_that_is_none_is_shown_as_given(more: str, capsys
     assert "title:" not in said
 
 
-@pytest.mark.parametrize("arguments", [[], ["dance"], ["check"], ["check", RIGID, "--plots"]])
+@pytest.mark.parametrize("arguments", [["dance"], ["check"], ["check", RIGID, "--plots"]])
 def test_wrong_arguments_are_bad_input(arguments: list[str], capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments)

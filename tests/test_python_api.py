@@ -288,7 +288,9 @@ def test_all_samples_are_one_dataset(run):
 def test_comparisons_tell_themselves(run):
     other = own_result(results.retitled(results.rigid_link(), "other"))
     found = fl.compare(run, other)
-    assert repr(found) == "<Comparison of exudyn 1 and exudyn 2: link.end apart by 0 m at most>"
+    assert repr(found) == (
+        "<Comparison of exudyn 1 and exudyn 2: all 8 named points apart by 0 m at most>"
+    )
     assert "data:image/png" in found._repr_html_()
     named = fl.compare(run, other, names=("rigid", "flexible"))
     assert named.second.name == "flexible"

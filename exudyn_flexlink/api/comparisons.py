@@ -10,6 +10,7 @@ from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
 from exudyn_flexlink.comparison import compare_variants
+from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.report import comparison_text
 from exudyn_flexlink.result import Result
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(PlainComparison):
-    """Two runs at common instants: how far the watched point is apart, strikes in pairs."""
+    """Two runs at common instants: how far points are apart, strikes in pairs."""
 
     def plot(self, style: str = "screen") -> Figure:
         """Draw both runs over each other, and their difference.
@@ -42,8 +43,8 @@ class Comparison(PlainComparison):
     def __repr__(self) -> str:
         """Return one line: what was compared, and how far it is apart."""
         return (
-            f"<Comparison of {self.first.name} and {self.second.name}: {self.point} apart by "
-            f"{self.judged.largest:.3g} m at most>"
+            f"<Comparison of {self.first.name} and {self.second.name}: "
+            f"{name_of(self.judged_by)} apart by {self.judged.largest:.3g} m at most>"
         )
 
     def _repr_html_(self) -> str:

@@ -22,7 +22,7 @@ from exudyn_flexlink.cli.copying import new_command
 from exudyn_flexlink.cli.figures import add_figures
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
-from exudyn_flexlink.cli.terminal import PROGRAM
+from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
 from exudyn_flexlink.cli.values import (
     EFFECT_NAMES,
     count,
@@ -39,10 +39,15 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog=called,
         description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",
-        epilog=f"'{called} COMMAND --help' shows the options of a command, with examples",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="first steps:\n"
+        f"  {called} simulate no_clearance\n"
+        f"  {called} new no_clearance mine.yaml\n"
+        f"  {called} simulate --help",
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    parser.set_defaults(command=lambda _: complain(parser.format_help().rstrip(), BAD_INPUT))
+    commands = parser.add_subparsers(metavar="COMMAND")
     _add_simulate(commands)
     _add_compare(commands)
     _add_accuracy(commands)
@@ -87,17 +92,17 @@ def _add_simulate(commands: Any) -> None:
     parser.add_argument(
         "--horizon",
         action=argparse.BooleanOptionalAction,
-        help="make a second, neighbouring run, and say up to when points can be trusted; "
-        "left out: make one where contacts multiply errors, and say when they outgrow the "
-        "tolerance; --no-horizon: make none",
+        help="make a second, more accurate run, and say up to when points can be trusted; "
+        "without this option: make one only where contacts multiply errors, and warn if these "
+        "exceed the tolerance; --no-horizon: make none",
     )
     parser.add_argument(
         "--retries",
         type=count,
         default=0,
         metavar="N",
-        help="make a run again whose numbers are doubtful (energy, joints, impacts), up to N "
-        "times, each time ten times as accurate; left out: it warns",
+        help="if the numbers of a run are doubtful (energy, joints, impacts), make it again, up "
+        "to N times, each time ten times as accurate; without this option: only warn",
     )
     _add_output(parser, "runs/<name of the model>")
 
@@ -119,7 +124,7 @@ def _add_compare(commands: Any) -> None:
         "--tolerance",
         type=length,
         metavar="M",
-        help="end with code 1 if a point differs by more, m, up to the horizon",
+        help="end with code 1 if a point differs by more than this, in m, up to the horizon",
     )
     _add_impact(parser, "; impulse is for the Lagrangian alone")
     _add_without(parser, "compare the model with itself without the effect, in one engine: ")
@@ -144,14 +149,14 @@ def _add_accuracy(commands: Any) -> None:
         "--target",
         type=length,
         metavar="M",
-        help="error that is good enough, m; default: the model's tolerance, or 1e-4",
+        help="error that is good enough, in m; default: the model's tolerance, or 1e-4",
     )
     parser.add_argument(
         "--budget",
         type=duration,
         default=60.0,
         metavar="SECONDS",
-        help="time the study may take; what does not fit in is left out; default: 60",
+        help="time that the study may take; runs that do not fit in are left out; default: 60",
     )
     _add_impact(parser)
     _add_without(parser)
@@ -183,11 +188,11 @@ def _add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
 
 
 def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
-    _add_out(parser, "DIR", f"where to write; default: {default}, and what is changed in it")
+    _add_out(parser, "DIR", f"where to write; default: {default}, with the options in its name")
     _add_force(
         parser,
-        "replace also what no run wrote or was changed since, where names are the same, and a "
-        "complete result by an incomplete one",
+        "replace also files that no run wrote, or that were changed since, where names are the "
+        "same, and a complete result by an incomplete one",
     )
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
     add_figures(parser)
