@@ -67,7 +67,8 @@ class TorsionalSpring(Part):
         None, description="torque per angle; or 'frequency'"
     )
     frequency: PositiveFrequency | None = Field(
-        None, description="undamped, of the body about its joint with the ground; or 'stiffness'"
+        None,
+        description="undamped frequency of the body about its grounded joint; or 'stiffness'",
     )
     damping: NonNegativeTorsionalDamping | None = Field(
         None, description="torque per angular speed; or 'damping_ratio'"

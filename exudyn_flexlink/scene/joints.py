@@ -79,11 +79,13 @@ class SleeveJoint(Part):
     type: Literal["sleeve"] = "sleeve"
     guide: Name = Field(description="name of the body slid along, from its start to its end")
     link: Name = Field(description="name of the body that slides: rod or flexible")
-    clearance: NonNegativeLength = Field(0.0, description="on each side, between guide and link")
+    clearance: NonNegativeLength = Field(
+        0.0, description="gap between guide and link, on each side"
+    )
     supported: Flag = Field(
         False,
-        description="without clearance: every rod inside the guide is held on its axis by the law, "
-        "not the first alone",
+        description="without clearance; true: the law holds all rods inside the guide on its axis; "
+        "false: the first rod alone is held",
     )
     law: ContactLaw | None = Field(
         None, description="force between link and walls; with clearance or 'supported'"

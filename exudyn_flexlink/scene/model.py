@@ -54,7 +54,7 @@ class Scene(Part):
         default_factory=Solver,
         description="how it is solved; left out: the program chooses",
     )
-    outputs: Outputs = Field(default_factory=Outputs, description="what is told of a run")
+    outputs: Outputs = Field(default_factory=Outputs, description="which point is shown and judged")
 
     _document: Document = PrivateAttr(default_factory=lambda: Document("scene"))
 

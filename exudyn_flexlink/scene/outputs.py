@@ -8,7 +8,7 @@ from exudyn_flexlink.scene.base import MovingPointName, Part
 
 
 class Outputs(Part):
-    """What figures show, and by what errors are judged."""
+    """What figures show, and of which points errors are told."""
 
     watch: MovingPointName | None = Field(
         None,

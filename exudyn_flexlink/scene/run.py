@@ -21,7 +21,7 @@ FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact a
 
 
 class Initial(Part):
-    """The state at time 0, as far as it is not the joints' doing."""
+    """The state at time 0, where the joints leave it open."""
 
     positions: Named[Point] = Field(
         default_factory=FrozenMapping,
@@ -108,18 +108,18 @@ class Solver(Part):
     steps_per_contact: Annotated[int, Strict()] = Field(
         60,
         ge=FEWEST_STEPS_PER_CONTACT,
-        description="steps that resolve the shortest strike, half of them a touch of a wall; of "
-        "formulations redundant and beam",
+        description="steps in half a period of the shortest strike; half as many in a touch of a "
+        "wall; for formulations redundant and beam",
     )
     spectral_radius: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         0.9,
-        description="numerical damping: 1 none, 0 most; of formulations redundant and beam",
+        description="numerical damping: 1 none, 0 most; for formulations redundant and beam",
     )
     elements: Annotated[int, Strict()] | None = Field(
         None,
         ge=1,
         le=200,
-        description="of every flexible body, with formulation beam; 2 if not given",
+        description="beam elements of each flexible body; for formulation beam; left out: 2",
     )
 
     @model_validator(mode="after")
