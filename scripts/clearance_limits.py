@@ -4,9 +4,10 @@
   .venv/bin/python scripts/clearance_limits.py --turns 5 --speeds 1 --engine lagrangian
 
 Prints, for clearances from 0.1 to 5 mm and crank speeds from 1 to 100 rad/s, whether the run came
-to its end, how deep a wall gave way against the clearance, and what the energy balance missed. A
-run whose link can't be held is one that stopped and says so. 50 turns take about half an hour at
-10 and 100 rad/s, and hours at 1 rad/s, where a turn lasts as long as ten.
+to its end, how deep a wall gave way, as a part of the clearance, and the error of the energy
+balance, as a part of the largest kinetic energy. A run whose link can't be held stops and says so.
+50 turns take about half an hour at 10 and 100 rad/s, and hours at 1 rad/s, where a turn lasts as
+long as ten.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def main() -> None:
     parser.add_argument("--rods", type=int, default=4)
     parser.add_argument("--engine", default="exudyn", choices=("exudyn", "lagrangian"))
     options = parser.parse_args()
-    print("| clearance | crank speed | end | deepest / clearance | energy missed |")
+    print("| clearance | crank speed | end | deepest / clearance | energy balance off by |")
     print("|---|---|---|---|---|")
     for speed in options.speeds:
         for clearance in options.clearances:
@@ -46,7 +47,7 @@ def row(clearance: float, speed: float, options: argparse.Namespace) -> str:
         f"bodies.link.rods={options.rods}",
     ]
     result = simulate(load_scene(MODEL, settings), options.engine, measure=False)
-    ended = "whole" if result.outcome.completed else f"stopped: {result.outcome.reason}"
+    ended = "completed" if result.outcome.completed else f"stopped: {result.outcome.reason}"
     deepest = result.sleeves["sleeve"].deepest / clearance
     missed = result.checks.energy_residual / result.checks.largest_kinetic_energy
     return f"| {1e3 * clearance:g} mm | {speed:g} rad/s | {ended} | {deepest:.2g} | {missed:.1e} |"

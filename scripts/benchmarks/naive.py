@@ -149,7 +149,7 @@ def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
         ),
         Table(
             "The same scene here, at the same error ('~': the script's cost is extrapolated)",
-            ("error", "script", "variant", "rung", "its error", "steps", "its time", "ratio"),
+            ("error", "script", "variant", "setting", "its error", "steps", "its time", "ratio"),
             tuple(map(_row, matches)),
             "Against the script by hand: " + ", ".join(told) + ".",
         ),

@@ -120,7 +120,7 @@ def tables(quick: bool = False, repeat: int = 3) -> list[Table]:
             best = min(own, key=lambda name: own[name].cost)
             told.append(f"{peer.cost / own[best].cost:.2g} at {error:.0e} m ({best})")
     conclusion = f"Over {duration} s, MuJoCo's best time over our best: {', '.join(told)}."
-    columns = ("error", "by", "rung", "its error", "steps", "processor time", "ratio")
+    columns = ("error", "by", "setting", "its error", "steps", "processor time", "ratio")
     return [Table(title, columns, tuple(rows), conclusion)]
 
 

@@ -73,7 +73,7 @@ def tables(quick: bool = False, repeat: int = 3, full: bool = False) -> list[Tab
     return [
         Table(
             f"DOP853 on a numpy Lagrangian, and ours, at {ERROR:.0e} m: {what}",
-            ("by", "rung", "its error", "steps (scipy: evaluations)", "processor time", "ratio"),
+            ("by", "setting", "its error", "steps (scipy: evaluations)", "processor time", "ratio"),
             rows,
             told,
         )
