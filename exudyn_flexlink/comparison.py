@@ -27,6 +27,7 @@ from exudyn_flexlink.observables import (
     common_times,
     contact_totals,
     farthest,
+    force_deviations,
     horizon,
     lever_response,
     parting_limit,
@@ -38,7 +39,7 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     watched_point,
 )
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import ForceDeviation, Result
 
 FloatArray = NDArray[np.float64]
 
@@ -159,6 +160,12 @@ class Comparison:
     def judged(self) -> Deviation:
         """The deviation up to the horizon: what the engines answer for. May be empty."""
         return self.deviation if self.horizon is None else self.deviation.until(self.horizon)
+
+    @cached_property
+    def forces(self) -> dict[str, ForceDeviation]:
+        """How far forces are apart up to the horizon, by what they are called."""
+        until = np.inf if self.horizon is None else self.horizon
+        return force_deviations(self.first.result, self.second.result, until)
 
     @property
     def first_strike(self) -> float | None:

@@ -162,6 +162,47 @@ class Checks:
 
 
 @dataclass(frozen=True)
+class ForceSpread:
+    """How far a force is from what it is held against, at some instants; N, or N m of a torque.
+
+    `largest`, at the instant `at` (s); `rms`, the root of the mean square; `size`, the largest of
+    the force itself.
+    """
+
+    largest: float
+    at: float
+    rms: float
+    size: float
+
+    @property
+    def relative(self) -> float:
+        """The largest, as a part of the force's size; 0 if both are zero."""
+        return self.largest / self.size if self.size > 0 else 0.0
+
+    def times(self, factor: float) -> ForceSpread:
+        """Return it `factor` times as large."""
+        return ForceSpread(factor * self.largest, self.at, factor * self.rms, self.size)
+
+
+@dataclass(frozen=True)
+class ForceDeviation:
+    """How far a force in `unit`, N or N m, is from another run's, or from the truth.
+
+    `free`: while nothing touches; `touching`: while something does, in both runs. None where there
+    is no such instant.
+    """
+
+    unit: str
+    free: ForceSpread | None
+    touching: ForceSpread | None
+
+    def times(self, factor: float) -> ForceDeviation:
+        """Return it `factor` times as large."""
+        parts = (own and own.times(factor) for own in (self.free, self.touching))
+        return ForceDeviation(self.unit, *parts)
+
+
+@dataclass(frozen=True)
 class MeasuredError:
     """How far a run's `points` are off, as a neighbouring run tells.
 
@@ -170,6 +211,8 @@ class MeasuredError:
     `exceeds_from` (s) is the instant from which on an error is larger, None if none ever is;
     `stopped` (s) is the end of a neighbour that did not come to the run's end, None if it did.
     `neighbour` holds its settings.
+    `forces` are by what they are called, see `observables.forces`, up to `forces_until` (s), where
+    both runs have parted visibly; None if they never do.
     `missing` says why nothing was measured; it is empty where something was.
     """
 
@@ -180,6 +223,8 @@ class MeasuredError:
     exceeds_from: float | None = None
     stopped: float | None = None
     neighbour: Mapping[str, float | str] = field(default_factory=dict)
+    forces: Mapping[str, ForceDeviation] = field(default_factory=dict)
+    forces_until: float | None = None
     missing: str = ""
 
 

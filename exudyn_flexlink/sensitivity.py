@@ -20,6 +20,7 @@ from exudyn_flexlink.observables import (
     common_times,
     contact_totals,
     farthest,
+    force_deviations,
     horizon,
     judged_points,
     lever_response,
@@ -149,7 +150,11 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
     each = np.maximum.accumulate(np.where(np.isfinite(each), each, np.inf), axis=0)
     apart = each.max(axis=1)
     visible = parting_limit(run)
-    most = SCATTER / abs(factor - 1) * apart
+    share = SCATTER / abs(factor - 1)
+    most = share * apart
+    parted = np.flatnonzero(~(apart <= visible))
+    until = float(time[parted[0]]) if len(parted) else None
+    told = force_deviations(run, neighbour, np.inf if until is None else until)
     error = np.where(apart > visible, np.maximum(most, apart), most)
     limit = run.scene.accuracy.tolerance or visible
     above = np.flatnonzero(error > limit)
@@ -161,6 +166,8 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
         float(time[above[0]]) if len(above) else None,
         None if neighbour.outcome.completed else float(neighbour.time[-1]),
         neighbour.settings,
+        {name: own.times(share) for name, own in told.items()},
+        until,
     )
 
 

@@ -10,11 +10,13 @@ from exudyn_flexlink.observables import (
     common_points,
     common_times,
     farthest,
+    force_deviations,
     horizon,
     lever_response,
     parting_limit,
     separations,
     struck_bodies,
+    worst_force,
 )
 from exudyn_flexlink.result import Result
 
@@ -27,18 +29,22 @@ class Errors:
 
     `largest` is that of the point `worst`; `rms` is over time, at every instant of the point that
     is farthest off then; `levers` are differences of the largest absolute angle of struck bodies,
-    rad.
+    rad. `force` is the largest error of a force, as a part of that force's largest, and
+    `worst_force` what that is called: see `observables.worst_force`.
     """
 
     rms: float
     largest: float
     worst: str
     levers: dict[str, float]
+    force: float
+    worst_force: str
 
     def times(self, factor: float) -> Errors:
         """Return these errors times a factor."""
         levers = {body: factor * x for body, x in self.levers.items()}
-        return replace(self, rms=factor * self.rms, largest=factor * self.largest, levers=levers)
+        scaled = {name: factor * getattr(self, name) for name in ("rms", "largest", "force")}
+        return replace(self, levers=levers, **scaled)
 
 
 @dataclass(frozen=True)
@@ -61,11 +67,14 @@ def errors(result: Result, reference: Result, until: float) -> Errors:
     points = common_points(reference, result)
     each = separations(result, reference, time, points)
     apart = each.max(axis=1)
+    worst, force = worst_force(force_deviations(reference, result, np.nextafter(until, np.inf)))
     return Errors(
         float(np.sqrt(np.mean(apart**2))),
         float(apart.max()),
         farthest(points, each.max(axis=0)),
         _peaks(result, reference, until),
+        force,
+        worst,
     )
 
 

@@ -70,7 +70,8 @@ class Study:
 
     `reference` and `check` are what errors are judged by and what that was held against, in words
     (`check` empty: nothing); `independent`: by other equations of motion or another formulation.
-    `floor` (m) is their distance: smaller errors can't be told. `until` (s) is up to when errors
+    `floor` (m) is their distance: smaller errors can't be told, and `force_floor` likewise that of
+    the force that is farthest off, as a part of it. `until` (s) is up to when errors
     are judged, `horizon` why that is not the end; `points` of the figure are settings that were
     run, `judged_by` the points of the mechanism whose errors they are.
     """
@@ -84,6 +85,7 @@ class Study:
     check: str
     independent: bool
     floor: float
+    force_floor: float
     horizon: Horizon | None
     points: tuple[Point, ...]
     own: Point | None
@@ -116,11 +118,18 @@ class Bench:
         return float(self.truth.result.time[-1])
 
     @cached_property
+    def _apart(self) -> Errors | None:
+        return None if self.check is None else self.errors(self.check.result)
+
+    @property
     def floor(self) -> float:
         """Distance of reference and check, m; 0 without one."""
-        if self.check is None:
-            return 0.0
-        return max(self.errors(self.check.result).largest, ROUNDING)
+        return 0.0 if self._apart is None else max(self._apart.largest, ROUNDING)
+
+    @property
+    def force_floor(self) -> float:
+        """Distance of the force that is farthest off, as a part of it; 0 without a check."""
+        return 0.0 if self._apart is None else self._apart.force
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
         """Errors of a run as far as any are judged, by the reference or another run."""
@@ -149,6 +158,7 @@ def judge(runs: Runs) -> Study:
         check="" if check is None else check.method.told(check.value),
         independent=bench.independent,
         floor=bench.floor,
+        force_floor=bench.force_floor,
         horizon=bench.horizon,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
         own=own,

@@ -49,9 +49,13 @@ class Method:
             solver=type(scene.solver).model_validate({**solver, **self.settings}),
         )
 
+    def amount(self, value: float) -> str:
+        """Say a value of the knob with its unit, such as '1e-05 m'."""
+        return f"{value:.2g}{' s' if self.knob == 'step' else ' m'}"
+
     def set_to(self, value: float) -> str:
         """Say the knob at a value, such as 'tolerance 1e-05 m'."""
-        return f"{self.knob} {value:.2g}{' s' if self.knob == 'step' else ' m'}"
+        return f"{self.knob} {self.amount(value)}"
 
     def told(self, value: float) -> str:
         """Say the method at a value, such as 'Exudyn, redundant, tolerance 1e-05 m'."""

@@ -7,6 +7,13 @@ number of samples.
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, joint_angle, laps, turns
 from exudyn_flexlink.observables.deviations import Deviation, deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
+from exudyn_flexlink.observables.forces import (
+    Force,
+    force_deviations,
+    forces_of,
+    touching,
+    worst_force,
+)
 from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.levers import (
     LeverResponse,
@@ -62,6 +69,7 @@ __all__ = [
     "ContactStates",
     "ContactTotals",
     "Deviation",
+    "Force",
     "LapContacts",
     "LeverResponse",
     "PairTotals",
@@ -79,6 +87,8 @@ __all__ = [
     "crank_joint",
     "deviation",
     "farthest",
+    "force_deviations",
+    "forces_of",
     "horizon",
     "joint_angle",
     "judged_points",
@@ -103,6 +113,8 @@ __all__ = [
     "sleeves_with_play",
     "strikes",
     "struck_bodies",
+    "touching",
     "turns",
     "watched_point",
+    "worst_force",
 ]

@@ -8,9 +8,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.plots.accuracy import work_precision
-from exudyn_flexlink.plots.balance import energy, forces
+from exudyn_flexlink.plots.balance import energy
 from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
+from exudyn_flexlink.plots.forces import forces
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
 from exudyn_flexlink.plots.saving import FORMATS, save_figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import floor, isfinite, log10
+from math import ceil, floor, isfinite, log10
 
 import numpy as np
 
@@ -56,3 +56,11 @@ def told_time(result: Result, time: float) -> str:
     if error is None or fastest == 0:
         return told(time, None)
     return told(time, max(error / fastest, FINEST), most=9)
+
+
+def told_error(error: float) -> str:
+    """Return an error as text: one significant digit, rounded up."""
+    if not (error > 0 and isfinite(error)):
+        return f"{error:g}"
+    size = 10.0 ** floor(log10(error))
+    return f"{ceil(error / size * (1 - 1e-9)) * size:.1g}".replace("e-0", "e-")

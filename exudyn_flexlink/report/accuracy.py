@@ -59,25 +59,29 @@ def judged_by(study: Study) -> list[str]:
 
 
 def _points(study: Study) -> list[str]:
-    rows, method = [["", "steps", "rms", "largest", "of", "processor time"]], ""
+    rows, method = [["", "steps", "rms", "largest", "of", "forces", "processor time"]], ""
     for point in study.points:
         if point.method.name != method:
             method = point.method.name
-            rows.append([method])
+            rows.append([f"{method}: {point.method.knob}"])
         rows.append(_row(study, point))
     what = "" if len(study.judged_by) == 1 else " of the point that is farthest off"
-    return [f"Errors (m){what}, and processor time (s) of the solve, best of those run",
-            *table(rows)]  # fmt: skip
+    lines = [
+        f"Errors (m){what}, errors of forces as parts of the force (of the one that is worst), "
+        "and processor time (s) of the solve, best of those run"
+    ]
+    return [*lines, *table(rows)]
 
 
 def _row(study: Study, point: Point) -> list[str]:
     errors = point.errors
     told = [_told(error, study.floor) for error in (errors.rms, errors.largest)]
+    force = _told(errors.force, study.force_floor)
     own = " (model's own)" if point is study.own else ""
-    setting = f"  {point.method.set_to(point.value)}{own}"
+    setting = f"  {point.method.amount(point.value)}{own}"
     cost = f"{point.processor:.3g} (of {point.repeats})"
     worst = errors.worst if errors.largest >= study.floor else ""
-    return [setting, str(point.steps), *told, worst, cost]
+    return [setting, str(point.steps), *told, worst, force, cost]
 
 
 def _still(study: Study) -> str:
@@ -95,7 +99,7 @@ def _sources(study: Study) -> list[str]:
     if study.still:
         return ["Nothing that is judged moves: there is no error to take apart"]
     own = study.own.told if study.own is not None else ""
-    rows = [["", "rms", "largest", "of", ""]]
+    rows = [["", "rms", "largest", "of", "forces", ""]]
     rows += [_source(study, source) for source in study.sources]
     lines = [f"Where the error comes from, at the model's own settings{own and f' ({own})'}"]
     if len(rows) > 1:
@@ -106,10 +110,11 @@ def _sources(study: Study) -> list[str]:
 
 def _source(study: Study, source: Source) -> list[str]:
     errors = source.errors
-    numbers = [f"{errors.rms:.1e} m", f"{errors.largest:.1e} m"]
+    numbers = [f"{errors.rms:.1e} m", f"{errors.largest:.1e} m", f"{errors.force:.1e}"]
     if source.at_most:
         numbers = [f"<~ {number}" for number in numbers]
-    return [NAMES[source.kind], *numbers, errors.worst, _about(study, source)]
+    rms, largest, force = numbers
+    return [NAMES[source.kind], rms, largest, errors.worst, force, _about(study, source)]
 
 
 def _about(study: Study, source: Source) -> str:

@@ -8,6 +8,7 @@ from math import isfinite
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, name_of, relative_energy_residual
 from exudyn_flexlink.report.contacts import contact_rows
+from exudyn_flexlink.report.forces import force_table
 from exudyn_flexlink.report.text import number, table
 
 MOST_STRIKES = 12  # more than that scroll the rest of the table away
@@ -21,6 +22,7 @@ def comparison_text(comparison: Comparison) -> str:
         [f"Comparison {_of(both[0])} and {both[1].name}: {both[1].result.scene.title}"],
         _deviations(comparison),
         [horizon_text(comparison)],
+        _forces(comparison),
         _beyond(comparison),
         _levers(comparison),
         *(_strikes(comparison, contact) for contact in contacts),
@@ -87,6 +89,12 @@ def _deviation(comparison: Comparison, when: str, part: Deviation) -> list[str]:
     at = float(part.time[int(part.distance.argmax())])
     point = comparison.farthest(at)
     return [when, f"{part.largest:.3g} m", point, f"{at:.5f} s", f"{part.rms:.3g} m"]
+
+
+def _forces(comparison: Comparison) -> list[str]:
+    lines = force_table(comparison.forces)
+    until = "" if comparison.horizon is None else " up to the horizon"
+    return [f"Forces, difference{until}", *lines] if lines else []
 
 
 def _beyond(comparison: Comparison) -> list[str]:

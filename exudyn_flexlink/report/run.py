@@ -7,6 +7,7 @@ from math import degrees, inf, isfinite
 from exudyn_flexlink.observables import (
     LeverResponse,
     Strike,
+    forces_of,
     lever_response,
     name_of,
     relative_energy_residual,
@@ -15,6 +16,7 @@ from exudyn_flexlink.observables import (
     struck_bodies,
 )
 from exudyn_flexlink.report.contacts import sleeve_lines
+from exudyn_flexlink.report.forces import force_table
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.result import MeasuredError, Result
 
@@ -29,6 +31,7 @@ def run_text(result: Result) -> str:
         _responses(result),
         *(sleeve_lines(result, joint) for joint in sleeves_with_play(result)),
         _errors(result),
+        _errors_of_forces(result),
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
@@ -111,7 +114,18 @@ def _errors(result: Result) -> list[str]:
         rows.append(["contacts", penetration])
     if result.error is not None:
         rows.append(["positions", _off(result.error)])
+    if forces_of(result) and (result.error is None or result.error.missing):
+        rows.append(["forces", "not measured: '--horizon' makes a second run, which tells them"])
     return ["Errors", *table(rows)]
+
+
+def _errors_of_forces(result: Result) -> list[str]:
+    """How far forces are off, as a neighbouring run tells."""
+    if result.error is None or not (lines := force_table(result.error.forces)):
+        return []
+    until = result.error.forces_until
+    end = "" if until is None else f", up to t = {number(until)} s"
+    return [f"Errors of forces, as a neighbouring run tells{end}", *lines]
 
 
 def _off(error: MeasuredError) -> str:

@@ -15,7 +15,7 @@ from exudyn_flexlink.storage.replacing import check_regular
 
 COLUMNS = (
     "method", "engine", "knob", "value", "processor_time_s", "repeats", "steps", "error_rms_m",
-    "error_largest_m", "error_point", "below_floor",
+    "error_largest_m", "error_point", "error_force_relative", "error_force", "below_floor",
 )  # fmt: skip
 
 
@@ -53,6 +53,7 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "reference": {"run": study.reference, "processor_time_s": study.reference_processor},
         "check": {"run": study.check, "independent": study.independent},
         "floor_m": study.floor,
+        "floor_force_relative": study.force_floor,
         "end_s": study.end,
         "judged_until_s": study.until,
         "horizon": None if study.horizon is None else asdict(study.horizon),
@@ -91,6 +92,8 @@ def _errors(errors: Errors) -> dict[str, float | str]:
         "error_rms_m": errors.rms,
         "error_largest_m": errors.largest,
         "error_point": errors.worst,
+        "error_force_relative": errors.force,
+        "error_force": errors.worst_force,
     }
 
 

@@ -56,10 +56,12 @@ def _check_kinds(result: Result) -> None:
 
 
 def _check_error(error: MeasuredError) -> None:
-    instants = (error.exceeds_from, error.stopped)
+    instants = (error.exceeds_from, error.stopped, error.forces_until)
     _require("error", all(instant is None or _instant(instant) for instant in instants))
     _require("error", _real(error.limit) and _real(error.largest) and error.limit > 0)
     _require("error", _texts((*error.points, error.missing)))
+    parts = [part for own in error.forces.values() for part in (own.free, own.touching) if part]
+    _require("error", all(_numbers(vars(part)) for part in parts))
 
 
 def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
+from exudyn_flexlink.result import ForceDeviation
 from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
@@ -72,6 +73,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
             "up_to_the_horizon": _deviation(comparison.judged),
             "whole_run": _deviation(comparison.deviation),
         },
+        "forces_up_to_the_horizon": {name: _force(own) for name, own in comparison.forces.items()},
         "levers": {
             body: {
                 "largest_difference_rad": float(np.abs(apart).max()),
@@ -98,6 +100,18 @@ def _deviation(part: Deviation | None) -> dict[str, float] | None:
         return None
     at = float(part.time[int(part.distance.argmax())])
     return {"largest_m": part.largest, "largest_at_s": at, "rms_m": part.rms}
+
+
+def _force(own: ForceDeviation) -> dict[str, Any]:
+    """How far a force is apart, in its unit; None where the runs have no such instant."""
+    parts = {"free": own.free, "in_contact": own.touching}
+    return {
+        "unit": own.unit,
+        **{
+            when: None if part is None else {**vars(part), "relative": part.relative}
+            for when, part in parts.items()
+        },
+    }
 
 
 def _peaks(seen: Seen, body: str) -> dict[str, float]:

@@ -6,7 +6,7 @@ import errno
 from pathlib import Path
 
 PROGRAM = "exudyn-flexlink"
-FORMAT = 5
+FORMAT = 6
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 MANIFEST = "manifest.json"

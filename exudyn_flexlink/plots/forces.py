@@ -1,0 +1,161 @@
+"""The forces that act, with what is known of their errors, and the first strikes in a zoom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, log10
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
+from exudyn_flexlink.plots.digits import told_error
+from exudyn_flexlink.plots.frame import new_figure
+from exudyn_flexlink.plots.panels import (
+    along,
+    legend_outside,
+    letter,
+    limits,
+    line_widths,
+    shade_beyond,
+    sized,
+)
+from exudyn_flexlink.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SCREEN,
+    SKY,
+    Style,
+    styled,
+)
+from exudyn_flexlink.result import ForceDeviation, Result
+
+FloatArray = NDArray[np.float64]
+
+BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
+_COLOURS = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+
+
+@styled
+def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
+    """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
+
+    Below, the first strike of every contact in a zoom. What a neighbouring run tells of their
+    errors stands with them, and as a band. What the scene does not have is left out; None if
+    nothing is left.
+    """
+    panels = _panels(result)
+    if not panels or len(result.time) < 2:
+        return None
+    zooms = _first_strikes(result)
+    count = len(panels) + bool(zooms)
+    figure = new_figure(result, "Forces", max(2.8, 1.75 * count), style)
+    rows = figure.subplots(count, 1, squeeze=False)[:, 0]
+    x, label = along(result)
+    for i, (axes, (quantity, panel)) in enumerate(zip(rows, panels.items(), strict=False)):
+        if i:
+            axes.sharex(rows[0])
+        _draw(axes, result, panel, x)
+        axes.set_ylabel(quantity)
+        axes.tick_params(labelbottom=i == len(panels) - 1)
+        shade_beyond(axes, result, x, named=i == 0)
+        legend_outside(axes)
+    last = rows[len(panels) - 1]
+    last.set_xlabel(label)
+    limits(last, x)
+    if zooms:
+        _zoom(rows[-1], result, zooms)
+    letter(rows)
+    return figure
+
+
+def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) -> None:
+    """Draw forces of one quantity; zero is in sight, so that rounding does not look like forces."""
+    thin = 0.8 * float(mpl.rcParams["lines.linewidth"])
+    series = [force.size for force in panel.values()]
+    widths = line_widths(series, thin)
+    for i, ((name, force), width) in enumerate(zip(panel.items(), widths, strict=True)):
+        colour, faint = _COLOURS[i % len(_COLOURS)], 0.5 if width > thin else 1.0
+        label = force.name + _known(result, name)
+        axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
+        off = _band(result, name)
+        if not np.all(np.isnan(off)):
+            axes.fill_between(x, force.size - off, force.size + off,
+                              color=colour, alpha=0.25, linewidth=0)  # fmt: skip
+    axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
+    _coarsen(axes, [_largest_error(result, name) for name in panel])
+
+
+def _band(result: Result, name: str) -> FloatArray:
+    """How far a force may be off at the samples (N,), nan where that is not known.
+
+    That is also while something touches: the largest error there is that of a peak.
+    """
+    free = _deviation(result, name).free
+    known = ~touching(result, result.time)
+    if result.error is not None and result.error.forces_until is not None:
+        known &= result.time < result.error.forces_until
+    return np.where(known, np.nan if free is None else free.largest, np.nan)
+
+
+def _largest_error(result: Result, name: str) -> float:
+    """Largest error of a force at any time, 0 where nothing tells it."""
+    own = _deviation(result, name)
+    return max((part.largest for part in (own.free, own.touching) if part), default=0.0)
+
+
+def _deviation(result: Result, name: str) -> ForceDeviation:
+    unknown = ForceDeviation("", None, None)
+    return unknown if result.error is None else result.error.forces.get(name, unknown)
+
+
+def _known(result: Result, name: str) -> str:
+    """Return how far a force may be off, for a legend: in the unit of its axis."""
+    off = _largest_error(result, name)
+    return f" \N{PLUS-MINUS SIGN} {told_error(off)}" if off > 0 else ""
+
+
+def _coarsen(axes: Axes, errors: Sequence[float]) -> None:
+    """Let numbers at the axis be no finer than the least of the errors."""
+    least = min(errors, default=0.0)
+    if least > 0 and float(np.min(np.diff(axes.get_yticks()))) < least:
+        axes.yaxis.set_major_locator(MultipleLocator(10.0 ** ceil(log10(least))))
+
+
+def _first_strikes(result: Result) -> dict[str, Strike]:
+    """First strike of every contact whose force lasts, by the contact's name."""
+    found = {name: strikes(result, name) for name in result.contacts}
+    return {name: s[0] for name, s in found.items() if s and s[0].end > s[0].begin}
+
+
+def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
+    """Draw the first strikes, each from its first touch on."""
+    longest = max(strike.end - strike.begin for strike in zooms.values())
+    for i, (name, strike) in enumerate(zooms.items()):
+        since = result.time - strike.begin
+        inside = (since > -BEFORE * longest) & (since < (1 + AFTER) * longest)
+        force = result.contacts[name].force[inside]
+        colour = _COLOURS[i % len(_COLOURS)]
+        label = f"{name}, first"
+        axes.plot(1e3 * since[inside], force, color=colour, marker=".", markersize=sized(2.5),
+                  linewidth=0.8, label=label)  # fmt: skip
+    axes.set_xlabel("time since the first touch (ms)")
+    axes.set_ylabel("contact force\n(N)")
+    legend_outside(axes)
+
+
+def _panels(result: Result) -> dict[str, dict[str, Force]]:
+    """Forces by what an axis is called, with the unit, and by their own names."""
+    found: dict[str, dict[str, Force]] = {}
+    for name, force in forces_of(result).items():
+        found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
+    return found
