@@ -179,9 +179,10 @@ class ForceSpread:
         """The largest, as a part of the force's size; 0 if both are zero."""
         return self.largest / self.size if self.size > 0 else 0.0
 
-    def times(self, factor: float) -> ForceSpread:
-        """Return it `factor` times as large."""
-        return ForceSpread(factor * self.largest, self.at, factor * self.rms, self.size)
+    def times(self, factor: float, least: float = 0.0) -> ForceSpread:
+        """Return it `factor` times as large, and no less than a part `least` of the size."""
+        largest, rms = (max(factor * x, least * self.size) for x in (self.largest, self.rms))
+        return ForceSpread(largest, self.at, rms, self.size)
 
 
 @dataclass(frozen=True)
@@ -196,9 +197,9 @@ class ForceDeviation:
     free: ForceSpread | None
     touching: ForceSpread | None
 
-    def times(self, factor: float) -> ForceDeviation:
-        """Return it `factor` times as large."""
-        parts = (own and own.times(factor) for own in (self.free, self.touching))
+    def times(self, factor: float, least: float = 0.0) -> ForceDeviation:
+        """Return it `factor` times as large, and no less than a part `least` of the force."""
+        parts = (own and own.times(factor, least) for own in (self.free, self.touching))
         return ForceDeviation(self.unit, *parts)
 
 

@@ -40,6 +40,7 @@ FloatArray = NDArray[np.float64]
 # Errors of neighbours are as those of their steps, but for such a factor in what that tells of the
 # run's error; `scripts/told_errors.py` measures what it is good for.
 SCATTER = 1.5
+ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 FIT_DECADES = 4  # below the limit: where the parting is fitted
 SEGMENT = 0.5  # of the run: the spectrum's segments, which overlap by half
 MOST_LINES = 3
@@ -135,12 +136,15 @@ def sensitivity(
     )
 
 
-def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredError:
-    """Tell how far a run is off in the points that are judged, from a neighbouring run.
+def measured_error(
+    run: Result, neighbour: Result, factor: float, of_forces: float | None = None
+) -> MeasuredError:
+    """Tell how far a run is off in the points that are judged, and in forces, from a neighbour.
 
     The neighbour's steps make errors `factor` times those of the run's steps, and so will it at
     the end, but for `SCATTER`: the distance of both tells the error of either. Once they have
-    parted visibly, the error is no less than the distance.
+    parted visibly, the error is no less than the distance, and nothing is told of forces.
+    `of_forces` is as `factor` for forces, where that is another.
     """
     points = judged_points(run.scene)
     if max(room(each, points) for each in (run, neighbour)) <= STILL:
@@ -150,10 +154,10 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
     each = np.maximum.accumulate(np.where(np.isfinite(each), each, np.inf), axis=0)
     apart = each.max(axis=1)
     visible = parting_limit(run)
-    share = SCATTER / abs(factor - 1)
-    most = share * apart
+    most = SCATTER / abs(factor - 1) * apart
     parted = np.flatnonzero(~(apart <= visible))
     until = float(time[parted[0]]) if len(parted) else None
+    share = SCATTER / abs((of_forces or factor) - 1)
     told = force_deviations(run, neighbour, np.inf if until is None else until)
     error = np.where(apart > visible, np.maximum(most, apart), most)
     limit = run.scene.accuracy.tolerance or visible
@@ -166,7 +170,7 @@ def measured_error(run: Result, neighbour: Result, factor: float) -> MeasuredErr
         float(time[above[0]]) if len(above) else None,
         None if neighbour.outcome.completed else float(neighbour.time[-1]),
         neighbour.settings,
-        {name: own.times(share) for name, own in told.items()},
+        {name: own.times(share, ROUNDING) for name, own in told.items()},
         until,
     )
 

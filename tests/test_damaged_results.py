@@ -330,5 +330,5 @@ def test_a_run_of_an_earlier_version(capsys):
     assert main(["plot", "rigid"]) == 2
     assert capsys.readouterr().err == (
         "rigid/summary.json was written by an earlier version of this program (format 4, this one "
-        "reads 5); run the model again\n"
+        "reads 6); run the model again\n"
     )

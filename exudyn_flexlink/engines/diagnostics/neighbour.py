@@ -24,6 +24,9 @@ from exudyn_flexlink.sensitivity import measured_error
 # 9, twice as many by one of order 2, whose errors a neighbour of a half told four times too small.
 HIGH_ORDER, SECOND_ORDER = 0.1, 0.25
 LOOSER = 10.0  # likewise, where the run is as accurate as rounding allows
+MORE_STEPS = 1.15  # times those of the run, of a neighbour that is more accurate: 1.29 by order 9
+MOST_AGAIN = 4  # tries of a neighbour that has them
+NEAREST = 0.9  # ratio of steps' lengths: where they hardly differ, little is told of either run
 NO_MEMORY = "there is not enough memory for a neighbouring run"
 GAVE_UP = "the neighbouring run was interrupted"
 
@@ -75,16 +78,56 @@ def _measured(
         KeyboardInterrupt: the user ended the neighbour.
 
     """
-    neighbour = again(retuned(result.scene, result, factor))
+    neighbour = _finer(result, again, factor)
     if neighbour.outcome.reason == INTERRUPTED:
         raise KeyboardInterrupt
-    return neighbour, measured_error(result, neighbour, factor)
+    of_forces = _of_forces(result, neighbour, factor)
+    return neighbour, measured_error(result, neighbour, factor, of_forces)
+
+
+def _finer(result: Result, again: Callable[[Scene], Result], factor: float) -> Result:
+    """Make a neighbour by steps of its own.
+
+    Where something else than errors bounds the steps, such as a turn or pieces of a curve, a
+    tighter tolerance may leave them as they are. Then two runs agree, and tell nothing: another is
+    made, ten times tighter. Such runs are short. Those that meet contacts have steps of their own.
+    """
+    asked = factor
+    neighbour = again(retuned(result.scene, result, asked))
+    if factor > 1 or "tolerance" not in result.settings or multiplying(result) or aiming(result):
+        return neighbour
+    for _ in range(MOST_AGAIN):
+        more = neighbour.checks.steps >= MORE_STEPS * result.checks.steps
+        if more or not neighbour.outcome.completed:
+            break
+        asked *= factor
+        tighter = retuned(result.scene, result, asked)
+        if tighter.accuracy == neighbour.scene.accuracy:
+            break  # as accurate as rounding allows
+        neighbour = again(tighter)
+    return neighbour
+
+
+def _of_forces(result: Result, neighbour: Result, factor: float) -> float:
+    """Return the errors of the neighbour's forces over those of the run's.
+
+    As those of steps; but by a method of order 2 forces of joints are of order 1 only, so that
+    their errors are as the lengths of steps.
+    """
+    if not _second_order(result):
+        return factor
+    shorter = result.checks.steps / max(neighbour.checks.steps, 1)
+    return min(shorter, NEAREST) if factor < 1 else max(shorter, 1 / NEAREST)
+
+
+def _second_order(result: Result) -> bool:
+    return bool({"steps_per_contact", "step"} & set(result.settings))
 
 
 def neighbouring(result: Result) -> float:
     """Return the errors that a step of the neighbour may make, over those of the run's steps."""
     settings = result.settings
-    finer = SECOND_ORDER if {"steps_per_contact", "step"} & set(settings) else HIGH_ORDER
+    finer = SECOND_ORDER if _second_order(result) else HIGH_ORDER
     least = least_tolerance(assemble_scene(result.scene))
     asked = float(settings.get("tolerance", inf))
     at_best = finer * asked < least * (1 - 1e-9)
