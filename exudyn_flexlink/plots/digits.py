@@ -63,4 +63,5 @@ def told_error(error: float) -> str:
     if not (error > 0 and isfinite(error)):
         return f"{error:g}"
     size = 10.0 ** floor(log10(error))
-    return f"{ceil(error / size * (1 - 1e-9)) * size:.1g}".replace("e-0", "e-")
+    most = ceil(error / size * (1 - 1e-9)) * size
+    return f"{most:.0f}" if most >= 1 else f"{most:.1g}".replace("e-0", "e-")

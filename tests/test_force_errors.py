@@ -1,0 +1,241 @@
+"""Errors of forces: what a neighbouring run tells of them, held against closed forms."""
+
+import json
+from dataclasses import replace
+from math import inf, pi, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+import results
+from scipy.special import ellipj, ellipk
+
+from exudyn_flexlink.accuracy import errors
+from exudyn_flexlink.comparison import compare
+from exudyn_flexlink.engines import measured, simulate
+from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.observables import force_deviations, worst_force
+from exudyn_flexlink.plots import forces
+from exudyn_flexlink.plots.digits import told_error
+from exudyn_flexlink.report import comparison_text, run_text
+from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError
+from exudyn_flexlink.source import parse_document
+from exudyn_flexlink.storage import load, save, save_comparison
+
+MODELS = Path(__file__).parents[1] / "models"
+CRANK = "joint force of crank"
+G, LENGTH, MASS = 9.81, 0.2, 7850 * 0.2 * 0.01 * 0.002  # of results.PENDULUM
+
+ECCENTRIC = """title: a disk turned about a point beside its centre
+bodies:
+  disk: {type: rigid, mass: 2, inertia: 0.01, points: {pivot: [-0.1, 0]}}
+joints:
+  crank: {type: revolute, points: [ground, disk.pivot], at: [0, 0]}
+drives:
+  motor: {type: speed, joint: crank, value: 10 rad/s}
+run: {turns: 1, of: crank}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+def scene_from(text, **accuracy):
+    scene = scene_of(parse_document(text, "model.yaml"))
+    return scene.changed(accuracy=type(scene.accuracy).model_validate(accuracy))
+
+
+def force_on_a_falling_rod(time):
+    """Force of the pin on a rod let go as it lies, N: closed form by elliptic functions.
+
+    Its angle from the vertical is 2 asin(k sn(K - w t)) with w^2 = 3 g / (2 l), k = sin 45 deg.
+    """
+    w, k = sqrt(1.5 * G / LENGTH), sin(pi / 4)
+    angle = 2 * np.arcsin(k * ellipj(ellipk(k * k) - w * time, k * k)[0])
+    speed_squared, acceleration = 2 * w * w * np.cos(angle), -w * w * np.sin(angle)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    x = acceleration * cosine - speed_squared * sine
+    y = acceleration * sine + speed_squared * cosine
+    return MASS * np.stack([LENGTH / 2 * x, LENGTH / 2 * y + G], axis=-1)
+
+
+# --- told errors bound true ones
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_the_told_error_bounds_that_of_a_pendulums_force(formulation, tolerance):
+    scene = scene_from(results.PENDULUM, tolerance=tolerance)
+    scene = scene.changed(solver=scene.solver.model_copy(update={"formulation": formulation}))
+    run = measured(simulate(scene, measure=False)).result
+    exact = force_on_a_falling_rod(run.time)
+    true = np.linalg.norm(run.joint_forces["pin"] - exact, axis=1).max()
+    told = run.error.forces["joint force of pin"]
+    assert told.touching is None
+    assert told.free.size == pytest.approx(2.5 * MASS * G, rel=0.1)  # as the rod hangs
+    assert true <= told.free.largest <= 5 * true
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_a_force_that_is_exact_is_known_to_rounding(tolerance):
+    """The pivot of a disk pulls with m r w^2 = 20 N: no step errs, and no error of 0 is told."""
+    run = measured(simulate(scene_from(ECCENTRIC, tolerance=tolerance), measure=False)).result
+    true = np.abs(np.linalg.norm(run.joint_forces["crank"], axis=1) - 20).max()
+    told = run.error.forces[CRANK].free
+    assert true <= told.largest <= 1e-9
+    assert told.largest > 0
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_the_told_error_bounds_that_of_a_flexible_link_whose_steps_something_else_bounds(tolerance):
+    """At 1e-4 m and at 1e-5 m steps are the same: the runs agree, and told no error at all."""
+    model = MODELS / "smooth.yaml"
+    settings = ["bodies.link.rods=4", "run.turns=0.5"]
+    scene = load_scene(model, [*settings, f"accuracy.tolerance={tolerance}"])
+    found = measured(simulate(scene, measure=False))
+    judge = load_scene(model, [*settings, "accuracy.tolerance=1e-11"])
+    true = force_deviations(found.result, simulate(judge, "lagrangian", measure=False))
+    told = found.result.error.forces
+    assert set(told) == {"drive torque of motor", "slot force of pin", CRANK}
+    for name, own in told.items():
+        assert true[name].free.largest <= own.free.largest <= 5 * true[name].free.largest
+    assert found.neighbour.checks.steps > found.result.checks.steps
+
+
+# --- which instants count
+
+
+def linked(touches=(), more=0.0, when=None):
+    """The paper's rigid link, the force in whose crank is `more` N larger at instants (a mask)."""
+    scene = load_scene(results.MODEL, ["run.turns=1", f"run.sample={2e-4 * pi}"])
+    run = results.touched(results.rigid_link(turns=1, samples=1001, scene=scene), *touches)
+    force = np.zeros((len(run.time), 2))
+    force[:, 0] = 3.0
+    force[slice(None) if when is None else when(run.time), 0] += more
+    return replace(run, joint_forces={"crank": force}, laps=())
+
+
+def test_a_difference_has_size_place_and_mean():
+    there = 0.2
+    other = linked(more=0.01, when=lambda t: np.abs(t - there) < 4e-4)
+    own = force_deviations(linked(), other)[CRANK]
+    assert own.unit == "N"
+    assert own.touching is None
+    assert own.free.largest == pytest.approx(0.01, rel=1e-2)
+    assert own.free.at == pytest.approx(there, abs=1e-3)
+    assert own.free.size == pytest.approx(3.01, rel=1e-3)
+    assert own.free.relative == pytest.approx(0.01 / 3.01, rel=1e-2)
+    assert 0 < own.free.rms < 0.01 / sqrt(100)
+
+
+def test_nothing_is_told_beyond_an_instant():
+    other = linked(more=0.01, when=lambda t: t > 0.3)
+    assert force_deviations(linked(), other, until=0.29)[CRANK].free.largest == 0
+    assert force_deviations(linked(), other)[CRANK].free.largest == pytest.approx(0.01)
+
+
+def test_contact_is_told_apart_and_where_only_one_run_touches_nothing_is():
+    """A strike that comes 5 ms later: 1 N of the contact is no error of 1 N in between."""
+    one = linked([Interval(0.2, 0.25)], 1.0, lambda t: (t >= 0.2) & (t <= 0.25))
+    late = (0.205, 0.255)
+    other = linked([Interval(*late)], 1.02, lambda t: (t >= late[0]) & (t <= late[1]))
+    own = force_deviations(one, other)[CRANK]
+    assert own.free.largest == pytest.approx(0, abs=1e-12)
+    assert own.touching.largest == pytest.approx(0.02)
+    assert own.touching.size == pytest.approx(4.02)
+
+
+def test_beside_an_impulse_nothing_is_told():
+    """Forces leap there, in each run at its own instant."""
+    one = linked([Interval(0.2, 0.2, peak_force=inf)], 1.0, lambda t: t >= 0.2)
+    late = 0.2004
+    other = linked([Interval(late, late, peak_force=inf)], 1.0, lambda t: t >= late)
+    assert force_deviations(one, other)[CRANK].free.largest == pytest.approx(0, abs=1e-12)
+
+
+def test_forces_that_are_rounding_are_not_the_worst():
+    spread = ForceSpread(1e-14, 0.1, 1e-15, 1e-14)
+    real = ForceSpread(1e-3, 0.1, 1e-4, 2.0)
+    found = {"a": ForceDeviation("N", spread, None), "b": ForceDeviation("N", real, None)}
+    assert worst_force(found) == ("b", pytest.approx(5e-4))
+    assert worst_force({"a": found["a"]}) == ("", 0.0)
+
+
+# --- where it is told
+
+
+def known(largest=0.01, touching=None, until=None):
+    own = ForceDeviation("N", ForceSpread(largest, 0.1, largest / 4, 3.0), touching)
+    error = MeasuredError(("link.end",), "link.end", 1e-6, 2e-7, forces={CRANK: own},
+                          forces_until=until)  # fmt: skip
+    return replace(linked(), error=error)
+
+
+def test_the_summary_tells_errors_of_forces_beside_those_of_positions():
+    lines = run_text(known(touching=ForceSpread(0.5, 0.2, 0.1, 10.0), until=0.4)).splitlines()
+    at = lines.index("Errors of forces, as a neighbouring run tells, up to t = 0.4 s")
+    first, second = (" ".join(line.split()) for line in lines[at + 2 : at + 4])
+    assert first == f"{CRANK} 0.01 N 0.33 % 0.10000 s 0.0025 N"
+    assert second == "in contact 0.5 N 5 % 0.20000 s 0.1 N"
+    assert "not measured" not in "\n".join(lines)
+    assert "forces  " in run_text(linked())
+    assert "'--horizon' makes a second run" in run_text(linked())
+
+
+def test_a_run_is_read_back_with_errors_of_forces(tmp_path):
+    run = known(touching=ForceSpread(0.5, 0.2, 0.1, 10.0), until=0.4)
+    save(run, tmp_path)
+    assert load(tmp_path).error == run.error
+
+
+def test_a_comparison_tells_forces(tmp_path):
+    found = compare(linked(), linked(more=0.01, when=lambda t: t > 0.3))
+    assert found.forces[CRANK].free.largest == pytest.approx(0.01)
+    text = comparison_text(found)
+    assert "Forces, difference" in text
+    assert any(line.split()[:6] == [*CRANK.split(), "0.01", "N"] for line in text.splitlines())
+    save_comparison(found, tmp_path)
+    data = json.loads((tmp_path / "comparison.json").read_text())
+    told = data["forces_up_to_the_horizon"][CRANK]
+    assert told["unit"] == "N"
+    assert told["in_contact"] is None
+    assert told["free"]["relative"] == pytest.approx(0.01 / 3.01)
+
+
+def test_a_study_takes_the_force_that_is_farthest_off():
+    found = errors(linked(more=0.03), linked(), until=1.0)
+    assert found.worst_force == CRANK
+    assert found.force == pytest.approx(0.03 / 3.03)
+    assert found.times(2.0).force == pytest.approx(2 * found.force)
+
+
+# --- figures
+
+
+def labels(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def panel(figure, quantity):
+    return next(axes for axes in figure.axes if axes.get_ylabel().startswith(quantity))
+
+
+def test_the_figure_tells_the_error_and_draws_it_as_a_band():
+    axes = panel(forces(known(largest=0.234)), "joint force")
+    assert labels(axes) == ["crank \N{PLUS-MINUS SIGN} 0.3"]
+    (band,) = axes.collections
+    (path,) = band.get_paths()
+    assert path.vertices[:, 1].min() == pytest.approx(3 - 0.234)
+    assert path.vertices[:, 1].max() == pytest.approx(3 + 0.234)
+    assert labels(panel(forces(linked()), "joint force")) == ["crank"]
+    assert not panel(forces(linked()), "joint force").collections
+
+
+@pytest.mark.parametrize("error", [0.01, 0.7, 2.0])
+def test_numbers_at_the_axis_are_no_finer_than_the_error(error):
+    axes = panel(forces(known(largest=error)), "joint force")
+    assert np.diff(axes.get_yticks()).min() >= min(error, 10.0)
+
+
+def test_told_errors_are_rounded_up():
+    said = {0.0123: "0.02", 2.0: "2", 0.95: "1", 1.3e-5: "2e-5", 3e-4: "0.0003", 12.0: "20"}
+    assert {error: told_error(error) for error in said} == said
