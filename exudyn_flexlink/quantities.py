@@ -86,7 +86,7 @@ def _from_text(text: str, dimension: Dimension) -> float:
     if not match or dimension is Dimension.NUMBER:
         raise QuantityError(wrong, dimension.hint)
     try:
-        unit = find_unit(match[2])
+        unit = find_unit(match[2], dimension)
     except UnknownUnitError as error:
         raise QuantityError(str(error)) from None
     if not dimension.accepts(unit.powers):

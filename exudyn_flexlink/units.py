@@ -1,7 +1,6 @@
 """Dimensions of what a scene gives, and the units in which they may be written.
 
-Common units come from a small table. Pint knows the others; it is imported only for those,
-since importing it takes longer than reading a whole model.
+A unit is a product of powers of symbols, some of which may have a prefix.
 """
 
 from __future__ import annotations
@@ -9,10 +8,8 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Mapping
 from enum import Enum
-from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class Powers(NamedTuple):
@@ -83,89 +80,148 @@ class Unit(NamedTuple):
     powers: Powers
 
 
-def _units(dimension: Dimension, factors: Mapping[str, float]) -> dict[str, Unit]:
-    return {name: Unit(factor, dimension.powers) for name, factor in factors.items()}
+class Symbol(NamedTuple):
+    """A unit that has a name of its own: `factor` times 10^`tens` in SI; may have a prefix."""
+
+    powers: Powers
+    factor: float = 1.0
+    tens: int = 0
+    prefixed: bool = False
 
 
-_DEG = math.pi / 180
-_TURN = 2 * math.pi
-UNITS: dict[str, Unit] = {
-    **_units(Dimension.LENGTH, {"m": 1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "km": 1e3}),
-    **_units(Dimension.ANGLE, {"rad": 1, "mrad": 1e-3, "deg": _DEG, "turn": _TURN}),
-    **_units(Dimension.TIME, {"s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600}),
-    **_units(Dimension.FREQUENCY, {"Hz": 1, "kHz": 1e3, "MHz": 1e6, "1/s": 1}),
-    **_units(Dimension.MASS, {"kg": 1, "g": 1e-3, "mg": 1e-6, "t": 1e3}),
-    **_units(Dimension.DENSITY, {"kg/m^3": 1, "g/cm^3": 1e3, "kg/dm^3": 1e3}),
-    **_units(
-        Dimension.PRESSURE, {"Pa": 1, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m^2": 1, "N/mm^2": 1e6}
-    ),
-    **_units(Dimension.FORCE, {"N": 1, "mN": 1e-3, "kN": 1e3}),
-    **_units(Dimension.TORQUE, {"N m": 1, "N mm": 1e-3, "mN m": 1e-3, "kN m": 1e3}),
-    **_units(Dimension.STIFFNESS, {"N/m": 1, "N/mm": 1e3, "kN/m": 1e3, "N/um": 1e6}),
-    **_units(
-        Dimension.TORSIONAL_STIFFNESS,
-        {"N m/rad": 1, "N mm/rad": 1e-3, "mN m/rad": 1e-3, "N m/deg": 1 / _DEG},
-    ),
-    **_units(Dimension.TORSIONAL_DAMPING, {"N m s/rad": 1, "N mm s/rad": 1e-3}),
-    **_units(
-        Dimension.ANGULAR_SPEED, {"rad/s": 1, "deg/s": _DEG, "rpm": _TURN / 60, "turn/s": _TURN}
-    ),
-    **_units(Dimension.SPEED, {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3}),
-    **_units(Dimension.ACCELERATION, {"m/s^2": 1, "mm/s^2": 1e-3}),
-    **_units(Dimension.INERTIA, {"kg m^2": 1, "g m^2": 1e-3, "g cm^2": 1e-7, "kg mm^2": 1e-6}),
-    **_units(Dimension.AREA, {"m^2": 1, "cm^2": 1e-4, "mm^2": 1e-6}),
-    **_units(Dimension.SECOND_MOMENT, {"m^4": 1, "cm^4": 1e-8, "mm^4": 1e-12}),
+PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
+
+_LENGTH, _MASS, _TIME, _ANGLE = (Dimension[n].powers for n in ("LENGTH", "MASS", "TIME", "ANGLE"))
+_FORCE, _PRESSURE = Dimension.FORCE.powers, Dimension.PRESSURE.powers
+_POUND = 0.45359237  # kg, and below 9.80665 m/s^2 and 0.0254 m: by definition
+SYMBOLS: dict[str, Symbol] = {
+    "m": Symbol(_LENGTH, prefixed=True),
+    "in": Symbol(_LENGTH, 0.0254),
+    "inch": Symbol(_LENGTH, 0.0254),
+    "ft": Symbol(_LENGTH, 0.3048),
+    "g": Symbol(_MASS, tens=-3, prefixed=True),
+    "t": Symbol(_MASS, tens=3),
+    "lb": Symbol(_MASS, _POUND),
+    "s": Symbol(_TIME, prefixed=True),
+    "min": Symbol(_TIME, 60),
+    "h": Symbol(_TIME, 3600),
+    "rad": Symbol(_ANGLE, prefixed=True),
+    "deg": Symbol(_ANGLE, math.pi / 180),
+    "turn": Symbol(_ANGLE, 2 * math.pi),
+    "rpm": Symbol(Dimension.ANGULAR_SPEED.powers, 2 * math.pi / 60),
+    "Hz": Symbol(Dimension.FREQUENCY.powers, prefixed=True),
+    "N": Symbol(_FORCE, prefixed=True),
+    "kgf": Symbol(_FORCE, 9.80665),
+    "lbf": Symbol(_FORCE, _POUND * 9.80665),
+    "J": Symbol(Dimension.TORQUE.powers, prefixed=True),
+    "Pa": Symbol(_PRESSURE, prefixed=True),
+    "bar": Symbol(_PRESSURE, tens=5, prefixed=True),
+    "psi": Symbol(_PRESSURE, _POUND * 9.80665 / 0.0254**2),
 }
-"""The units known without pint. A test compares each with pint."""
+"""Units are products of powers of these. A test compares each with pint."""
 
-# Written in one word by every engineer: newton metres, not pint's Nm (length per mass of a yarn).
+USUAL = (
+    *("m", "cm", "mm", "um", "nm", "km", "inch", "ft"),
+    *("rad", "mrad", "deg", "turn"),
+    *("s", "ms", "us", "ns", "min", "h", "Hz", "kHz", "MHz", "1/s"),
+    *("kg", "g", "mg", "t", "lb", "kg/m^3", "g/cm^3", "kg/dm^3"),
+    *("Pa", "kPa", "MPa", "GPa", "bar", "psi", "N/m^2", "N/mm^2"),
+    *("N", "mN", "kN", "lbf", "N m", "N mm", "mN m", "kN m"),
+    *("N/m", "N/mm", "kN/m", "N/um", "N m/rad", "N mm/rad", "mN m/rad", "N m/deg"),
+    *("N m s/rad", "N mm s/rad", "rad/s", "deg/s", "rpm", "turn/s"),
+    *("m/s", "cm/s", "mm/s", "m/s^2", "mm/s^2"),
+    *("kg m^2", "g m^2", "g cm^2", "kg mm^2", "m^2", "cm^2", "mm^2", "m^4", "cm^4", "mm^4"),
+)
+"""Units as the documentation lists them, and hints suggest them."""
+
+# Written in one word by every engineer.
 _NEWTON_METRES = re.compile(r"(?<![A-Za-z])([kMmu]?N)(m|cm|mm)(s?)(?![A-Za-z])")
+_TOKEN = re.compile(r"[A-Za-z]+|\^[-+]?[0-9](?![0-9])|[/()]|1(?![0-9])")
+MOST_TENS = 300  # a float holds no power of ten beyond
 
 
 class UnknownUnitError(ValueError):
     """There is no such unit; the message says so, and names one that resembles it."""
 
 
-def find_unit(text: str) -> Unit:
+def usual_units(dimension: Dimension) -> list[str]:
+    """Units in which a quantity is usually given."""
+    return [name for name in USUAL if dimension.accepts(_unit(name).powers)]
+
+
+def find_unit(text: str, wanted: Dimension) -> Unit:
     """Look a unit up: products may be written 'N m', 'N*m', 'N·m', and 'Nm' is one of them.
 
+    Read from left to right, so that 'N/m s' is 'N s/m'. It may be of another dimension than what
+    is `wanted`.
+
     Raises:
-        UnknownUnitError: there is no such unit; the message names one that resembles it.
+        UnknownUnitError: there is no such unit; the message names one wanted that resembles it.
 
     """
     name = re.sub(r"\s*([/^])\s*", r"\1", text.replace("**", "^").replace("°", "deg"))
     name = re.sub(r"[\s*·]+", " ", name.replace("µ", "u").replace("μ", "u")).strip()
     name = _NEWTON_METRES.sub(r"\1 \2 \3", name).replace(" /", "/").strip()
-    unit = UNITS.get(name) or _unit_from_pint(name)
-    if unit is None:
-        near = difflib.get_close_matches(name, UNITS, n=1, cutoff=0.5)
-        same = [known for known in UNITS if known.replace(" ", "").lower() == name.lower()]
-        suggestion = f"; did you mean '{(same or near)[0]}'?" if same or near else ""
-        raise UnknownUnitError(f"unknown unit '{name}'{suggestion}")
-    return unit
-
-
-@cache
-def _registry() -> Any:
-    import pint  # noqa: PLC0415  (slow to import, seldom needed)
-
-    return pint.UnitRegistry()
-
-
-@cache
-def _unit_from_pint(name: str) -> Unit | None:
-    # A number in an exponent is all the arithmetic a unit needs; large ones would only cost time.
-    if re.search(r"\^\s*[^0-9+\-]|\^\s*[+\-]?[0-9]{2}|\^[^^]*\^|[0-9]{3}|[0-9]\s+[0-9]", name):
-        return None
     try:
-        base = _registry().Quantity(1.0, _registry().parse_units(name)).to_base_units()
-        powers = {str(unit): float(power) for unit, power in base.units._units.items()}
-        factor = float(base.magnitude)
-    except Exception:  # pint raises its own, tokenize's and Python's errors for what is no unit
-        return None
-    bases = zip(Powers._fields, ("meter", "kilogram", "second", "radian"), strict=True)
-    broken = any(power != int(power) for power in powers.values())
-    whole = {short: int(powers.pop(base, 0.0)) for short, base in bases}
-    if any(powers.values()) or broken or not math.isfinite(factor):
-        whole = {"m": 99}  # amperes, kelvins, roots: a unit, and none that a scene asks for
-    return Unit(factor, Powers(**whole))
+        return _unit(name)
+    except UnknownUnitError:
+        near = difflib.get_close_matches(name, usual_units(wanted), n=1, cutoff=0.5)
+        suggestion = f"; did you mean '{near[0]}'?" if near else ""
+        raise UnknownUnitError(f"unknown unit '{name}'{suggestion}") from None
+
+
+def _unit(name: str) -> Unit:
+    if re.sub(r"\s", "", _TOKEN.sub("", name)):
+        raise UnknownUnitError
+    tokens = _TOKEN.findall(name)[::-1]
+    found = _product(tokens)
+    if tokens or abs(found.tens) > MOST_TENS:
+        raise UnknownUnitError
+    # A power of ten below 1 is no float, its reciprocal is: so a millimetre is 0.001 to the bit.
+    scale = 10.0 ** abs(found.tens)
+    factor = found.factor / scale if found.tens < 0 else found.factor * scale
+    if not 0 < factor < math.inf:
+        raise UnknownUnitError
+    return Unit(factor, found.powers)
+
+
+def _product(tokens: list[str]) -> Symbol:
+    """Take a product off the end of reversed tokens, up to a closing parenthesis."""
+    found = _power(tokens)
+    while tokens and tokens[-1] != ")":
+        divided = tokens[-1] == "/"
+        if divided:
+            tokens.pop()
+        found = _times(found, _power(tokens), -1 if divided else 1)
+    return found
+
+
+def _power(tokens: list[str]) -> Symbol:
+    """Take a symbol or a product in parentheses, with its exponent."""
+    first = tokens.pop() if tokens else ""
+    if first == "(":
+        base = _product(tokens)
+        if not tokens or tokens.pop() != ")":
+            raise UnknownUnitError
+    else:
+        base = Symbol(Powers()) if first == "1" else _symbol(first)
+    exponent = int(tokens.pop()[1:]) if tokens and tokens[-1].startswith("^") else 1
+    return _times(Symbol(Powers()), base, exponent)
+
+
+def _times(one: Symbol, other: Symbol, exponent: int) -> Symbol:
+    powers = (a + exponent * b for a, b in zip(one.powers, other.powers, strict=True))
+    try:
+        factor = one.factor * other.factor**exponent
+    except (OverflowError, ZeroDivisionError):
+        raise UnknownUnitError from None
+    return Symbol(Powers(*powers), factor, one.tens + exponent * other.tens)
+
+
+def _symbol(name: str) -> Symbol:
+    if name in SYMBOLS:
+        return SYMBOLS[name]
+    base = SYMBOLS.get(name[1:])
+    if base is None or not base.prefixed or name[0] not in PREFIXES:
+        raise UnknownUnitError
+    return base._replace(tens=base.tens + PREFIXES[name[0]])

@@ -26,7 +26,7 @@ from make_docs import DOCS, ITEMS
 
 from exudyn_flexlink.cli import main as program
 from exudyn_flexlink.scene import json_schema
-from exudyn_flexlink.units import UNITS, Dimension
+from exudyn_flexlink.units import PREFIXES, SYMBOLS, Dimension, usual_units
 
 Schema = dict[str, Any]
 COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")
@@ -80,12 +80,13 @@ def model_file() -> Iterator[str]:
             yield f"\n({anchor(name)})=\n### {title(name, parts)}\n\n{parts[name]['description']}\n"
             yield from table(parts[name], parts)
     yield "\n## Units\n\nA number without a unit is in SI units. A text may carry one of these, or"
-    yield "any that Pint knows. Radians count: a speed in Hz is refused where rad/s is meant.\n"
-    yield "| quantity | SI unit | also |\n|---|---|---|"
+    yield f"any product of powers, such as `N/(m s)`, of {', '.join(SYMBOLS)}. Of these"
+    yield f"{', '.join(name for name, own in SYMBOLS.items() if own.prefixed)} may have a prefix:"
+    yield f"{', '.join(PREFIXES)}. Radians count: a speed in Hz is refused where rad/s is meant.\n"
+    yield "| quantity | SI unit | such as |\n|---|---|---|"
     for dimension in Dimension:
-        others = [name for name, unit in UNITS.items() if dimension.accepts(unit.powers)]
         if dimension.si:
-            yield f"| {dimension.words} | {dimension.si} | {', '.join(others)} |"
+            yield f"| {dimension.words} | {dimension.si} | {', '.join(usual_units(dimension))} |"
 
 
 def reached(value: Schema, parts: Schema) -> list[str]:

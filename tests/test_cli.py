@@ -19,7 +19,7 @@ from exudyn_flexlink.scene import json_schema
 def test_check_imports_nothing_slow(model: str) -> None:
     code = (
         "import sys; from exudyn_flexlink.cli import main; main(['check', sys.argv[1]]);"
-        "slow = {'scipy', 'matplotlib', 'exudyn', 'pint', 'rich'};"
+        "slow = {'scipy', 'matplotlib', 'exudyn', 'rich'};"
         "print(*slow & set(sys.modules), file=sys.stderr)"
     )
     ran = python("-c", code, model)
