@@ -30,6 +30,8 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
     rate_of_jacobian_times_velocity,
+    slot_point,
+    turned,
 )
 from exudyn_flexlink.mechanism.model import (
     GROUND,
@@ -132,9 +134,11 @@ __all__ = [
     "resolutions",
     "sample_bytes",
     "sample_times",
+    "slot_point",
     "solve_saddle",
     "swing_times",
     "turn_goal",
+    "turned",
     "turning",
     "wall_half_period",
     "wanted_interval",

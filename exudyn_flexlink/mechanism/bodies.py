@@ -71,6 +71,11 @@ class Bodies:
         part, x, y = self._bodies[body].points[name]
         return Anchor(self._bodies[body].first + part, x, y)
 
+    def carrier(self, curve: str) -> int:
+        """Index of the part that carries a curve, GROUND where none does."""
+        on = self.scene.curves[curve].on
+        return GROUND if on is None else self.first_part(on)
+
     def _add_body(self, name: str) -> _Body:
         body = self.scene.bodies[name]
         first = len(self.parts)

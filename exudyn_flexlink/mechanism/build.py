@@ -67,7 +67,7 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             if isinstance(j, SleeveJoint) and j.clearance == 0
         ),
         slots=tuple(
-            Slot(n, bodies.anchor(j.point), curves[j.curve])
+            Slot(n, bodies.anchor(j.point), curves[j.curve], bodies.carrier(j.curve))
             for n, j in joints
             if isinstance(j, SlotJoint)
         ),

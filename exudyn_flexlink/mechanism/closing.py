@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
-from exudyn_flexlink.mechanism.kinematics import anchor_position
+from exudyn_flexlink.mechanism.kinematics import anchor_position, slot_point
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Slot
 from exudyn_flexlink.mechanism.spanning import spanning_tree, within_body
@@ -258,7 +258,7 @@ def _attach_slides(
         angle = q[guide.part, 2]
         along = np.array([np.cos(angle), np.sin(angle)])
         for slot in mechanism.slots:
-            if slot.anchor == rod:
+            if slot.anchor == rod and slot.carrier == GROUND:
                 ahead = _nearest_ahead(slot, anchor_position(guide, q), along)
                 q[rod.part, :2] += along * ahead
         return True
@@ -280,13 +280,9 @@ def _end_of_first_lap(slot: Slot) -> float:
 
 
 def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:
-    """Put a part that nothing else holds at the start of its curve."""
-    if slot.anchor.part in placed:
-        return False
-    start = slot.curve.point(slot.curve.start)
-    q[slot.anchor.part, :2] += start - anchor_position(slot.anchor, q)
-    placed.add(slot.anchor.part)
-    return True
+    """Put a part that nothing else holds at the start of its curve, or the curve's part there."""
+    start = Anchor(slot.carrier, *slot.curve.point(slot.curve.start).tolist())
+    return _attach(q, placed, start, slot.anchor)
 
 
 def _close(
@@ -310,7 +306,7 @@ def _close(
         q = _straightened(mechanism, q) if straight else q
         places = np.array(
             [
-                slot.curve.nearest(anchor_position(slot.anchor, q), near=place)
+                slot.curve.nearest(slot_point(slot, q), near=place)
                 for slot, place in zip(mechanism.slots, places, strict=True)
             ]
         )
@@ -367,7 +363,7 @@ def _first_place(slot: Slot, q: FloatArray) -> float:
 
     Laps share their meeting point, and often more: there the same point in the first lap is meant.
     """
-    point = anchor_position(slot.anchor, q)
+    point = slot_point(slot, q)
     start, end = slot.curve.start, _end_of_first_lap(slot)
     place = float(slot.curve.nearest(point))
     if place >= end:

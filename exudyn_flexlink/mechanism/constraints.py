@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point, turned
 from exudyn_flexlink.mechanism.model import (
-    GROUND,
     Anchor,
     Mechanism,
     Motor,
@@ -243,10 +242,15 @@ def _slotted(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block
     points = np.array([s.curve.point(u) for s, u in zip(slots, places, strict=True)])
     normals, points = normals.reshape(-1, 2), points.reshape(-1, 2)
     anchored = _Anchored.of([slot.anchor for slot in slots], q)
-    slopes = np.zeros((len(slots), 2, 3))
-    slopes[:, 1] = anchored.slopes(normals)
-    parts = np.stack([np.full(len(slots), GROUND), anchored.parts], axis=1)
-    return np.sum(normals * (anchored.at - points), axis=1), parts, slopes
+    carriers = _Anchored.of([Anchor(slot.carrier, 0.0, 0.0) for slot in slots], q)
+    angle = np.append(q[:, 2], 0.0)[carriers.parts]
+    from_carrier = anchored.at - carriers.at
+    normals, points = turned(normals, angle), turned(points, angle)
+    slopes = np.stack([-carriers.slopes(normals), anchored.slopes(normals)], axis=1)
+    # Where the carrier turns, the normal turns with it against the point.
+    slopes[:, 0, 2] = normals[:, 0] * from_carrier[:, 1] - normals[:, 1] * from_carrier[:, 0]
+    parts = np.stack([carriers.parts, anchored.parts], axis=1)
+    return np.sum(normals * (from_carrier - points), axis=1), parts, slopes
 
 
 # --- many instants ----------------------------------------------------------------------------
@@ -272,7 +276,7 @@ def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
         residuals += [np.abs(across), np.abs(angle_of(slide.rod.part, q) - angle)]
     for k, slot in enumerate(mechanism.slots):
         point, derivative, _ = slot.curve.derivatives(places[:, k])
-        away = anchor_position(slot.anchor, q) - point
+        away = slot_point(slot, q) - point
         across = derivative[:, 0] * away[:, 1] - derivative[:, 1] * away[:, 0]
         residuals.append(np.abs(across) / np.hypot(derivative[:, 0], derivative[:, 1]))
     return np.stack(residuals, axis=-1) if residuals else np.zeros((len(q), 0))

@@ -65,9 +65,30 @@ def angle_of(part: int, q: FloatArray) -> FloatArray:
     return np.asarray(q[..., part, 2])
 
 
+def slot_point(slot: Slot, q: FloatArray) -> FloatArray:
+    """Position of a slot's anchor in the axes of its curve, m; `q` (..., parts, 3): (..., 2)."""
+    return seen_from(slot.carrier, anchor_position(slot.anchor, q), q)
+
+
+def seen_from(part: int, point: FloatArray, q: FloatArray) -> FloatArray:
+    """A point (..., 2) m of the ground in the axes of a part."""
+    if part == GROUND:
+        return point
+    pose = q[..., part, :]
+    away = point - pose[..., :2]
+    return turned(away, -pose[..., 2])
+
+
+def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
+    """Vectors (..., 2) turned by angles (...), rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
 def slot_place(slot: Slot, q: FloatArray, near: float) -> float:
     """Parameter of the slot's curve next to its anchor, searched from `near`."""
-    return float(slot.curve.nearest(anchor_position(slot.anchor, q), near=near))
+    return float(slot.curve.nearest(slot_point(slot, q), near=near))
 
 
 def rate_of_jacobian_times_velocity(

@@ -74,11 +74,12 @@ class Slide:
 
 @dataclass(frozen=True)
 class Slot:
-    """An anchor runs along a curve fixed to the ground."""
+    """An anchor runs along a curve in the axes of the part `carrier`, GROUND: fixed."""
 
     name: str
     anchor: Anchor
     curve: Curve
+    carrier: int = GROUND
 
 
 @dataclass(frozen=True)

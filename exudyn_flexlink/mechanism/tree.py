@@ -235,7 +235,7 @@ class _Spanning:
         """Return a group that nothing holds, and the point of it that is best followed."""
         for slot in mechanism.slots:
             group = self._number[slot.anchor.part]
-            if group not in self._hung:
+            if group not in self._hung and slot.carrier == GROUND:
                 return group, self._frames[slot.anchor.part].place(slot.anchor.x, slot.anchor.y)
         group = next(k for k in range(len(self._groups)) if k not in self._hung)
         return group, self._centre_of_mass(mechanism, group)
@@ -308,7 +308,7 @@ def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
 
 def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
     """Follow slots that close no loop without solving for them, unless there are loops."""
-    if layout.closures:
+    if layout.closures or any(slot.carrier != GROUND for slot in mechanism.slots):
         layout.closures += mechanism.slots
         return
     taken: set[int] = set()

@@ -18,8 +18,10 @@ from exudyn_flexlink.mechanism import (
     Anchor,
     Channel,
     Mechanism,
+    Slot,
     anchor_position,
     build_mechanism,
+    turned,
 )
 from exudyn_flexlink.observables import path, point_anchor, watched_point
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
@@ -59,7 +61,8 @@ class Sketch:
         for body in self.result.scene.bodies:
             lines = self.lines(body, slice(None, None, every))
             points += [line.reshape(-1, 2) for line in lines]
-        points += [slot.curve.samples[1] for slot in self.model.slots]
+        ends = (0, len(self.result.time) - 1)
+        points += [self.curve(slot, i) for slot in self.model.slots for i in ends]
         fixed = [pin.first for pin in self.model.pins if pin.first.part == GROUND]
         points += [np.array([[at.x, at.y]]) for at in fixed]
         all_ = np.concatenate(points)
@@ -98,11 +101,19 @@ class Sketch:
         end = anchor_position(point_anchor(scene, model, f"{body}.end"), q)
         return [np.stack([*starts, end], axis=1)]
 
+    def curve(self, slot: Slot, index: int) -> FloatArray:
+        """Points (n, 2) m of a slot's curve at a sample."""
+        points = slot.curve.samples[1]
+        if slot.carrier == GROUND:
+            return points
+        pose = self.result.poses[index, slot.carrier]
+        return np.asarray(pose[:2] + turned(points, pose[2]))
+
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
         """Draw slots, bodies and fixed joints at a sample."""
         factor, _ = self.unit
         for slot in self.model.slots:
-            axes.plot(*(factor * slot.curve.samples[1]).T, color=PURPLE, linewidth=1.0, zorder=1)
+            axes.plot(*(factor * self.curve(slot, index)).T, color=PURPLE, linewidth=1.0, zorder=1)
         for i, body in enumerate(self.result.scene.bodies):
             own = self.model.parts_of(body)
             walls = [c for c in _with_play(self.model) if c.guide.part in own]

@@ -9,13 +9,21 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from exudyn_flexlink.quantities import Angle, PositiveLength
-from exudyn_flexlink.scene.base import ByType, Flag, Part, Point, Text, refuse, require_one
+from exudyn_flexlink.scene.base import ByType, Flag, Name, Part, Point, Text, refuse, require_one
 
 FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, however it was rounded
 FEWEST_POINTS = 4
 
 
-class _Arc(Part):
+class _Carried(Part):
+    """A curve that may move with a body."""
+
+    on: Name | None = Field(
+        None, description="name of the body, rod or rigid, that carries it in its own axes"
+    )
+
+
+class _Arc(_Carried):
     """A closed curve, or the part of it between two angles."""
 
     from_: Angle | None = Field(
@@ -53,7 +61,7 @@ class CircleSpec(_Arc):
     radius: PositiveLength = Field(description="radius")
 
 
-class LineSpec(Part):
+class LineSpec(_Carried):
     """A straight segment."""
 
     type: Literal["line"] = "line"
@@ -67,7 +75,7 @@ class LineSpec(Part):
         return self
 
 
-class SplineSpec(Part):
+class SplineSpec(_Carried):
     """A smooth curve through points, given here or in a CSV file."""
 
     type: Literal["spline"] = "spline"
@@ -92,7 +100,7 @@ class SplineSpec(Part):
         return self
 
 
-class JoinedSpec(Part):
+class JoinedSpec(_Carried):
     """Pieces one after the other, each starting where the last one ended."""
 
     type: Literal["joined"] = "joined"
@@ -101,7 +109,7 @@ class JoinedSpec(Part):
     ] = Field(min_length=1, description="curves written here, or names of curves, in order")
 
 
-class LapsSpec(Part):
+class LapsSpec(_Carried):
     """Closed curves run one per lap, in turn; they share a point and its tangent."""
 
     type: Literal["laps"] = "laps"

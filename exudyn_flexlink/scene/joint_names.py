@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from exudyn_flexlink.scene.base import split_point
-from exudyn_flexlink.scene.bodies import RigidBody
+from exudyn_flexlink.scene.bodies import FlexibleBody, RigidBody
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
 from exudyn_flexlink.scene.joints import RevoluteJoint, SleeveJoint, SlotJoint, WeldJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
@@ -16,6 +16,7 @@ def curves(look: Lookup) -> Iterator[Mistake]:
     """Refuse names in curves that lead nowhere."""
     for name, curve in valid(look.parts.curves):
         path = ("curves", name)
+        yield from _carried(look, path, curve)
         for where, inner in _references(path, curve):
             yield from look.missing(where, "curves", inner)
             laps = isinstance(look.get("curves", inner), LapsSpec)
@@ -24,6 +25,32 @@ def curves(look: Lookup) -> Iterator[Mistake]:
         for where, inner in _references(path, curve):
             if name in _reachable(look, inner):
                 yield Mistake(where, f"'{name}' would contain itself")
+
+
+def _carried(look: Lookup, path: KeyPath, curve: CurveSpec) -> Iterator[Mistake]:
+    """Refuse what can't carry a curve, and a part of a curve that is carried by itself."""
+    if curve.on is not None:
+        yield from look.missing((*path, "on"), "bodies", curve.on)
+        if isinstance(look.get("bodies", curve.on), FlexibleBody):
+            yield Mistake(
+                (*path, "on"),
+                f"'{curve.on}' is flexible: it can't carry a curve",
+            )
+    for where, inner in _pieces(look, path, curve):
+        if inner is not None and inner.on is not None:
+            hint = "say 'on' of the whole curve"
+            yield Mistake(where, "a piece of a curve can't be carried by itself", hint)
+
+
+def _pieces(
+    look: Lookup, path: KeyPath, curve: CurveSpec
+) -> Iterator[tuple[KeyPath, CurveSpec | None]]:
+    """Curves of which another is made, written there or named, with their paths."""
+    if isinstance(curve, (JoinedSpec, LapsSpec)):
+        key = "pieces" if isinstance(curve, JoinedSpec) else "curves"
+        for i, inner in enumerate(getattr(curve, key)):
+            found = look.get("curves", inner) if isinstance(inner, str) else inner
+            yield (*path, key, i), found
 
 
 def _reachable(look: Lookup, name: str) -> set[str]:
@@ -61,6 +88,9 @@ def joints(look: Lookup) -> Iterator[Mistake]:
         elif isinstance(joint, SlotJoint):
             yield from look.point((*path, "point"), joint.point)
             yield from look.missing((*path, "curve"), "curves", joint.curve)
+            curve = look.get("curves", joint.curve)
+            if curve is not None and curve.on == split_point(joint.point)[0]:
+                yield Mistake((*path, "point"), f"is on '{curve.on}', which carries the curve")
         elif isinstance(joint, SleeveJoint):
             yield from _sleeve(look, path, joint)
 

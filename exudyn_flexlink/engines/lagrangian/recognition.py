@@ -78,6 +78,10 @@ def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
     sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
     slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
+    if mechanism.slots[0].carrier != GROUND:
+        raise NotRepresentableError(
+            ("joints", slot), "the Lagrangian engine needs a track that stands still"
+        )
     joint = scene.joints[sleeve]
     assert isinstance(joint, SleeveJoint)
     rods = tuple(mechanism.parts_of(joint.link))

@@ -2,7 +2,8 @@
 
 Pins and slots give two rows each (x and y, m), slides two (across the guide, m, and the angle,
 rad), motors that turn no hinge of the tree one (rad). The coordinates y are those of the tree, then
-the slots' places on their curves: a slot's point is where its curve is, ``p = gamma(u)``.
+the slots' places on their curves: a slot's point is where its curve is, ``p = c + A gamma(u)``
+for a curve in the axes A of a part at c.
 """
 
 from __future__ import annotations
@@ -66,8 +67,10 @@ class Closures:
         self.count = count
         self._points = Points(layout, anchors)
         self._turns = {c.name: _turn(layout, c) for c in layout.closures}
-        self._guides = {
-            c.name: layout.frame(c.guide.part) for c in layout.closures if isinstance(c, Slide)
+        self._bases = {
+            c.name: layout.frame(c.guide.part if isinstance(c, Slide) else c.carrier)
+            for c in layout.closures
+            if isinstance(c, Slide | Slot)
         }
         self._rest = {
             c.name: float(self._turns[c.name] @ start)
@@ -101,7 +104,7 @@ class Closures:
                 residual[:, rows.start] = turned - [closure.ramp.integral(a) for a in t.tolist()]
                 continue
             if isinstance(closure, Slide):
-                across = self.guide_axis(closure, places).conj() * (
+                across = self.axis(closure, places).conj() * (
                     points[:, first + 1] - points[:, first]
                 )
                 residual[:, rows.start] = across.imag
@@ -109,15 +112,16 @@ class Closures:
                 residual[:, rows.start + 1] = turned
                 continue
             if isinstance(closure, Slot):
-                gap = points[:, first] - track.point[:, self._slots[closure.name]]
+                on = self.axis(closure, places) * track.point[:, self._slots[closure.name]]
+                gap = points[:, first] - points[:, first + 1] - on
             else:
                 gap = points[:, first + 1] - points[:, first]
             residual[:, rows.start], residual[:, rows.start + 1] = gap.real, gap.imag
         return Closing(x, places, points, track, residual)
 
-    def guide_axis(self, slide: Slide, places: Places) -> ComplexArray:
-        """Direction of a slide's guide (instants,), as complex numbers."""
-        frame: Frame = self._guides[slide.name]
+    def axis(self, joint: Slide | Slot, places: Places) -> ComplexArray:
+        """Direction of a slide's guide, or of a slot's carrier (instants,), as complex numbers."""
+        frame: Frame = self._bases[joint.name]
         return np.asarray(places.axis[:, frame.link] * np.exp(1j * frame.angle))
 
     def _track(self, u: FloatArray) -> Track:
@@ -138,17 +142,20 @@ class Closures:
                 tree[:, 0] = self._turns[closure.name]
                 continue
             if isinstance(closure, Slide):
-                back = self.guide_axis(closure, at.places).conj()
+                back = self.axis(closure, at.places).conj()
                 between = at.points[:, first + 1] - at.points[:, first]
                 by = back[:, None] * (moved[:, first + 1] - moved[:, first])
-                turning = self.kinematics.turning[:, self._guides[closure.name].link]
+                turning = self.kinematics.turning[:, self._bases[closure.name].link]
                 tree[:, 0] = by.imag - (back * between).real[:, None] * turning
                 tree[:, 1] = self._turns[closure.name]
                 continue
             if isinstance(closure, Slot):
                 k = self._slots[closure.name]
-                by = moved[:, first]
-                tangent = at.track.tangent[:, k]
+                axis = self.axis(closure, at.places)
+                turning = self.kinematics.turning[:, self._bases[closure.name].link]
+                spun = 1j * (axis * at.track.point[:, k])[:, None] * turning
+                by = moved[:, first] - moved[:, first + 1] - spun
+                tangent = axis * at.track.tangent[:, k]
                 matrix[:, rows.start, self._links + k] = -tangent.real
                 matrix[:, rows.start + 1, self._links + k] = -tangent.imag
             else:
@@ -179,8 +186,8 @@ class Closures:
                 found[:, rows.start] = turned - [closure.ramp.rate(b) for b in t.tolist()]
                 continue
             if isinstance(closure, Slide):
-                link = self._guides[closure.name].link
-                back = self.guide_axis(closure, at.places).conj()
+                link = self._bases[closure.name].link
+                back = self.axis(closure, at.places).conj()
                 between, moving, pushed = (
                     values[:, first + 1] - values[:, first]
                     for values in (at.points, speeds, pushes)
@@ -191,9 +198,14 @@ class Closures:
                 found[:, rows.start + 1] = a[:, :count] @ self._turns[closure.name]
                 continue
             if isinstance(closure, Slot):
-                k = self._slots[closure.name]
+                k, link = self._slots[closure.name], self._bases[closure.name].link
+                omega, alpha = rates.angle[:, link], bends.angle[:, link]
+                u, du, ddu = at.track.point[:, k], along[:, k], along_rate[:, k]
                 tangent, bend = at.track.tangent[:, k], at.track.bend[:, k]
-                gap = pushes[:, first] - bend * along[:, k] ** 2 - tangent * along_rate[:, k]
+                own = bend * du**2 + tangent * ddu + 2j * omega * tangent * du
+                own += (1j * alpha - omega**2) * u
+                on = self.axis(closure, at.places) * own
+                gap = pushes[:, first] - pushes[:, first + 1] - on
             else:
                 gap = pushes[:, first + 1] - pushes[:, first]
             found[:, rows.start], found[:, rows.start + 1] = gap.real, gap.imag
@@ -210,7 +222,9 @@ def _anchors(closure: Closure) -> list[Anchor]:
         return [closure.first, closure.second]
     if isinstance(closure, Slide):
         return [closure.guide, closure.rod]
-    return [closure.anchor] if isinstance(closure, Slot) else []
+    if isinstance(closure, Slot):
+        return [closure.anchor, Anchor(closure.carrier, 0.0, 0.0)]
+    return []
 
 
 def _parts(closure: Closure) -> tuple[int, int] | None:

@@ -86,8 +86,8 @@ def _of_closures(
             first = closure.anchor if isinstance(closure, Slot) else closure.second
             found.forces[closure.name] = own
             found.on_parts.append((first.part, own))
-            if isinstance(closure, Pin):
-                found.on_parts.append((closure.first.part, -own))
+            other = closure.carrier if isinstance(closure, Slot) else closure.first.part
+            found.on_parts.append((other, -own))
         else:
             found.on_parts += _across(coordinates, closure, at, own[:, 0])
     for link, (motor, sign) in model.layout.motors.items():
@@ -111,6 +111,6 @@ def _across(
     coordinates: ClosedCoordinates, slide: Slide, at: Closing, size: FloatArray
 ) -> list[tuple[int, FloatArray]]:
     """Force between a guide and its rod, across the guide's axis."""
-    normal = 1j * coordinates.closures.guide_axis(slide, at.places)
+    normal = 1j * coordinates.closures.axis(slide, at.places)
     force = size[:, None] * np.stack([normal.real, normal.imag], axis=-1)
     return [(slide.rod.part, force), (slide.guide.part, -force)]

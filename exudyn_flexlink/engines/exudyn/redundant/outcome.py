@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
-from exudyn_flexlink.mechanism import anchor_position, approach, cut_short
+from exudyn_flexlink.mechanism import approach, cut_short
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
@@ -128,9 +128,7 @@ def _slot_forces(
     prepared: Prepared, poses: FloatArray, kept: dict[str, FloatArray]
 ) -> dict[str, FloatArray]:
     return {
-        slot.slot.name: slot.force(
-            kept["multipliers"], anchor_position(slot.slot.anchor, poses), kept["places"][:, k]
-        )
+        slot.slot.name: slot.force(kept["multipliers"], poses, kept["places"][:, k])
         for k, slot in enumerate(prepared.slots)
     }
 

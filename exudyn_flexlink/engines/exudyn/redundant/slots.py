@@ -2,8 +2,8 @@
 
 A piece that is a line, a circle or an ellipse along the axes is a native quadratic constraint of
 Exudyn on the part's node; every other piece (splines, turned ellipses, a point that is not the
-part's origin) is a constraint whose foot point is found in Python. Only the current piece is
-active; steps end where pieces meet, and the next one takes over.
+part's origin, a curve that a body carries) is a constraint whose foot point is found in Python.
+Only the current piece is active; steps end where pieces meet, and the next one takes over.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.mechanism import Slot
+from exudyn_flexlink.mechanism import GROUND, Slot, anchor_position, turned
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
@@ -90,6 +90,7 @@ class SlotItems:
         # runs backwards begins in turn -1.
         self.winding = self._lap
         self.row = 3 * self.slot.anchor.part
+        self._carried = self.slot.carrier != GROUND
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
         # Coordinates of the node: x, y and the angle, or the slope where a beam starts.
         self._width = 4 if self.slot.anchor.part in system.in_beams else 3
@@ -107,7 +108,8 @@ class SlotItems:
     # --- items ------------------------------------------------------------------------------
 
     def _create(self, piece: Curve) -> int:
-        quadratic = quadratic_of(piece) if self._at_origin else None
+        native = self._at_origin and not self._carried
+        quadratic = quadratic_of(piece) if native else None
         if quadratic is None:
             if self._general is None:
                 self._general = self._add_general()
@@ -118,7 +120,9 @@ class SlotItems:
 
     def _markers(self) -> list[int]:
         mbs = self.system.mbs
-        nodes = (self.system.ground_node, self.system.nodes[self.slot.anchor.part])
+        system, carrier = self.system, self.slot.carrier
+        base = system.nodes[carrier] if self._carried else system.ground_node
+        nodes = (base, system.nodes[self.slot.anchor.part])
         return [mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=node)) for node in nodes]
 
     def _add_native(self, quadratic: Quadratic) -> int:
@@ -141,7 +145,7 @@ class SlotItems:
             self.system.mbs.AddObject(
                 items.ObjectConnectorCoordinateVector(
                     markerNumbers=self._markers(),
-                    scalingMarker0=np.zeros((1, 1)),
+                    scalingMarker0=np.zeros((1, 3 if self._carried else 1)),
                     scalingMarker1=np.zeros((1, self._width)),
                     offset=[0.0],
                     constraintUserFunction=self._distance,
@@ -166,9 +170,16 @@ class SlotItems:
         return c * anchor.x - s * anchor.y, s * anchor.x + c * anchor.y
 
     def _foot(self, q: Sequence[float]) -> tuple[float, float, float, float, float]:
-        """Signed distance, unit normal and arm of the point at the part's coordinates."""
-        rx, ry = self._arm(q[2])
-        x, y = q[0] + rx, q[1] + ry
+        """Signed distance, unit normal and arm of the point, all in the axes of the curve.
+
+        `q` are the coordinates of the carrier, if there is one, and of the point's part.
+        """
+        rx, ry = self._arm(q[-self._width + 2])
+        x, y = q[-self._width] + rx, q[-self._width + 1] + ry
+        if self._carried:
+            c, s = cos(q[2]), sin(q[2])
+            x, y = x - q[0], y - q[1]
+            x, y, rx, ry = c * x + s * y, c * y - s * x, c * rx + s * ry, c * ry - s * rx
         at = self.at[self.piece]
         px, py, dx, dy, _, _ = at(foot(at, x, y, self.u))
         speed = hypot(dx, dy)
@@ -178,14 +189,20 @@ class SlotItems:
     def _distance(
         self, _mbs: Any, _t: float, _i: int, q: Sequence[float], _v: Sequence[float], _level: bool
     ) -> list[float]:
-        return [self._foot(q[-self._width :])[0]]
+        return [self._foot(q)[0]]
 
     def _gradient(
         self, _mbs: Any, _t: float, _i: int, q: Sequence[float], _v: Sequence[float], _level: bool
     ) -> list[list[float]]:
-        _, nx, ny, rx, ry = self._foot(q[-self._width :])
-        gradient = [nx, ny, ny * rx - nx * ry, 0.0][: self._width]
-        return [[0.0] * (len(q) - self._width) + gradient]
+        _, nx, ny, rx, ry = self._foot(q)
+        turn = ny * rx - nx * ry
+        if not self._carried:
+            return [[0.0] * (len(q) - self._width) + [nx, ny, turn, 0.0][: self._width]]
+        c, s = cos(q[2]), sin(q[2])
+        nx, ny = c * nx - s * ny, s * nx + c * ny
+        rx, ry = self._arm(q[5])
+        x, y = q[3] + rx - q[0], q[4] + ry - q[1]
+        return [[-nx, -ny, nx * y - ny * x, nx, ny, turn]]
 
     # --- stepping ----------------------------------------------------------------------------
 
@@ -227,9 +244,17 @@ class SlotItems:
         return jumped
 
     def _motion(self, q: list[float], v: list[float]) -> tuple[float, float, float, float]:
+        """Place (m) and velocity of the point in the axes of the curve."""
         i = self.row
         rx, ry = self._arm(q[i + 2])
-        return q[i] + rx, q[i + 1] + ry, v[i] - ry * v[i + 2], v[i + 1] + rx * v[i + 2]
+        x, y, vx, vy = q[i] + rx, q[i + 1] + ry, v[i] - ry * v[i + 2], v[i + 1] + rx * v[i + 2]
+        if not self._carried:
+            return x, y, vx, vy
+        k = 3 * self.slot.carrier
+        c, s, omega = cos(q[k + 2]), sin(q[k + 2]), v[k + 2]
+        x, y = x - q[k], y - q[k + 1]
+        vx, vy = vx - v[k] + omega * y, vy - v[k + 1] - omega * x
+        return c * x + s * y, c * y - s * x, c * vx + s * vy, c * vy - s * vx
 
     def _one_smooth_loop(self) -> bool:
         return len(self.curve.pieces) == 1 and self.curve.closed
@@ -288,15 +313,14 @@ class SlotItems:
 
     # --- forces ------------------------------------------------------------------------------
 
-    def force(
-        self, multipliers: FloatArray, positions: FloatArray, places: FloatArray
-    ) -> FloatArray:
+    def force(self, multipliers: FloatArray, poses: FloatArray, places: FloatArray) -> FloatArray:
         """Force (N, global axes) of the slot on its point, (samples, 2).
 
-        `multipliers` are all of the system's, (samples, rows); `positions` (samples, 2) and
-        `places` (samples,) those of the point. An inactive item's multiplier is zero, so the items
-        add up.
+        `multipliers` are all of the system's, (samples, rows), `poses` (samples, parts, 3) those of
+        the parts; `places` (samples,) are the point's. An inactive item's multiplier is zero, so
+        the items add up.
         """
+        positions = anchor_position(self.slot.anchor, poses)
         force = np.zeros_like(positions)
         for quadratic, item in self._native.items():
             row = self.system.multipliers(item)[0]
@@ -304,5 +328,8 @@ class SlotItems:
             force -= multipliers[:, row, None] * gradient
         if self._general is not None:
             row = self.system.multipliers(self._general)[0]
-            force -= multipliers[:, row, None] * self.curve.normal(places)
+            normal = self.curve.normal(places)
+            if self._carried:
+                normal = turned(normal, poses[:, self.slot.carrier, 2])
+            force -= multipliers[:, row, None] * normal
         return force
