@@ -103,28 +103,32 @@ STIFF = "joints.sleeve.law={stiffness: 1.0e5, restitution: 0.5, friction: 0.3, s
 def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
     """Forces by `mechanism.approach` and the law; generalised forces by differences of gaps."""
     run = prepare(load_scene(MODELS / model, [STIFF, "bodies.link.rods=3"]))
-    rig, random = run.rig, np.random.default_rng(seed)
-    q, v = (start.copy() for start in rig.start)
+    model, random = run.model, np.random.default_rng(seed)
+    q, v = (start.copy() for start in model.start)
     wild = 0.4 if model == "clearance.yaml" else 0.1
     free = slice(1, len(q))
     q[free] += random.uniform(-wild, wild, len(q) - 1)
     v[:] = random.uniform(-3, 3, len(q))
-    channel = replace(rig.mechanism.channels[0])
+    channel = replace(model.mechanism.channels[0])
 
-    def root_of(q):
+    def point_of(q):
         track = run.system.track
-        return track.at(float(q[rig.layout.root])) if rig.layout.play else track.root(float(q[0]))
+        return (
+            track.at(float(q[model.layout.track_coordinate]))
+            if model.layout.play
+            else track.crossing(float(q[0]))
+        )
 
     def touches(q, v):
-        poses, rates = rig.poses(q[None], v[None], np.array([root_of(q)]))
+        poses, rates = model.poses(q[None], v[None], np.array([point_of(q)]))
         return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
 
-    chain = chain_of(rig.constants)
-    states, total = walls.wall_forces(q, v, root_of(q), chain)
+    chain = chain_of(model.constants)
+    states, total = walls.wall_forces(q, v, point_of(q), chain)
     assert states.shape == (len(pairs(channel)), 2)
     expected, sums, power = np.zeros(len(q)), np.zeros(2), 0.0
     touching = np.zeros(len(states), dtype=np.int64)
-    poses = rig.poses(q[None], v[None], np.array([root_of(q)]))[0][0]
+    poses = model.poses(q[None], v[None], np.array([point_of(q)]))[0][0]
     h = 1e-6
     for k, (at, contact) in enumerate(zip(touches(q, v), pairs(channel), strict=True)):
         length = np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
@@ -144,7 +148,7 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
             expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
             expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
     found = np.zeros(len(q))
-    taken = walls.add_wall_forces((q, v, root_of(q)), touching, chain, found)
+    taken = walls.add_wall_forces((q, v, point_of(q)), touching, chain, found)
     assert taken == pytest.approx(power, rel=1e-9)
     assert total == pytest.approx(sums, rel=1e-9, abs=1e-9)
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max()))

@@ -131,7 +131,7 @@ def test_each_impact_balances_momentum_and_energy(model):
     system, states = run.system, []
     cross = system.cross
 
-    def watched(t, y, which):
+    def noted(t, y, which):
         hits = system.contacts[0].intervals
         count = len(hits)
         after = cross(t, y, which)
@@ -139,15 +139,15 @@ def test_each_impact_balances_momentum_and_energy(model):
             states.append((hits[count], t, y.copy(), after.copy()))
         return after
 
-    system.cross = watched
+    system.cross = noted
     assert solve(run) == ""
     assert run.recorder.energy_residual < 1e-9 * run.recorder.largest_kinetic_energy
     assert len(states) > 10
     for hit, t, before, after in states:
-        q, v, root = system.coordinates(t, before)
+        q, v, point = system.coordinates(t, before)
         w = system.coordinates(t, after)[1]
-        mass = mass_matrix(q, root, run.rig.constants)
-        rows, gradients, _ = touches(q, v, root, run.rig.constants)
+        mass = mass_matrix(q, point, run.model.constants)
+        rows, gradients, _ = touches(q, v, point, run.model.constants)
         g = gradients[0]
         momentum = (mass @ (w - v) - g * hit.impulse)[1:]
         rounding = 4e-16 * np.abs(mass) @ np.abs(v)  # of the speeds themselves
@@ -156,7 +156,7 @@ def test_each_impact_balances_momentum_and_energy(model):
         kinetic = 0.5 * w @ mass @ w - 0.5 * v @ mass @ v
         change = hit.motor_work - hit.energy_lost
         assert kinetic == pytest.approx(change, abs=1e-12 * (0.5 * v @ mass @ v))
-        separation = touches(q, w, root, run.rig.constants)[0][0, 2]
+        separation = touches(q, w, point, run.model.constants)[0][0, 2]
         assert separation == pytest.approx(-0.5 * rows[0, 2], rel=1e-9, abs=1e-14)
         assert hit.approach_speed == pytest.approx(-rows[0, 2], rel=1e-12)
 

@@ -3,7 +3,7 @@
 Kinetic energy, mass matrix and quadratic terms follow here from the positions of the bodies' ends,
 written anew, and from complex steps and central differences of the track's own points; nothing of
 the engine's equations is used for them. P depends on the guide's angle, or with play between link
-and guide on its own place on the track: `root` is that coordinate.
+and guide on its own place on the track, which is a coordinate.
 """
 
 from pathlib import Path
@@ -40,9 +40,9 @@ def prepared(case, *settings):
 
 
 def track_point(run, theta):
-    """P at a guide angle, by a root of its own on the smooth piece the run is on."""
+    """P at a guide angle, by a search of its own on the smooth piece the run is on."""
     piece = run.system.track.curve.pieces[run.system.track.piece]
-    centre = np.array(run.rig.layout.guide.at)
+    centre = np.array(run.model.layout.guide.at)
 
     def aside(u):
         x, y = piece.point(u) - centre
@@ -53,33 +53,33 @@ def track_point(run, theta):
     return piece.point(u)
 
 
-def engine_root(run, q):
+def engine_point(run, q):
     """The engine's own gamma, gamma', gamma'' at coordinates."""
-    track, layout = run.system.track, run.rig.layout
-    return track.at(q[layout.root]) if layout.play else track.root(q[0])
+    track, layout = run.system.track, run.model.layout
+    return track.at(q[layout.track_coordinate]) if layout.play else track.crossing(q[0])
 
 
 def derivatives(run, value):
-    """P and its first two derivatives by `root`, by central differences of order 6."""
+    """P and its first two derivatives by its coordinate, by central differences of order 6."""
     track = run.system.track
-    if run.rig.layout.play:
+    if run.model.layout.play:
         at = [track.curve.pieces[track.piece].point(value + k * STEP) for k in range(-3, 4)]
     else:
-        track.root(value)
+        track.crossing(value)
         at = [track_point(run, value + k * STEP) for k in range(-3, 4)]
     one = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60
     two = np.array([2, -27, 270, -490, 270, -27, 2]) / 180
     return at[3], np.tensordot(one, at, 1) / STEP, np.tensordot(two, at, 1) / STEP**2
 
 
-def lumps(run, q, root):
+def lumps(run, q, point):
     """Centres of mass of all bodies (complex), their masses and inertias, from positions alone.
 
-    Near `root` P moves as its Taylor polynomial.
+    Near that point P moves as its Taylor polynomial.
     """
-    mechanism, layout = run.rig.mechanism, run.rig.layout
-    turned = q[layout.root] - run.at
-    p, p1, p2 = root
+    mechanism, layout = run.model.mechanism, run.model.layout
+    turned = q[layout.track_coordinate] - run.at
+    p, p1, p2 = point
     at = p + p1 * turned + p2 * turned**2 / 2
     found = []
     # Without play rod 1 has the guide's angle; the order of the coordinates is the engine's.
@@ -98,14 +98,14 @@ def lumps(run, q, root):
     return found
 
 
-def jacobians(run, q, root):
+def jacobians(run, q, point):
     """Rows of velocities of centres and angles by the speeds, weighted, by complex steps."""
     columns = []
     for j in range(len(q)):
         step = np.zeros(len(q), dtype=complex)
         step[j] = 1e-30j
         column = []
-        for centre, angle, body in lumps(run, q + step, root):
+        for centre, angle, body in lumps(run, q + step, point):
             column += [*(np.sqrt(body.mass) * centre.imag), np.sqrt(body.inertia) * angle.imag]
         columns.append(np.array(column) / 1e-30)
     return np.array(columns).T
@@ -113,8 +113,8 @@ def jacobians(run, q, root):
 
 def random_state(run, seed):
     random = np.random.default_rng(seed)
-    q = run.rig.start[0] + random.uniform(-0.3, 0.3, len(run.rig.start[0]))
-    run.at = q[run.rig.layout.root] = random.uniform(0.2, 0.25)
+    q = run.model.start[0] + random.uniform(-0.3, 0.3, len(run.model.start[0]))
+    run.at = q[run.model.layout.track_coordinate] = random.uniform(0.2, 0.25)
     v = random.uniform(-20, 20, len(q))
     return q, v, derivatives(run, run.at)
 
@@ -124,19 +124,19 @@ def test_place_of_p_and_its_derivatives(case):
     run = prepared(case)
     for theta in np.linspace(0.1, 0.4, 7):
         p, p1, p2 = derivatives(run, theta)
-        root = run.system.track.root(theta)
-        assert root[:2] == pytest.approx(p, abs=1e-15)
-        assert root[2:4] == pytest.approx(p1, rel=1e-8, abs=1e-11)
-        assert root[4:] == pytest.approx(p2, rel=1e-8, abs=2e-9)
+        point = run.system.track.crossing(theta)
+        assert point[:2] == pytest.approx(p, abs=1e-15)
+        assert point[2:4] == pytest.approx(p1, rel=1e-8, abs=1e-11)
+        assert point[4:] == pytest.approx(p2, rel=1e-8, abs=2e-9)
 
 
 @pytest.mark.parametrize("case", [*CASES, *PLAY])
 @pytest.mark.parametrize("seed", range(3))
 def test_mass_matrix_and_kinetic_energy(case, seed):
     run = prepared(case)
-    q, v, root = random_state(run, seed)
-    rows = jacobians(run, q, root)
-    engine = equations.mass_matrix(q, engine_root(run, q), run.rig.constants)
+    q, v, point = random_state(run, seed)
+    rows = jacobians(run, q, point)
+    engine = equations.mass_matrix(q, engine_point(run, q), run.model.constants)
     assert engine == pytest.approx(rows.T @ rows, rel=1e-8, abs=1e-8 * engine.max())
     assert engine == pytest.approx(engine.T, abs=0)
     assert 0.5 * v @ engine @ v == pytest.approx(0.5 * np.sum((rows @ v) ** 2), rel=1e-8)
@@ -147,29 +147,30 @@ def test_mass_matrix_and_kinetic_energy(case, seed):
 def test_quadratic_terms(case, seed):
     """h = J^T d(J)/dt v, the bias accelerations projected on the speeds."""
     run = prepared(case)
-    q, v, root = random_state(run, seed)
-    rows = jacobians(run, q, root)
+    q, v, point = random_state(run, seed)
+    rows = jacobians(run, q, point)
     h = 3e-3 / np.abs(v).max()
-    rates = [jacobians(run, q + k * h * v, root) @ v for k in (-3, -2, -1, 1, 2, 3)]
+    rates = [jacobians(run, q + k * h * v, point) @ v for k in (-3, -2, -1, 1, 2, 3)]
     bias = np.array([-1, 9, -45, 45, -9, 1]) / 60 @ np.array(rates) / h
     terms = rows.T @ bias
-    found = equations.quadratic_terms(q, v, engine_root(run, q), run.rig.constants)
-    assert found == pytest.approx(terms, rel=1e-8, abs=1e-8 * np.abs(terms).max())
+    found = equations.quadratic_terms(q, v, engine_point(run, q), run.model.constants)
+    summands = np.abs(rows).T @ np.abs(bias)  # they cancel; differences are as exact as these are
+    assert found == pytest.approx(terms, rel=1e-8, abs=1e-8 * summands.max())
 
 
 def test_p_asked_again_is_the_same_and_on_the_next_piece_another():
     """Beyond the top of the egg the ellipse goes on at another place than the circle."""
     track = prepared("ellipse", "joints.pin.curve=egg").system.track
     for theta in np.linspace(0, 2.2, 50):
-        there = track.root(theta)
+        there = track.crossing(theta)
         track.settle()
     u = track.u
-    assert track.root(theta) == there
+    assert track.crossing(theta) == there
     assert track.u == u
     assert (there[0] / 0.04) ** 2 + (there[1] / 0.03) ** 2 == pytest.approx(1, rel=1e-12)
     track.next_piece(1)
     assert track.u == track.curve.pieces[track.piece].start
-    circle = track.root(theta)
+    circle = track.crossing(theta)
     assert np.hypot(*circle[:2]) == pytest.approx(0.03, rel=1e-12)
     assert circle[:2] != pytest.approx(there[:2], abs=1e-6)
 
@@ -178,13 +179,13 @@ def test_p_asked_again_is_the_same_and_on_the_next_piece_another():
 def test_contact_gap_place_gradients_and_acceleration(case):
     run = prepared(case)
     q, v, _ = random_state(run, 5)
-    c = run.rig.constants
+    c = run.model.constants
 
     def touch(coordinates, column):
-        root = engine_root(run, coordinates)
-        return faces.touches(coordinates, v, root, c)[0][0, column]
+        point = engine_point(run, coordinates)
+        return faces.touches(coordinates, v, point, c)[0][0, column]
 
-    states, gradients, slides = faces.touches(q, v, engine_root(run, q), c)
+    states, gradients, slides = faces.touches(q, v, engine_point(run, q), c)
     one, six = np.array([-1, 9, -45, 45, -9, 1]) / 60, (-3, -2, -1, 1, 2, 3)
     for column, rows in ((0, gradients), (1, slides)):
         numeric = [

@@ -20,9 +20,9 @@ from exudyn_flexlink.curves import (
 )
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
-from exudyn_flexlink.engines.lagrangian.course import _ramp
-from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, packed_piece, place_on
+from exudyn_flexlink.engines.lagrangian.mode import _ramp
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, crossing, packed_piece, place_on
 from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.loading import load_scene
@@ -133,10 +133,10 @@ def test_the_guides_axis_crosses_the_piece_where_it_should(name: str) -> None:
     for u in np.linspace(piece.start, piece.end, 9)[1:-1]:
         x, y = piece.point(u)
         theta = np.arctan2(y - centre[1], x - centre[0])
-        found, root, ended = crossing(numbers, centre, theta, u + 1e-3 * piece.period)
+        found, point, ended = crossing(numbers, centre, theta, u + 1e-3 * piece.period)
         assert ended == FINE
         assert found == pytest.approx(u, abs=1e-12)
-        assert root[:2] == pytest.approx((x, y), abs=1e-15)
+        assert point[:2] == pytest.approx((x, y), abs=1e-15)
     assert crossing(packed_piece(PIECES["circle"]), (1.0, 0.0), np.pi / 2, 0.1)[2] != FINE
 
 

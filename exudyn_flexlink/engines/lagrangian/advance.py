@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import unpacked
-from exudyn_flexlink.engines.lagrangian.course import (
-    Course,
+from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate, uneventful
+from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
+from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
+from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of, scale_at
+from exudyn_flexlink.engines.lagrangian.mode import (
     Equations,
     Instant,
+    Mode,
     coordinates_at,
-    guide_at,
     rate_at,
 )
-from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
-from exudyn_flexlink.engines.lagrangian.leaps import leaps
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
-    ITERATIONS,
     SOLVED,
     Aim,
-    Scale,
     Work,
     estimate,
     factor,
@@ -32,84 +29,38 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     finish,
     guess,
     iterate,
-    length_of,
-    scale_at,
     work_for,
 )
-from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE
-from exudyn_flexlink.engines.lagrangian.stiffness import pressing_at, slopes
+from exudyn_flexlink.engines.lagrangian.step_control import (
+    ITERATED,
+    MOVED,
+    OLD_ERROR,
+    OLD_STEP,
+    PAIR,
+    REJECTED,
+    SLOW,
+    STEP,
+    STEPS,
+    TROUBLE,
+    Buffer,
+    Control,
+    change_of_step,
+    longest_step,
+    shortest_step,
+)
+from exudyn_flexlink.engines.lagrangian.stiffness import presses, pressing_at, slopes
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
-from exudyn_flexlink.engines.lagrangian.watch import Watched, interpolate, uneventful
-from exudyn_flexlink.integrate.clock import CLOCK
 from exudyn_flexlink.integrate.collocation import Collocation as Method
-from exudyn_flexlink.integrate.control import SAFETY, growth
+from exudyn_flexlink.integrate.control import SAFETY
 
 FloatArray = NDArray[np.float64]
 
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
-
 LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
-step_growth = inner(growth)
-SHORTEST = 1e-14  # s, where the clock tells that apart
-# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
-# SLOW: see `Aim`
-STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR, SLOW = range(10)
 
 
-class Control(NamedTuple):
-    """How accurate, and how far a step may go."""
-
-    tolerance: float  # m: error of one step
-    tau: float  # s: turns errors of speeds into lengths
-    lasting: float  # s: the same for what the iteration leaves
-    longest: float  # s
-    turn: float  # rad: that the guide may turn in a step
-    reaches: FloatArray  # (N,) of guide and levers, m
-    bend: float  # m/s^2: what knots of the track may cost in accelerations, over a step
-
-
-class Buffer(NamedTuple):
-    """Room for m steps: states at their ends and changes at their stages."""
-
-    times: FloatArray  # (m + 1,)
-    states: FloatArray  # (m + 1, size)
-    changes: FloatArray  # (m, s, size)
-    places: FloatArray  # (m + 1,) of P on the piece
-    memory: FloatArray  # (10,) what the next call goes on with
-
-
-@inner
-def _shortest(t: float) -> float:
-    """Least step at t, s."""
-    return max(SHORTEST, CLOCK * t)
-
-
-@inner
-def _longest(
-    at: tuple[float, FloatArray, float], free: int, course: Course, control: Control
-) -> float:
-    """Limit of a step from t and the state y that shall be `wanted` long, s."""
-    t, y, wanted = at
-    speed = abs(guide_at(t, y, free, course)[1])
-    if course.drive[0] != 0.0:  # fastest at the step's end, as a ramp only rises
-        speed = abs(guide_at(t + wanted, y, free, course)[1])
-    if speed > 0.0:
-        return min(control.longest, control.turn / speed)
-    return control.longest
-
-
-@inner
-def _change(h: float, error: float, iterations: int, going_on: bool, memory: FloatArray) -> float:
-    """How much longer the next step may be, by the error in parts of the tolerance.
-
-    `going_on` tells that the step before was of the same equations.
-    """
-    safety = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + iterations)
-    before = memory[OLD_STEP] if going_on else 0.0
-    return float(step_growth(error, safety, h, (before, memory[OLD_ERROR])))
-
-
-@inner
+@inlined
 def _start(h: float, method: Method, work: Work) -> None:
     """Speeds to start the iteration with where no last step is known: of steady acceleration."""
     stages, free = work.speeds.shape
@@ -118,7 +69,7 @@ def _start(h: float, method: Method, work: Work) -> None:
             work.speeds[i, j] = method.nodes[i] * h * work.begin[free + j]
 
 
-@inner
+@inlined
 def _slip(h: float, method: Method, work: Work) -> float:
     """How far from P at the step's end the integral of its velocity takes it, m.
 
@@ -148,7 +99,7 @@ def _knots_allow(
     return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
 
 
-@inner
+@inlined
 def _part(
     at: Instant,
     h: float,
@@ -158,7 +109,7 @@ def _part(
 ) -> float:
     """Part of the step just made after which it should have ended at a knot; 1 if it is good."""
     method, control, work, memory = means
-    piece, last = equations.course.piece, len(work.near) - 1
+    piece, last = equations.mode.piece, len(work.near) - 1
     begin, end = at.near, work.near[last]
     if not passes(piece, begin, end):
         return 1.0
@@ -169,7 +120,7 @@ def _part(
     return 1.0 if to == end else float((to - begin) / (end - begin))
 
 
-@inner
+@inlined
 def _attempt(
     at: Instant,
     h: float,
@@ -190,10 +141,10 @@ def _attempt(
     by_q, by_v = slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
     most = np.inf
-    if equations.course.piece[0] == SPLINE:
+    if equations.mode.piece[0] == SPLINE:
         bend = _knots_allow(at, work.begin, equations, scale, (control.bend, memory))
-        h = shortened(at, h, (work.begin, bend), method, equations.course)
-    while h >= _shortest(at.t):
+        h = shortened(at, h, (work.begin, bend), method, equations.mode)
+    while h >= shortest_step(at.t):
         factor(h, by_q, by_v, method, work)
         if plain:
             _start(h, method, work)
@@ -205,14 +156,14 @@ def _attempt(
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
             missed = 0.0
-            if np.any(pressing):
-                slack, sped = leaps(at, h, pressing, equations, (method, work))
+            if presses(pressing):
+                slack, sped = force_jumps(at, h, pressing, equations, (method, work))
                 factor_real(h, *slopes(at, slack, equations), method, work)
                 missed = control.tau * length_of(sped, scale)
             error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
             slipped = _slip(h, method, work) / control.tolerance
             error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
-            change = _change(h, error, iterations, known[1], memory)
+            change = change_of_step(h, error, iterations, known[1], memory)
             part = _part(at, h, equations, scale, means)
             if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
@@ -237,10 +188,11 @@ def _cut(
     for i in range(len(scratch)):
         interpolate(part * method.nodes[i], y, changes, method.powers, scratch[i])
     for i in range(len(scratch)):
-        changes[i] = scratch[i] - y
+        for j in range(len(y)):
+            changes[i, j] = scratch[i, j] - y[j]
 
 
-@inner
+@inlined
 def _end_at_touch(
     at: Instant,
     whole: float,
@@ -261,7 +213,7 @@ def _end_at_touch(
         return whole, NONE
     _cut(part, at.y, changes, method, work.states)
     h = part * whole
-    if h < _shortest(at.t):
+    if h < shortest_step(at.t):
         return h, pair
     known = changes.copy()
     for i in range(stages):
@@ -283,13 +235,15 @@ def _end_at_touch(
     return h, pair
 
 
-@inner
+@inlined
 def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) -> Instant:
     """Rates and P at the start of a step; of one that goes on from the last they are known."""
     if going_on:  # a step's last stage is its end, where the iteration left its rates
         stages = len(work.near)
-        work.begin[:] = work.rates[stages - 1]
-        work.way[0] = work.way[stages]
+        for j in range(len(at.y)):
+            work.begin[j] = work.rates[stages - 1, j]
+        for j in range(4):
+            work.way[0, j] = work.way[stages, j]
         return at
     near, _ = rate_at(at, equations, work.begin, work.way[0])
     return Instant(at.t, at.y, near)
@@ -298,9 +252,9 @@ def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) ->
 @compiled
 def advance(
     stop: float,
-    course: Course,
+    mode: Mode,
     how: tuple[Method, Control],
-    watched: Watched,
+    event_data: EventData,
     buffer: Buffer,
 ) -> tuple[int, int]:
     """Integrate from the buffer's first state; return the number of steps, and why it ended.
@@ -309,24 +263,24 @@ def advance(
     step is short enough.
     """
     method, control = how
-    equations = Equations(course, unpacked(course.data))
+    equations = Equations(mode, unpacked(mode.data))
     memory, stages, size = buffer.memory, len(method.nodes), len(buffer.states[0])
-    free = len(equations.c.inertias) - int(course.drive[0])
+    free = len(equations.c.inertias) - int(mode.drive[0])
     work = work_for(stages, size, free)
     t, wanted = buffer.times[0], memory[STEP]
     memory[SLOW] = np.inf  # an event may have changed the equations
     done, ended = 0, FULL
     while done < len(buffer.changes) and ended == FULL:
         ahead = stop - t
-        if ahead <= _shortest(t):
+        if ahead <= shortest_step(t):
             ended = THERE
             break
         y = buffer.states[done]
-        wanted = min(wanted, _longest((t, y, wanted), free, course, control))
+        wanted = min(wanted, longest_step((t, y, wanted), free, mode, control))
         # The last step ends at the stop; the one before is no longer than what it leaves.
         planned = ahead
         if wanted < ahead * (1 - 1e-9):
-            planned = min(wanted, max(ahead / 2, _shortest(t)))
+            planned = min(wanted, max(ahead / 2, shortest_step(t)))
         at = _beginning(Instant(t, y, buffer.places[done]), done > 0, equations, work)
         known = (buffer.changes[max(done - 1, 0)], done > 0)
         h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))
@@ -336,20 +290,22 @@ def advance(
         changes, end = buffer.changes[done], buffer.states[done + 1]
         finish(y, h, method, work, changes)
         near, whole = work.near[stages - 1], h
-        if len(course.touching) > 0:
+        if len(mode.touching) > 0:
             means = (method, control, work, memory)
             h, pair = _end_at_touch(at, whole, changes, equations, means)
             if pair != NONE:
                 memory[PAIR], ended = pair, TOUCH
-                near = coordinates_at(Instant(t + h, y + changes[stages - 1], near), equations)[3]
-        end[:] = y + changes[stages - 1]
+                interpolate(1.0, y, changes, method.powers, end)
+                near = coordinates_at(Instant(t + h, end, near), equations)[3]
+        for j in range(size):
+            end[j] = y[j] + changes[stages - 1, j]
         t = stop if h == ahead else t + h
         buffer.times[done + 1], buffer.places[done + 1] = t, near
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
         memory[STEPS] += 1
         done += 1
         after = Instant(t, end, near)
-        if not uneventful(at, after, (changes, method.powers), equations, watched):
+        if not uneventful(at, after, (changes, method.powers), equations, event_data):
             ended = LOOK
         wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
     memory[STEP] = wanted

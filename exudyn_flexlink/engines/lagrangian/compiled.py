@@ -27,7 +27,7 @@ try:
 except ImportError:
     numba = None
 
-MARKED = re.compile(rb"^@(compiled|inner)$", re.MULTILINE)
+MARKED = re.compile(rb"^@(compiled|inner|inlined)$", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
 PREFIX = "numba-"
 
@@ -50,7 +50,15 @@ def inner(function: F) -> F:
     return _compiled(function, no_cpython_wrapper=True)
 
 
-def _compiled(function: F, **options: bool) -> F:
+def inlined(function: F) -> F:
+    """As `inner`, of a function that few call: it becomes part of those, and is not compiled alone.
+
+    LLVM works through a called function once more in each of its callers, and theirs.
+    """
+    return _compiled(function, no_cpython_wrapper=True, inline="always")
+
+
+def _compiled(function: F, **options: Any) -> F:
     if numba is None:
         return function
     jit = {"no_cfunc_wrapper": True, "error_model": "numpy", "fastmath": REORDERED, **options}

@@ -1,7 +1,7 @@
 """Blocks of steps in machine code, cut at events; see `integrate.solve.Stepper`.
 
-Only a step in which a guard may have fallen is looked at here; what an event changes is the
-problem's own, as under the explicit method.
+Only a step in which an event function may have fallen below zero is looked at here; what an event
+changes is the problem's own, as under the explicit method.
 """
 
 from __future__ import annotations
@@ -12,24 +12,22 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.advance import (
+from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
+from exudyn_flexlink.engines.lagrangian.compiled import numba
+from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
+from exudyn_flexlink.engines.lagrangian.mode import Mode
+from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
+from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
-    LOOK,
     PAIR,
     STEP,
-    STUCK,
     TROUBLE,
     Buffer,
     Control,
-    advance,
 )
-from exudyn_flexlink.engines.lagrangian.compiled import numba
-from exudyn_flexlink.engines.lagrangian.course import Course
-from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
-from exudyn_flexlink.engines.lagrangian.watch import interpolate
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import Collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
@@ -79,12 +77,12 @@ class CompiledStepper:
     def compile(self) -> None:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
-        course, none = system.course(), np.zeros(0)
-        advance(0.0, course, (self.method, self.control), system.watched(), buffer)
+        mode, none = system.mode(), np.zeros(0)
+        advance(0.0, mode, (self.method, self.control), system.event_data(), buffer)
         states = states_within(
             none, buffer.times, buffer.states, buffer.changes, self.method.powers
         )
-        motions_at(none, states, none, course, False)
+        motions_at(none, states, none, mode, False)
         system.motion(0.0, system.start)
 
     def restart(self, longest: float) -> None:
@@ -106,24 +104,24 @@ class CompiledStepper:
 
         """
         problem, system, buffer = self.problem, self.problem.system, self._buffer
-        course, watched = system.course(), system.watched()
+        mode, event_data = system.mode(), system.event_data()
         buffer.times[0], buffer.states[0] = problem.time, problem.state
         buffer.places[0] = system.track.u
         buffer.memory[PAIR] = NONE
         # An iteration that goes astray may overflow: it is not a number, hence rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            done, ended = advance(stop, course, (self.method, self.control), watched, buffer)
-        for contact, peak in zip(system.contacts, watched.peaks, strict=True):
+            done, ended = advance(stop, mode, (self.method, self.control), event_data, buffer)
+        for contact, peak in zip(system.contacts, event_data.peaks, strict=True):
             contact.peak = max(contact.peak, float(peak))
-        self._take(0, done - 1 if ended == LOOK else done, course)
+        self._take(0, done - 1 if ended == LOOK else done, mode)
         if ended == STUCK:
             self._give_up()
-        event = self._look(done - 1, course) if ended == LOOK else None
+        event = self._look(done - 1, mode) if ended == LOOK else None
         if event is None and buffer.memory[PAIR] >= 0:
             event = Event(problem.time, Pair(int(buffer.memory[PAIR])))
         return event
 
-    def _take(self, first: int, last: int, course: Course) -> None:
+    def _take(self, first: int, last: int, mode: Mode) -> None:
         """Record steps in which nothing happened."""
         if last == first:
             return
@@ -133,7 +131,7 @@ class CompiledStepper:
             b.states[first : last + 1],
             b.changes[first:last],
             b.places[first : last + 1],
-            course,
+            mode,
             self.method,
         )
         lengths = np.diff(block.times)
@@ -143,14 +141,14 @@ class CompiledStepper:
         self.iterations = int(b.memory[ITERATED])
         self.problem.accept_block(block)
 
-    def _look(self, last: int, course: Course) -> Event | None:
+    def _look(self, last: int, mode: Mode) -> Event | None:
         """Look for an event in the step with number `last`, and go to it, or to the step's end."""
         b = self._buffer
         begin, end = float(b.times[last]), float(b.times[last + 1])
         dense = Dense(begin, end, b.states[last].copy(), b.changes[last].copy(), self.method)
-        event = self.problem.locate(self.problem.system.point_guards, begin, end, dense)
+        event = self.problem.locate(self.problem.system.point_event_functions, begin, end, dense)
         if event is None:
-            self._take(last, last + 1, course)
+            self._take(last, last + 1, mode)
             return None
         self.steps += 1
         self.largest = max(self.largest, event.time - begin)

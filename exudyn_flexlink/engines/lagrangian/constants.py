@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.lagrangian.compiled import inner
 
 FloatArray = NDArray[np.float64]
-Root = tuple[float, float, float, float, float, float]
+TrackPoint = tuple[float, float, float, float, float, float]
 """Place of P and its first two derivatives by its coordinate (x, y each)."""
 
 
@@ -34,7 +34,7 @@ class Constants(NamedTuple):
     faces: FloatArray  # (c, 12)
     arms: FloatArray  # (c, n): the point of contact k is at gamma + sum_j arms[k, j] e(Theta_j)
     rods: FloatArray  # (n,): coordinate of each rod
-    root: float  # coordinate of which gamma is a function
+    track_coordinate: float  # coordinate of which gamma is a function
     lengths: FloatArray  # (n,) of the rods, m
     channel: FloatArray  # (11,) of a sleeve with walls, as in `walls`; (0,) without
 

@@ -1,4 +1,4 @@
-"""A contact's state, apart, pressed or behind, and the guards at whose zero it changes.
+"""A contact's state, apart, pressed or behind, and the event functions at whose zero it changes.
 
 As in the Exudyn engine a contact remembers on which side the point came: one that passed beside the
 face and is behind it is not in contact until it is back on the free side.
@@ -63,7 +63,7 @@ class Contact:
             return APART
         return LASTING if self.rigid else PENALTY
 
-    def guards(self, touch: FloatArray, force: float) -> list[float]:
+    def event_functions(self, touch: FloatArray, force: float) -> list[float]:
         """Values at whose fall below zero the state changes."""
         gap, place = float(touch[0]), float(touch[1])
         if self.side is Side.APART:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 
 FloatArray = NDArray[np.float64]
 
@@ -101,10 +101,13 @@ def factorise(matrix: FloatArray, first: int) -> None:
             matrix[i, j] = entry / pivot
 
 
-@inner
+@inlined
 def _stands_alone(matrix: FloatArray, first: int, row: int) -> bool:
     """Tell whether a row is zero left of its diagonal."""
-    return not np.any(matrix[row, first:row])
+    alone = True
+    for k in range(first, row):
+        alone = alone and matrix[row, k] == 0.0
+    return alone
 
 
 @inner

@@ -16,13 +16,13 @@ equations (1) then are ``M q'' + h = Q`` with, summed over the rods,
            + (j = theta) [m gamma'.gamma'' theta'^2 - sum_k B_k gamma'.e_k Theta_k'^2]
 
 The guide adds its moment of inertia about C to ``M_theta,theta``; a lever stands alone, with its
-moment of inertia about its pivot. ``gamma' = d gamma/d theta``; ``root`` holds the six components
+moment of inertia about its pivot. ``gamma' = d gamma/d theta``; ``point`` holds the six components
 of gamma, gamma', gamma''.
 
 With play between link and guide all rods have angles of their own, the guide has its angle, and P's
 place u on its track is a coordinate: then ``gamma(u)``, and ``theta`` above stands for u where it
-is the argument of gamma (`Constants.root`); the guide's moment of inertia stays with its angle. The
-forces of the walls are in `walls`.
+is the argument of gamma (`Constants.track_coordinate`); the guide's moment of inertia stays with
+its angle. The forces of the walls are in `walls`.
 
 A contact has the gap ``g(q)`` and the gradient ``G = dg/dq``: a pressing force F acts as ``F G``.
 A lasting contact has ``g'' = G q'' + b = 0`` with F as multiplier.
@@ -35,8 +35,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, Root, unpacked
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
+from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
 from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
@@ -45,10 +45,10 @@ FloatArray = NDArray[np.float64]
 Turned = tuple[FloatArray, FloatArray]
 IntArray = NDArray[np.int64]
 Acting = tuple[IntArray, IntArray]  # how each contact acts, and which pairs of a sleeve touch
-Given = tuple[tuple[float, float, float], Root, FloatArray, Acting]
+Given = tuple[tuple[float, float, float], TrackPoint, FloatArray, Acting]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
-HOLD = 1e3  # 1/s: rate at which rounding in the gap of a lasting contact dies out
+BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a lasting contact (Baumgarte 1972)
 
 
 class State(NamedTuple):
@@ -56,7 +56,7 @@ class State(NamedTuple):
 
     q: FloatArray
     v: FloatArray
-    root: Root
+    point: TrackPoint
 
 
 class Drive(NamedTuple):
@@ -67,69 +67,78 @@ class Drive(NamedTuple):
     torques: FloatArray
 
 
+@inner
+def turned(q: FloatArray) -> Turned:
+    """Cosines and sines of angles."""
+    cosines, sines = np.empty(len(q)), np.empty(len(q))
+    for j in range(len(q)):
+        cosines[j], sines[j] = np.cos(q[j]), np.sin(q[j])
+    return cosines, sines
+
+
 @compiled
-def mass_matrix(q: FloatArray, root: Root, c: Constants) -> FloatArray:
+def mass_matrix(q: FloatArray, point: TrackPoint, c: Constants) -> FloatArray:
     """Mass matrix M (N, N)."""
-    return _mass((np.cos(q), np.sin(q)), root, c)
+    return _mass(turned(q), point, c)
 
 
 @inner
-def _mass(turned: Turned, root: Root, c: Constants) -> FloatArray:
+def _mass(axes: Turned, point: TrackPoint, c: Constants) -> FloatArray:
     """As `mass_matrix`, from cosines and sines of the coordinates."""
-    n, p, count = len(c.firsts), int(c.root), len(turned[0])
+    n, p, count = len(c.firsts), int(c.track_coordinate), len(axes[0])
     begin = int(c.rods[0])  # the rods' coordinates follow one another
-    cosines, sines = turned[0][begin : begin + n], turned[1][begin : begin + n]
+    cosines, sines = axes[0][begin : begin + n], axes[1][begin : begin + n]
     mass = np.zeros((count, count))
     for i in range(n):
         cosine, sine = cosines[i], sines[i]
         for h in range(n):
             mass[begin + i, begin + h] = c.couplings[i, h] * (cosine * cosines[h] + sine * sines[h])
     for i in range(n):
-        slip = c.firsts[i] * (root[3] * cosines[i] - root[2] * sines[i])
+        slip = c.firsts[i] * (point[3] * cosines[i] - point[2] * sines[i])
         mass[p, begin + i] += slip
         mass[begin + i, p] += slip
     for j in range(count):
         mass[j, j] += c.inertias[j]
-    mass[p, p] += c.mass * (root[2] * root[2] + root[3] * root[3])
+    mass[p, p] += c.mass * (point[2] * point[2] + point[3] * point[3])
     return mass
 
 
 @compiled
-def quadratic_terms(q: FloatArray, v: FloatArray, root: Root, c: Constants) -> FloatArray:
+def quadratic_terms(q: FloatArray, v: FloatArray, point: TrackPoint, c: Constants) -> FloatArray:
     """Terms h (N,) of the squares of the speeds."""
     terms = np.zeros(len(q))
-    _take_quadratic_terms((np.cos(q), np.sin(q)), v, root, c, terms)
+    _take_quadratic_terms(turned(q), v, point, c, terms)
     return -terms
 
 
-@inner
+@inlined
 def _take_quadratic_terms(
-    turned: Turned, v: FloatArray, root: Root, c: Constants, right: FloatArray
+    axes: Turned, v: FloatArray, point: TrackPoint, c: Constants, right: FloatArray
 ) -> None:
     """Take the terms of the squares of the speeds from the right side (N,)."""
-    n, p, begin = len(c.firsts), int(c.root), int(c.rods[0])
-    cosines, sines = turned[0][begin : begin + n], turned[1][begin : begin + n]
+    n, p, begin = len(c.firsts), int(c.track_coordinate), int(c.rods[0])
+    cosines, sines = axes[0][begin : begin + n], axes[1][begin : begin + n]
     moved = v[p] * v[p]
     along, across = np.empty(n), np.empty(n)
     for h in range(n):
         square = v[begin + h] * v[begin + h]
         along[h], across[h] = cosines[h] * square, sines[h] * square
-        right[p] += c.firsts[h] * (root[2] * along[h] + root[3] * across[h])
+        right[p] += c.firsts[h] * (point[2] * along[h] + point[3] * across[h])
     for i in range(n):
         pulled, pushed = 0.0, 0.0
         for h in range(n):
             pulled += c.couplings[i, h] * along[h]
             pushed += c.couplings[i, h] * across[h]
         right[begin + i] -= sines[i] * pulled - cosines[i] * pushed
-        right[begin + i] -= c.firsts[i] * (root[5] * cosines[i] - root[4] * sines[i]) * moved
-    right[p] -= c.mass * (root[2] * root[4] + root[3] * root[5]) * moved
+        right[begin + i] -= c.firsts[i] * (point[5] * cosines[i] - point[4] * sines[i]) * moved
+    right[p] -= c.mass * (point[2] * point[4] + point[3] * point[5]) * moved
 
 
-@inner
-def _torques(state: State, turned: Turned, c: Constants) -> FloatArray:
+@inlined
+def _torques(state: State, axes: Turned, c: Constants) -> FloatArray:
     """Generalised forces Q (N,) of springs, dampers and weight."""
-    q, v, root = state
-    cosines, sines = turned
+    q, v, point = state
+    cosines, sines = axes
     count = len(q)
     torques = np.zeros(count)
     for j in range(count):
@@ -139,7 +148,7 @@ def _torques(state: State, turned: Turned, c: Constants) -> FloatArray:
         torques[j] = torque
     gx, gy = c.gravity[0], c.gravity[1]
     if gx != 0.0 or gy != 0.0:
-        torques[int(c.root)] += c.mass * (gx * root[2] + gy * root[3])
+        torques[int(c.track_coordinate)] += c.mass * (gx * point[2] + gy * point[3])
         for j in range(count):
             x, y = c.moments[j, 0], c.moments[j, 1]
             torques[j] += cosines[j] * (gy * x - gx * y) - sines[j] * (gx * x + gy * y)
@@ -152,10 +161,10 @@ def _torques(state: State, turned: Turned, c: Constants) -> FloatArray:
 @compiled
 def chain_of(c: Constants) -> tuple[FloatArray, float, FloatArray, FloatArray]:
     """What `walls` needs: coordinates and lengths of rods, coordinate of P, numbers of walls."""
-    return c.rods, c.root, c.lengths, c.channel
+    return c.rods, c.track_coordinate, c.lengths, c.channel
 
 
-@inner
+@inlined
 def _solve_free(mass: FloatArray, right: FloatArray, first: int, result: FloatArray) -> None:
     """Fill in accelerations from the first free one on, where no contact lasts."""
     for j in range(first, len(right)):
@@ -166,7 +175,7 @@ def _solve_free(mass: FloatArray, right: FloatArray, first: int, result: FloatAr
     substitute(mass, first, result)
 
 
-@inner
+@inlined
 def _solve(
     mass: FloatArray,
     right: FloatArray,
@@ -188,7 +197,11 @@ def _solve(
             matrix[i, j] = mass[first + i, first + j]
     for i in range(len(rows)):
         k = rows[i]
-        vector[free + i] = -states[k, 4] - 2 * HOLD * states[k, 2] - HOLD * HOLD * states[k, 0]
+        vector[free + i] = (
+            -states[k, 4]
+            - 2 * BAUMGARTE_RATE * states[k, 2]
+            - BAUMGARTE_RATE * BAUMGARTE_RATE * states[k, 0]
+        )
         if first == 1:
             vector[free + i] -= gradients[k, 0] * result[0]
         for j in range(free):
@@ -201,7 +214,7 @@ def _solve(
         forces[rows[i]] = vector[free + i]
 
 
-@inner
+@inlined
 def _push(
     state: State,
     acting: NDArray[np.int64],
@@ -219,7 +232,7 @@ def _push(
         acts = acts or acting[k] != APART
     if not acts:
         return np.zeros((0, 5)), np.zeros((0, 0))
-    states, gradients, slides = touches(state.q, state.v, state.root, c)
+    states, gradients, slides = touches(state.q, state.v, state.point, c)
     for k in range(len(acting)):
         if acting[k] == PENALTY:
             forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
@@ -229,7 +242,7 @@ def _push(
     return states, gradients
 
 
-@inner
+@inlined
 def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
     """Numbers of the contacts that last."""
     rows = np.empty(len(acting), dtype=np.int64)
@@ -249,23 +262,24 @@ def accelerations(
 
     The last is the power that the walls take. Solved is
 
-        M q'' - sum F G^T = Q - h,     G q'' = -b - 2 HOLD g' - HOLD^2 g   for lasting contacts
+        M q'' - sum F G^T = Q - h,     G q'' = -b - 2 r g' - r^2 g   for lasting contacts
 
-    without the row of theta where theta'' is known; that row gives the drive's torque.
+    with Baumgarte's rate r, without the row of theta where theta'' is known; that row gives the
+    drive's torque.
     """
     acting, touching = holding
     contacts = len(acting)
     forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
-    turned = (np.cos(state.q), np.sin(state.q))
-    mass = _mass(turned, state.root, c)
-    right = _torques(state, turned, c)
-    _take_quadratic_terms(turned, state.v, state.root, c, right)
+    axes = turned(state.q)
+    mass = _mass(axes, state.point, c)
+    right = _torques(state, axes, c)
+    _take_quadratic_terms(axes, state.v, state.point, c, right)
     for j in range(len(right)):
         right[j] += drive.torques[j]
     states, gradients = _push(state, acting, c, (forces, drags), right)
     walled = 0.0
     if len(touching) > 0:
-        walled = add_wall_forces((state.q, state.v, state.root), touching, chain_of(c), right)
+        walled = add_wall_forces((state.q, state.v, state.point), touching, chain_of(c), right)
     result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
@@ -291,7 +305,7 @@ def accelerations(
 def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed costs a microsecond
     y: FloatArray,
     guide: tuple[float, float, float],
-    root: Root,
+    point: TrackPoint,
     torques: FloatArray,
     holding: Acting,
     data: FloatArray,
@@ -304,14 +318,14 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     constants, packed.
     """
     rate = np.empty(len(y))
-    fill_rate(y, (guide, root, torques, holding), unpacked(data), rate)
+    fill_rate(y, (guide, point, torques, holding), unpacked(data), rate)
     return rate
 
 
-@inner
+@inlined
 def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> None:
-    """Fill in the rate of `state_rate`; `given` are its arguments guide, root, torques, holding."""
-    guide, root, torques, holding = given
+    """Fill in the rate of `state_rate`; `given` are its guide, point, torques and holding."""
+    guide, point, torques, holding = given
     count, contacts = len(c.inertias), len(holding[0])
     free = (len(y) - 2 - 2 * contacts) // 2
     first = count - free
@@ -320,7 +334,7 @@ def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> No
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
     found, motor, forces, powers, lost = accelerations(
-        State(q, v, root), Drive(first, guide[2], torques), holding, c
+        State(q, v, point), Drive(first, guide[2], torques), holding, c
     )
     for j in range(free):
         rate[j], rate[free + j] = v[first + j], found[first + j]

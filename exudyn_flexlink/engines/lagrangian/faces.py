@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, Root
+from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint
 
 FloatArray = NDArray[np.float64]
 
 
 @compiled
 def touches(
-    q: FloatArray, v: FloatArray, root: Root, c: Constants
+    q: FloatArray, v: FloatArray, point: TrackPoint, c: Constants
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Contacts as rows of gap, place, their rates, b = g'' - G q''; gradients (c, N) of gap, place.
 
@@ -21,7 +21,7 @@ def touches(
     ``g = n.d - offset``, ``g' = n.d' - side psi' t.d``, and
     ``g'' = n.d'' - 2 side psi' t.d' - side psi'' t.d - side psi'^2 t^.d``.
     """
-    n, count, p = len(c.firsts), len(c.faces), int(c.root)
+    n, count, p = len(c.firsts), len(c.faces), int(c.track_coordinate)
     states, gradients = np.zeros((count, 5)), np.zeros((count, len(q)))
     slides = np.zeros((count, len(q)))
     for k in range(count):
@@ -30,9 +30,9 @@ def touches(
         angle = q[lever] + c.faces[k, 3]
         tx, ty = np.cos(angle), np.sin(angle)
         nx, ny = -side * ty, side * tx
-        dx, dy = root[0] - c.faces[k, 1], root[1] - c.faces[k, 2]
-        ux, uy = root[2] * v[p], root[3] * v[p]
-        bx, by = root[4] * v[p] * v[p], root[5] * v[p] * v[p]
+        dx, dy = point[0] - c.faces[k, 1], point[1] - c.faces[k, 2]
+        ux, uy = point[2] * v[p], point[3] * v[p]
+        bx, by = point[4] * v[p] * v[p], point[5] * v[p] * v[p]
         for i in range(n):
             j = int(c.rods[i])
             x, y = c.arms[k, i] * np.cos(q[j]), c.arms[k, i] * np.sin(q[j])
@@ -43,8 +43,8 @@ def touches(
             slides[k, j] = ty * x - tx * y
         along, across = tx * dx + ty * dy, nx * dx + ny * dy
         slide = tx * ux + ty * uy
-        gradients[k, p] += nx * root[2] + ny * root[3]
-        slides[k, p] += tx * root[2] + ty * root[3]
+        gradients[k, p] += nx * point[2] + ny * point[3]
+        slides[k, p] += tx * point[2] + ty * point[3]
         gradients[k, lever] = -side * along
         slides[k, lever] = side * across
         states[k, 0] = across - c.faces[k, 5]

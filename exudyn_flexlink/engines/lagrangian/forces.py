@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
-from exudyn_flexlink.engines.lagrangian.recognition import Pivot
-from exudyn_flexlink.engines.lagrangian.rig import Rig
+from exudyn_flexlink.engines.lagrangian.layout import Pivot
+from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.system import Motion
 from exudyn_flexlink.engines.lagrangian.walls import wall_forces
 from exudyn_flexlink.mechanism import GROUND, approach
@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 class Forces:
     """Reactions (samples, 2) in N, global axes."""
 
-    rig: Rig
+    model: Model
     motions: list[Motion]
     poses: FloatArray
     rates: FloatArray
@@ -46,43 +46,43 @@ class Forces:
         """Coordinates, speeds, accelerations and P of all samples."""
         stacked = [
             np.array([getattr(motion, name) for motion in self.motions])
-            for name in ("q", "v", "a", "root")
+            for name in ("q", "v", "a", "point")
         ]
         return stacked[0], stacked[1], stacked[2], stacked[3]
 
     @cached_property
     def _walls(self) -> FloatArray:
         """Forces of the walls on the link."""
-        c = self.rig.constants
+        c = self.model.constants
         if not len(c.channel):
             return np.zeros((len(self.motions), 2))
         chain = chain_of(c)
-        found = [wall_forces(m.q, m.v, m.root, chain)[1] for m in self.motions]
+        found = [wall_forces(m.q, m.v, m.point, chain)[1] for m in self.motions]
         return np.array(found).reshape(-1, 2)
 
     def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
         torques = {}
-        motor = self.rig.layout.motor
+        motor = self.model.layout.motor
         if motor is not None:
             sign = -1.0 if motor.second == GROUND else 1.0
             torques[motor.name] = sign * np.array([motion.motor for motion in self.motions])
-        for motor in self.rig.mechanism.torque_motors:
+        for motor in self.model.mechanism.torque_motors:
             torques[motor.name] = np.array([motor.ramp.at(t) for t in time])
         return torques
 
     @cached_property
     def _on_link(self) -> FloatArray:
         """Contact forces and weight on the whole link."""
-        constants = self.rig.constants
+        constants = self.model.constants
         force = np.tile(constants.mass * constants.gravity, (len(self.motions), 1))
-        for k in range(len(self.rig.mechanism.contacts)):
+        for k in range(len(self.model.mechanism.contacts)):
             force += self._push(k)
         return force + self._walls
 
     def _push(self, k: int) -> FloatArray:
         """Force of contact k on the link's point."""
-        contact = self.rig.mechanism.contacts[k]
+        contact = self.model.mechanism.contacts[k]
         at, force = approach(contact, self.poses, self.rates), self.contacts[:, k]
         push = force[:, None] * at.normal
         if contact.friction is None:
@@ -92,10 +92,10 @@ class Forces:
 
     @cached_property
     def _momentum_rate(self) -> FloatArray:
-        q, v, a, root = self._motion
-        c = self.rig.constants
-        p, rods = int(c.root), c.rods.astype(int)
-        rate = c.mass * (root[:, 2:4] * a[:, p, None] + root[:, 4:6] * v[:, p, None] ** 2)
+        q, v, a, point = self._motion
+        c = self.model.constants
+        p, rods = int(c.track_coordinate), c.rods.astype(int)
+        rate = c.mass * (point[:, 2:4] * a[:, p, None] + point[:, 4:6] * v[:, p, None] ** 2)
         along, across = _axes(q[:, rods])
         swing = a[:, rods, None] * across - v[:, rods, None] ** 2 * along
         return np.asarray(rate + np.einsum("j,sjx->sx", c.firsts, swing))
@@ -103,22 +103,22 @@ class Forces:
     @cached_property
     def slot(self) -> FloatArray:
         """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
-        if self.rig.layout.play:
+        if self.model.layout.play:
             return np.asarray(self._momentum_rate - self._on_link)
         places = np.array([motion.place for motion in self.motions])
-        normal = self.rig.mechanism.slots[0].curve.normal(places)
+        normal = self.model.mechanism.slots[0].curve.normal(places)
         along, _ = _axes(self._motion[0][:, 0])
         left = np.sum((self._momentum_rate - self._on_link) * along, axis=1)
         return np.asarray((left / np.sum(normal * along, axis=1))[:, None] * normal)
 
     def joints(self) -> dict[str, FloatArray]:
         """Force of each pivot on its joint's second point."""
-        layout = self.rig.layout
+        layout = self.model.layout
         on_guide = self._momentum_rate - self._on_link - self.slot + self._walls
         forces = {layout.guide.joint: self._pivot(layout.guide, 0, on_guide)}
         for lever in layout.levers:
             pushes = np.zeros((len(self.motions), 2))
-            for k, contact in enumerate(self.rig.mechanism.contacts):
+            for k, contact in enumerate(self.model.mechanism.contacts):
                 if contact.start.part == lever.part:
                     pushes += self._push(k)
             forces[lever.joint] = self._pivot(lever, layout.coordinate(lever.part), pushes)
@@ -127,8 +127,8 @@ class Forces:
     def _pivot(self, pivot: Pivot, coordinate: int, given_on: FloatArray) -> FloatArray:
         """Force of a pivot whose part gives the force `given_on` on to others."""
         q, v, a, _ = self._motion
-        c = self.rig.constants
-        mass = self.rig.mechanism.parts[pivot.part].mass
+        c = self.model.constants
+        mass = self.model.mechanism.parts[pivot.part].mass
         along, across = _axes(q[:, coordinate])
         x, y = c.moments[coordinate]
         arm, turned = x * along + y * across, x * across - y * along

@@ -17,18 +17,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inner
-from exudyn_flexlink.engines.lagrangian.course import (
-    Course,
+from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
+from exudyn_flexlink.engines.lagrangian.equations import fill_rate
+from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
+from exudyn_flexlink.engines.lagrangian.mode import (
     Equations,
     Instant,
+    Mode,
     guide_at,
-    root_at,
     torques_at,
+    track_point_at,
 )
-from exudyn_flexlink.engines.lagrangian.equations import fill_rate
-from exudyn_flexlink.engines.lagrangian.radau import Scale, length_of
-from exudyn_flexlink.engines.lagrangian.rail import FINE, SPLINE, place_on
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE, place_on
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +58,7 @@ def _first_beyond(piece: FloatArray, u: float) -> int:
     return low
 
 
-@inner
+@inlined
 def _missed(
     piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], method: Method
 ) -> float:
@@ -78,10 +78,13 @@ def _missed(
                 kernel -= method.matrix[i, j] * since[j]
             x[i] += kernel * jump_x
             y[i] += kernel * jump_y
-    return float(np.sqrt(np.max(x * x + y * y)))
+    largest = 0.0
+    for i in range(stages):
+        largest = max(largest, x[i] * x[i] + y[i] * y[i])
+    return float(np.sqrt(largest))
 
 
-@inner
+@inlined
 def passes(piece: FloatArray, begin: float, end: float) -> bool:
     """Tell whether there is a knot between two places."""
     if piece[0] != SPLINE:
@@ -122,37 +125,37 @@ def reached(
 
 
 @inner
-def _place(at: Instant, after: float, begin: FloatArray, course: Course) -> tuple[float, int]:
+def _place(at: Instant, after: float, begin: FloatArray, mode: Mode) -> tuple[float, int]:
     """Where P will be after a time (s); `begin` is the state's rate."""
-    free = len(begin) // 2 - 1 - len(course.acting)
+    free = len(begin) // 2 - 1 - len(mode.acting)
     y = at.y.copy()
     for j in range(free):
         y[j] += after * (y[free + j] + after / 2 * begin[free + j])
-    theta, _, _ = guide_at(at.t + after, y, free, course)
-    u, _, ended = root_at(theta, y, free, at.near, course)
+    theta, _, _ = guide_at(at.t + after, y, free, mode)
+    u, _, ended = track_point_at(theta, y, free, at.near, mode)
     return u, ended
 
 
-@inner
+@inlined
 def shortened(
-    at: Instant, h: float, given: tuple[FloatArray, float], method: Method, course: Course
+    at: Instant, h: float, given: tuple[FloatArray, float], method: Method, mode: Mode
 ) -> float:
     """Length of the next step, at most h, by where P will be.
 
     `given` are the state's rate, and what the step may miss of P's acceleration.
     """
     begin, allowed = given
-    end, ended = _place(at, h, begin, course)
-    if ended != FINE or not passes(course.piece, at.near, end):
+    end, ended = _place(at, h, begin, mode)
+    if ended != FINE or not passes(mode.piece, at.near, end):
         return h  # where P is not found the step itself will be shorter
-    to = reached(course.piece, (at.near, end), h, allowed, method)
+    to = reached(mode.piece, (at.near, end), h, allowed, method)
     if to == end:
         return h
     low, high, before, beyond = 0.0, h, abs(to - at.near), -abs(end - to)
     close = 0.1 * AT_KNOT * before
     for _ in range(ROUNDS):
         middle = low + (high - low) * before / (before - beyond)
-        u, ended = _place(at, middle, begin, course)
+        u, ended = _place(at, middle, begin, mode)
         left = (to - u) if to > at.near else (u - to)
         if ended != FINE or abs(left) <= close:
             return middle
@@ -163,31 +166,33 @@ def shortened(
     return high
 
 
-@inner
+@inlined
 def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: Scale) -> float:
     """How much (m/s^2) points accelerate if the track pushes P aside by 1 m/s^2.
 
     Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless there is
     play between them. `rate` is the state's.
     """
-    course, c = equations
+    mode, c = equations
     count = len(c.inertias)
-    free = count - int(course.drive[0])
-    guide = guide_at(at.t, at.y, free, course)
-    u, root, _ = root_at(guide[0], at.y, free, at.near, course)
-    _, _, dx, dy, _, _ = place_on(course.piece, u)
+    free = count - int(mode.drive[0])
+    guide = guide_at(at.t, at.y, free, mode)
+    u, point, _ = track_point_at(guide[0], at.y, free, at.near, mode)
+    _, _, dx, dy, _, _ = place_on(mode.piece, u)
     length = np.sqrt(dx * dx + dy * dy)
     x, y, speed = -dy / length, dx / length, at.y[2 * free - 1]
-    if course.drive[5] == 0.0:
+    if mode.drive[5] == 0.0:
         c0, s0, speed = np.cos(guide[0]), np.sin(guide[0]), guide[1]
         sine = max(abs(c0 * dy - s0 * dx) / length, LEAST_SINE)
         x, y = c0 / sine, s0 / sine
     if speed == 0.0:
         return 0.0
     square = speed * speed
-    pushed = (root[0], root[1], root[2], root[3], root[4] + x / square, root[5] + y / square)
+    pushed = (point[0], point[1], point[2], point[3], point[4] + x / square, point[5] + y / square)
     changed = np.empty(len(rate))
-    holding = (course.acting, course.touching)
-    given = (guide, pushed, torques_at(at.t, count, course), holding)
+    holding = (mode.acting, mode.touching)
+    given = (guide, pushed, torques_at(at.t, count, mode), holding)
     fill_rate(at.y, given, c, changed)
-    return length_of(changed[free : 2 * free] - rate[free : 2 * free], scale)
+    for j in range(free):
+        changed[j] = changed[free + j] - rate[free + j]
+    return length_of(changed[:free], scale)

@@ -16,9 +16,9 @@ from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
 from exudyn_flexlink.engines.lagrangian.forces import Forces
+from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.rig import Rig
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
@@ -50,7 +50,7 @@ class Prepared:
     """Everything a solve needs, and what is left of it afterwards."""
 
     scene: Scene
-    rig: Rig
+    model: Model
     system: System
     recorder: Recorder
     problem: LagrangianProblem
@@ -62,14 +62,14 @@ class Prepared:
 
 def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its timings are still to come."""
-    recorder, rig = prepared.recorder, prepared.rig
+    recorder, model = prepared.recorder, prepared.model
     kept = recorder.samples
     time = np.array(kept.time)
     motions = kept.motion
-    roots = np.array([motion.root for motion in motions])
+    points = np.array([motion.point for motion in motions])
     q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
-    poses, rates = rig.poses(q, v, roots)
-    forces = Forces(rig, motions, poses, rates)
+    poses, rates = model.poses(q, v, points)
+    forces = Forces(model, motions, poses, rates)
     events, end = prepared.system.events, prepared.solution.end
     laps = tuple(event for event in events if event.kind == "lap" and event.time < end)
     return Result(
@@ -78,13 +78,13 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         settings=_settings(prepared),
         versions=_versions(),
         timings={},
-        part_names=tuple(part.name for part in rig.mechanism.parts),
+        part_names=tuple(part.name for part in model.mechanism.parts),
         time=time,
         poses=poses,
         rates=rates,
         drive_torques=forces.drive_torques(time),
         joint_forces=forces.joints(),
-        slot_forces={rig.mechanism.slots[0].name: forces.slot},
+        slot_forces={model.mechanism.slots[0].name: forces.slot},
         contacts=_contacts(prepared, forces),
         sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
@@ -111,7 +111,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 
 def _contacts(prepared: Prepared, forces: Forces) -> dict[str, ContactHistory]:
     histories = {}
-    for k, contact in enumerate(prepared.rig.mechanism.contacts):
+    for k, contact in enumerate(prepared.model.mechanism.contacts):
         at = approach(contact, forces.poses, forces.rates)
         touches = Intervals.of(_intervals(prepared, k))
         histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k], touches)
@@ -128,12 +128,12 @@ def _intervals(prepared: Prepared, k: int) -> Iterator[Interval]:
 
 
 def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
-    recorder, constants = prepared.recorder, prepared.rig.constants
+    recorder, constants = prepared.recorder, prepared.model.constants
     if not prepared.system.walls:
         return {}
     chain = chain_of(constants)
     force = np.array(
-        [wall_forces(m.q, m.v, m.root, chain)[0][:, PRESS] for m in recorder.samples.motion]
+        [wall_forces(m.q, m.v, m.point, chain)[0][:, PRESS] for m in recorder.samples.motion]
     )
     return {walls.channel.name: walls.history(force) for walls in prepared.system.walls}
 
@@ -155,4 +155,4 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         gross = recorder.energy_residual > recorder.largest_kinetic_energy
         return Outcome(False, time, complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE)
     reached = None if system.goal is None else system.reached
-    return of_turns(prepared.scene, prepared.rig.mechanism, time, reached)
+    return of_turns(prepared.scene, prepared.model.mechanism, time, reached)

@@ -1,7 +1,6 @@
 """The mechanism as the integration sees it: where it is, what happens within a step and at events.
 
-`system` knows the equations, its guards are the event functions; what a step did goes to the
-recorder.
+`system` knows the equations and the event functions; what a step did goes to the recorder.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from exudyn_flexlink.integrate.events import Event, first_fall
 
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
-Guards = Callable[[float, FloatArray], Sequence[float]]
+EventFunctions = Callable[[float, FloatArray], Sequence[float]]
 
 SLOPE = 1e-4  # of a step: over which the rates of event functions are taken
 
@@ -63,14 +62,16 @@ class LagrangianProblem:
         self.recorder.after(event.time, self.state, True)
         return inf
 
-    def locate(self, guards: Guards, begin: float, end: float, dense: Dense) -> Event | None:
-        """Locate the first fall of a guard in a step between two instants."""
+    def locate(
+        self, event_functions: EventFunctions, begin: float, end: float, dense: Dense
+    ) -> Event | None:
+        """Locate the first fall of an event function in a step between two instants."""
         looks: dict[float, Sequence[float]] = {}
         bit = SLOPE * (end - begin)
 
         def value(which: int, t: float) -> float:
             if t not in looks:
-                looks[t] = guards(t, dense(t))
+                looks[t] = event_functions(t, dense(t))
             return looks[t][which]
 
         def rate(which: int, t: float) -> float:
@@ -107,7 +108,7 @@ class LagrangianProblem:
         """Locate what happens first in a step between two instants."""
         if self.system.quiet(end - begin, end, dense(end)):
             return None
-        return self.locate(self.system.guards, begin, end, dense)
+        return self.locate(self.system.event_functions, begin, end, dense)
 
     def accept(self, end: float, dense: Dense, event: Event | None) -> None:
         """Go to the end of a step, where something may happen, and record it."""

@@ -19,10 +19,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inner
-from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at, rate_at
+from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
-from exudyn_flexlink.engines.lagrangian.rail import FINE
+from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
+from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, rate_at
+from exudyn_flexlink.engines.lagrangian.track_point import FINE
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.collocation import ComplexArray, FloatArray
 
@@ -47,17 +48,6 @@ class Work(NamedTuple):
     way: FloatArray  # (1 + s, 4): P and its velocity at the step's start and at the stages
 
 
-class Scale(NamedTuple):
-    """What turns changes of coordinates into lengths."""
-
-    cosines: FloatArray  # (n,) of the rods' angles
-    sines: FloatArray
-    lengths: FloatArray  # (n,) of the rods
-    root: FloatArray  # (2,): gamma'
-    places: NDArray[np.int64]  # first free coordinate, that of P, that of the first rod
-    reaches: FloatArray  # (N,): of guide and levers, m
-
-
 class Aim(NamedTuple):
     """How far to iterate."""
 
@@ -66,7 +56,7 @@ class Aim(NamedTuple):
     slow: float  # 1/s: part of an error that an iteration left in a step before, by its length
 
 
-@inner
+@inlined
 def work_for(stages: int, size: int, free: int) -> Work:
     """Fresh arrays."""
     pairs = (stages - 1) // 2
@@ -81,40 +71,6 @@ def work_for(stages: int, size: int, free: int) -> Work:
         np.zeros(stages),
         np.zeros((1 + stages, 4)),
     )
-
-
-@inner
-def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
-    """Lengths that changes at the state y mean."""
-    course, c = equations
-    q, _, root, _ = coordinates_at(at, equations)
-    n, begin = len(c.rods), int(c.rods[0])
-    angles = q[begin : begin + n]
-    places = np.array([int(course.drive[0]), int(c.root), begin])
-    gamma = np.array([root[2], root[3]])
-    return Scale(np.cos(angles), np.sin(angles), c.lengths, gamma, places, reaches)
-
-
-@inner
-def length_of(change: FloatArray, scale: Scale) -> float:
-    """Largest way that a point of the mechanism goes in a change (f,) of the free coordinates."""
-    first, root, begin = scale.places[0], scale.places[1], scale.places[2]
-    x, y = 0.0, 0.0
-    if root >= first:
-        x, y = scale.root[0] * change[root - first], scale.root[1] * change[root - first]
-    largest = x * x + y * y
-    for i in range(len(scale.lengths)):
-        if begin + i >= first:
-            way = scale.lengths[i] * change[begin + i - first]
-            x, y = x - way * scale.sines[i], y + way * scale.cosines[i]
-            square = x * x + y * y
-            if not square <= largest:
-                largest = square
-    for j in range(first, len(scale.reaches)):
-        way = scale.reaches[j] * change[j - first]
-        if not way * way <= largest:
-            largest = way * way
-    return float(np.sqrt(largest))
 
 
 @inner
@@ -144,7 +100,7 @@ def factor_real(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, wo
     decompose(work.real, work.rows[0])
 
 
-@inner
+@inlined
 def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
     """Speeds at the stages from the polynomial of the last step's changes, `ahead` = h / its h."""
     stages, free = work.speeds.shape
@@ -161,7 +117,7 @@ def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
                     work.speeds[i, j] += weight * last[m, free + j]
 
 
-@inner
+@inlined
 def _stages(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> int:
     """States and rates at the stages from their speeds; return how the search for P ended."""
     stages, free = work.speeds.shape
@@ -182,7 +138,7 @@ def _stages(at: Instant, h: float, equations: Equations, method: Method, work: W
     return FINE
 
 
-@inner
+@inlined
 def _residual(h: float, method: Method, work: Work) -> FloatArray:
     """What the speeds W lack of ``a - A^-1 W / h`` being zero, (s, f)."""
     stages, free = work.speeds.shape
@@ -196,30 +152,49 @@ def _residual(h: float, method: Method, work: Work) -> FloatArray:
     return residual
 
 
-@inner
+@inlined
+def _add_pair(p: int, residual: FloatArray, change: FloatArray, method: Method, work: Work) -> None:
+    """Add what the pair p of complex eigenvalues gives to the `change` of `_solve_transformed`."""
+    stages, free = work.speeds.shape
+    part = np.zeros(free, dtype=np.complex128)
+    for i in range(stages):
+        for j in range(free):
+            part[j] += method.rows[p, i] * residual[i, j]
+    solve(work.pairs[p], work.rows[1 + p], part)
+    for i in range(stages):
+        for j in range(free):
+            change[i, j] += 2.0 * (method.columns[i, p] * part[j]).real
+
+
+@inlined
+def _solve_transformed(
+    residual: FloatArray, change: FloatArray, method: Method, work: Work
+) -> None:
+    """Fill in the `change` (s, f) of the speeds that removes a residual (s, f)."""
+    stages, free = work.speeds.shape
+    part = np.zeros(free)
+    for i in range(stages):
+        for j in range(free):
+            part[j] += method.row[i] * residual[i, j]
+    solve(work.real, work.rows[0], part)
+    for i in range(stages):
+        for j in range(free):
+            change[i, j] = method.column[i] * part[j]
+    for p in range(len(method.pairs)):
+        _add_pair(p, residual, change, method, work)
+
+
+@inlined
 def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
     """One step of Newton's method: `change` (s, f) of the speeds, which are changed by it."""
     stages, free = work.speeds.shape
-    residual = _residual(h, method, work)
-    part = np.zeros(free)
+    _solve_transformed(_residual(h, method, work), change, method, work)
     for i in range(stages):
-        part += method.row[i] * residual[i]
-    solve(work.real, work.rows[0], part)
-    for i in range(stages):
-        change[i] = method.column[i] * part
-    turned = np.empty(free, dtype=np.complex128)
-    for p in range(len(method.pairs)):
-        turned[:] = 0.0
-        for i in range(stages):
-            turned += method.rows[p, i] * residual[i]
-        solve(work.pairs[p], work.rows[1 + p], turned)
-        for i in range(stages):
-            for j in range(free):
-                change[i, j] += 2.0 * (method.columns[i, p] * turned[j]).real
-    work.speeds[:] += change
+        for j in range(free):
+            work.speeds[i, j] += change[i, j]
 
 
-@inner
+@inlined
 def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Method) -> float:
     """Length that a change (s, f) of the stages' speeds means."""
     stages, free = change.shape
@@ -238,7 +213,7 @@ def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Met
 
 
 @inner
-def iterate(  # noqa: PLR0911 - every way in which an iteration ends
+def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
     at: Instant,
     h: float,
     aim: Aim,
@@ -255,11 +230,13 @@ def iterate(  # noqa: PLR0911 - every way in which an iteration ends
     tolerance, tau, slow = aim
     method, scale, work = means
     change = np.empty(work.speeds.shape)
-    before, slowest = 0.0, 0.0
-    for k in range(ITERATIONS):
+    before, slowest, solved = 0.0, 0.0, False
+    for k in range(ITERATIONS + 1):
         ended = _stages(at, h, equations, method, work)
-        if ended != FINE:
+        if ended != FINE or solved:
             return ended, k, slow
+        if k == ITERATIONS:
+            break
         _correct(h, change, method, work)
         size = _size_of(h, tau, change, scale, method)
         if not np.isfinite(size):
@@ -276,9 +253,9 @@ def iterate(  # noqa: PLR0911 - every way in which an iteration ends
                 slow = slowest / h
             left = min(max(slowest, slow * h), HOPELESS)
             if size * left <= SMALL * tolerance * (1.0 - left):
-                stale = size > SMALL * tolerance  # the rates, of which energies are made
-                ended = _stages(at, h, equations, method, work) if stale else SOLVED
-                return ended, k + 1, slow
+                if size <= SMALL * tolerance:
+                    return SOLVED, k + 1, slow
+                solved = True  # energies are made of the rates: these are evaluated once more
         elif size <= 1e-3 * SMALL * tolerance:
             return SOLVED, 1, slow
         before = size
@@ -303,7 +280,7 @@ def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatAr
             changes[i, j] = h * value
 
 
-@inner
+@inlined
 def estimate(
     h: float,
     by_q: FloatArray,

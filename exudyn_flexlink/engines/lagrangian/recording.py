@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.lagrangian.constants import Root
+from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
@@ -26,7 +26,7 @@ from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, jo
 
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
-_Motion = tuple[FloatArray, FloatArray, Root]
+_Motion = tuple[FloatArray, FloatArray, TrackPoint]
 
 BLOCK = 1024
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
@@ -55,7 +55,7 @@ class _Steps(NamedTuple):
     lengths: FloatArray  # (m,) s
     q: FloatArray  # (m n, N)
     v: FloatArray  # (m n, N)
-    roots: FloatArray  # (m n, 6)
+    points: FloatArray  # (m n, 6)
     pressed: NDArray[np.bool_]  # (m, c)
 
 
@@ -71,11 +71,11 @@ class Recorder:
         self.system = system
         self.seeker = seeker
         self.explicit = False
-        layout = system.rig.layout
+        layout = system.model.layout
         self._levers = [layout.coordinate(lever.part) for lever in layout.levers]
         self.grid = grid
         self.samples = Samples()
-        self.meter = EnergyMeter(system.rig.mechanism)
+        self.meter = EnergyMeter(system.model.mechanism)
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
@@ -102,9 +102,9 @@ class Recorder:
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
         self._events = len(self.system.events)
-        q, v, root = self.system.coordinates(t, y)
-        self._start = t, (q, v, root)
-        place = np.array([*root, self.system.track.place])
+        q, v, point = self.system.coordinates(t, y)
+        self._start = t, (q, v, point)
+        place = np.array([*point, self.system.track.place])
         row = self._row(t, y)
         self._checked.append((q[None], v[None], place[None], row[None]))
         self._waiting += 1
@@ -117,8 +117,8 @@ class Recorder:
             length = end - walls.time
             instants = (walls.time + length * GAUSS_NODES).tolist()
             motion = [self.system.coordinates(t, dense(t)) for t in instants]
-            q, v, roots = (np.array(part) for part in zip(*motion, strict=True))
-            self._take_walls(end, np.array([length]), GAUSS, (q, v, roots))
+            q, v, points = (np.array(part) for part in zip(*motion, strict=True))
+            self._take_walls(end, np.array([length]), GAUSS, (q, v, points))
 
     def _take_walls(
         self,
@@ -144,11 +144,11 @@ class Recorder:
         if self.system.walls:
             rule = Rule.of(self.seeker.nodes, np.array([0.0, *block.method.matrix[-1]]))
             lengths = np.diff(block.times)
-            self._take_walls(end, lengths, rule, (found.q, found.v, found.root))
+            self._take_walls(end, lengths, rule, (found.q, found.v, found.point))
         ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
-        q, v, roots, u = (part[ends] for part in (found.q, found.v, found.root, found.u))
+        q, v, points, u = (part[ends] for part in (found.q, found.v, found.point, found.u))
         rows = self._rows(block.states[1:], found.pressed[ends])
-        self._checked.append((q, v, np.column_stack([roots, u + shift]), rows))
+        self._checked.append((q, v, np.column_stack([points, u + shift]), rows))
         self._waiting += len(rows)
         self._start = end, None
         if self._waiting >= BLOCK:
@@ -168,8 +168,8 @@ class Recorder:
         if not self.explicit or turned or pressed.any():
             parts = self.seeker.nodes[1:-1] * (end - begin)
             inner = [self.system.coordinates(t, dense(t)) for t in (begin + parts).tolist()]
-        q, v, roots = (np.array(part) for part in zip(first, *inner, last, strict=True))
-        return _Steps(np.array([begin]), np.array([end - begin]), q, v, roots, pressed)
+        q, v, points = (np.array(part) for part in zip(first, *inner, last, strict=True))
+        return _Steps(np.array([begin]), np.array([end - begin]), q, v, points, pressed)
 
     def _nodes_of(self, block: Block) -> Motions:
         """Motion at the nodes of a block's steps, which is noted, too."""
@@ -179,9 +179,9 @@ class Recorder:
         states = np.concatenate([starts, starts + block.changes], axis=1)
         instants = (begins[:, None] + lengths[:, None] * nodes).ravel()
         near = np.repeat(block.places[:-1], len(nodes))
-        found = motions_at(instants, states.reshape(len(instants), -1), near, block.course, False)
+        found = motions_at(instants, states.reshape(len(instants), -1), near, block.mode, False)
         pressed = self._pressed(len(begins))
-        self._steps.append(_Steps(begins, lengths, found.q, found.v, found.root, pressed))
+        self._steps.append(_Steps(begins, lengths, found.q, found.v, found.point, pressed))
         return found
 
     def _pressed(self, steps: int) -> NDArray[np.bool_]:
@@ -194,8 +194,8 @@ class Recorder:
         steps = [step for step in self._steps if step.lengths[0] > 0]
         self._steps.clear()
         for _, alike in groupby(steps, key=lambda step: len(step.q) // len(step.begins)):
-            begins, lengths, q, v, roots, pressed = map(np.concatenate, zip(*alike, strict=True))
-            poses, rates = self.system.rig.poses(q, v, roots)
+            begins, lengths, q, v, points, pressed = map(np.concatenate, zip(*alike, strict=True))
+            poses, rates = self.system.model.poses(q, v, points)
             shape = (len(begins), len(q) // len(begins), *poses.shape[1:])
             motion = poses.reshape(shape), rates.reshape(shape)
             self.seeker.take(begins, lengths, motion, pressed)
@@ -205,14 +205,14 @@ class Recorder:
         states = states_within(
             instants, block.times, block.states, block.changes, block.method.powers
         )
-        found = motions_at(instants, states, block.before(instants), block.course, True)
+        found = motions_at(instants, states, block.before(instants), block.mode, True)
         kept, shift = self.samples, self.system.track.place_of(0.0)
         if kept.time and kept.time[-1] >= instants[0]:
             kept.drop_last()
         kept.time += instants.tolist()
         kept.motion += [
-            Motion(q, v, a, tuple(root), u + shift, motor, forces)
-            for q, v, a, root, u, motor, forces in zip(*found[:-1], strict=True)
+            Motion(q, v, a, tuple(point), u + shift, motor, forces)
+            for q, v, a, point, u, motor, forces in zip(*found[:-1], strict=True)
         ]
         kept.totals += list(self._rows(states, found.pressed))
 
@@ -262,16 +262,16 @@ class Recorder:
         self._seek()
         if not self._checked:
             return
-        q, v, roots, rows = (np.concatenate(parts) for parts in zip(*self._checked, strict=True))
+        q, v, points, rows = (np.concatenate(parts) for parts in zip(*self._checked, strict=True))
         self._checked.clear()
         self._waiting = 0
-        poses, rates = self.system.rig.poses(q, v, roots[:, :6])
+        poses, rates = self.system.model.poses(q, v, points[:, :6])
         energies = self.energies(poses, rates, rows)
         total = energies[:, 0] + energies[:, 1]
         if self._start_energy is None:
             self._start_energy = float(total[0])
         residual = total - self._start_energy + energies[:, 2] - energies[:, 3]
-        errors = joint_residuals(self.system.rig.mechanism, poses, roots[:, 6:])
+        errors = joint_residuals(self.system.model.mechanism, poses, points[:, 6:])
         depth = self._penetrations(poses, rates, rows)
         walls = max((walls.deepest for walls in self.system.walls), default=0.0)
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))

@@ -19,13 +19,14 @@ from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.advance import Control, advance
+from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
+from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.rig import Rig, build_rig
+from exudyn_flexlink.engines.lagrangian.step_control import Control
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
 from exudyn_flexlink.integrate.clock import instant
@@ -76,9 +77,9 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
 def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Prepared:
     """Build the equations, the event loop and what records it."""
     assembly = assemble_scene(scene)
-    rig = build_rig(scene, assembly)
+    model = build_model(scene, assembly)
     end = end_of_run(scene, assembly.mechanism)
-    system = System(rig, turn_goal(scene, assembly))
+    system = System(model, turn_goal(scene, assembly))
     mechanism, by_explicit = assembly.mechanism, explicit(scene, assembly.mechanism)
     nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *RADAU.nodes])
     seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, nodes)
@@ -90,10 +91,10 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     if by_explicit:
         stepper = ExplicitStepper(problem, tolerance)
     else:
-        stepper = CompiledStepper(problem, RADAU, control(rig, tolerance, end))
+        stepper = CompiledStepper(problem, RADAU, control(model, tolerance, end))
     asked = Asked()
     solution = Solution(stepper, problem, stops(mechanism, end), progress, asked.is_set)
-    return Prepared(scene, rig, system, recorder, problem, stepper, solution, asked, tolerance)
+    return Prepared(scene, model, system, recorder, problem, stepper, solution, asked, tolerance)
 
 
 def explicit(scene: Scene, mechanism: Mechanism) -> bool:
@@ -123,19 +124,19 @@ def not_smooth(mechanism: Mechanism) -> bool:
     return any(isinstance(contact.law, Impulse) for contact in mechanism.contacts)
 
 
-def control(rig: Rig, tolerance: float, end: float) -> Control:
+def control(model: Model, tolerance: float, end: float) -> Control:
     """Error of one step so that the whole run, to `end` (s), keeps the tolerance (m)."""
-    reaches = np.zeros(rig.layout.count)
-    for pivot in (rig.layout.guide, *rig.layout.levers):
-        part = rig.mechanism.parts[pivot.part]
-        reaches[rig.layout.coordinate(pivot.part)] = part.reach
-    tau = coasting(rig.mechanism, end)
+    reaches = np.zeros(model.layout.count)
+    for pivot in (model.layout.guide, *model.layout.levers):
+        part = model.mechanism.parts[pivot.part]
+        reaches[model.layout.coordinate(pivot.part)] = part.reach
+    tau = coasting(model.mechanism, end)
     # An error a of the acceleration moves a driven mechanism by a tau^2, as it swings; one that
     # goes on as it was pushed by a end^2.
-    lasts = end if rig.layout.motor is None else tau
-    channels = rig.mechanism.channels
+    lasts = end if model.layout.motor is None else tau
+    channels = model.mechanism.channels
     share = tolerance * (WALLED_SHARE if channels else SHARE)
-    lasting = max(tau, keeping(rig.mechanism, end))
+    lasting = max(tau, keeping(model.mechanism, end))
     return Control(share, tau, lasting, np.inf, LONGEST_TURN, reaches, share / lasts**2)
 
 

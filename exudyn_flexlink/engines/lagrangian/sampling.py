@@ -10,14 +10,6 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.constants import unpacked
-from exudyn_flexlink.engines.lagrangian.course import (
-    Course,
-    Equations,
-    Instant,
-    coordinates_at,
-    guide_at,
-    torques_at,
-)
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Drive,
@@ -25,8 +17,16 @@ from exudyn_flexlink.engines.lagrangian.equations import (
     accelerations,
     chain_of,
 )
-from exudyn_flexlink.engines.lagrangian.walls import depths_squared
-from exudyn_flexlink.engines.lagrangian.watch import interpolate
+from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
+from exudyn_flexlink.engines.lagrangian.mode import (
+    Equations,
+    Instant,
+    Mode,
+    coordinates_at,
+    guide_at,
+    torques_at,
+)
+from exudyn_flexlink.engines.lagrangian.walls import any_is, depths_squared
 from exudyn_flexlink.integrate.collocation import Collocation
 
 FloatArray = NDArray[np.float64]
@@ -34,13 +34,13 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Block:
-    """Steps in a row, between two events: see `advance.Buffer`; course and method they are of."""
+    """Steps in a row, between two events: see `advance.Buffer`; mode and method they are of."""
 
     times: FloatArray  # (m + 1,)
     states: FloatArray  # (m + 1, size)
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,)
-    course: Course
+    mode: Mode
     method: Collocation
 
     def before(self, instants: FloatArray) -> FloatArray:
@@ -55,7 +55,7 @@ class Motions(NamedTuple):
     q: FloatArray  # (m, N)
     v: FloatArray  # (m, N)
     a: FloatArray  # (m, N)
-    root: FloatArray  # (m, 6)
+    point: FloatArray  # (m, 6)
     u: FloatArray  # (m,)
     motor: FloatArray  # (m,)
     forces: FloatArray  # (m, c)
@@ -83,13 +83,13 @@ def states_within(
 
 @compiled
 def motions_at(
-    times: FloatArray, states: FloatArray, places: FloatArray, course: Course, with_forces: bool
+    times: FloatArray, states: FloatArray, places: FloatArray, mode: Mode, with_forces: bool
 ) -> Motions:
     """Motion at instants, of which P was at `places` (m,) shortly before; forces if asked for."""
-    c = unpacked(course.data)
-    equations = Equations(course, c)
-    count, contacts, size = len(c.inertias), len(course.acting), len(times)
-    first = int(course.drive[0])
+    c = unpacked(mode.data)
+    equations = Equations(mode, c)
+    count, contacts, size = len(c.inertias), len(mode.acting), len(times)
+    first = int(mode.drive[0])
     found = Motions(
         np.zeros((size, count)),
         np.zeros((size, count)),
@@ -102,19 +102,23 @@ def motions_at(
     )
     for i in range(size):
         t, y = times[i], states[i]
-        q, v, root, u = coordinates_at(Instant(t, y, places[i]), equations)
-        found.q[i], found.v[i], found.u[i] = q, v, u
+        q, v, point, u = coordinates_at(Instant(t, y, places[i]), equations)
+        found.u[i] = u
+        for j in range(count):
+            found.q[i, j], found.v[i, j] = q[j], v[j]
         for k in range(6):
-            found.root[i, k] = root[k]
-        if np.any(course.touching):
-            found.pressed[i] = depths_squared(q, v, root, course.touching, chain_of(c))
+            found.point[i, k] = point[k]
+        if any_is(mode.touching, 1):
+            found.pressed[i] = depths_squared(q, v, point, mode.touching, chain_of(c))
         if with_forces:
-            alpha = guide_at(t, y, count - first, course)[2]
-            drive = Drive(first, alpha, torques_at(t, count, course))
-            holding = (course.acting, course.touching)
-            a, motor, forces, _, _ = accelerations(State(q, v, root), drive, holding, c)
-            found.a[i], found.motor[i] = a, motor
+            alpha = guide_at(t, y, count - first, mode)[2]
+            drive = Drive(first, alpha, torques_at(t, count, mode))
+            holding = (mode.acting, mode.touching)
+            a, motor, forces, _, _ = accelerations(State(q, v, point), drive, holding, c)
+            found.motor[i] = motor
+            for j in range(count):
+                found.a[i, j] = a[j]
             for k in range(contacts):
-                penalty = course.acting[k] == PENALTY
+                penalty = mode.acting[k] == PENALTY
                 found.forces[i, k] = max(forces[k], 0.0) if penalty else forces[k]
     return found

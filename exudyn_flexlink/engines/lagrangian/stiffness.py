@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inner
-from exudyn_flexlink.engines.lagrangian.constants import Root
-from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
+from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY, chain_of, mass_matrix
 from exudyn_flexlink.engines.lagrangian.faces import touches
-from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, take_wall_slopes
+from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, any_is, take_wall_slopes
 
 FloatArray = NDArray[np.float64]
 
@@ -28,18 +28,30 @@ def slopes(
 
     Contacts and walls give way and damp as `pressing` says, see `pressing_at`.
     """
-    course, c = equations
-    first = int(course.drive[0])
-    q, v, root, _ = coordinates_at(at, equations)
-    springs, dampers = -c.stiffness, -c.damping
-    contacts = len(course.acting)
-    if np.any(pressing[:contacts]):
-        _add_contacts((q, v, root), pressing[:contacts], equations, (springs, dampers))
-    if np.any(pressing[contacts:]):
-        add_wall_slopes((q, v, root), pressing[contacts:], chain_of(c), (springs, dampers))
-    mass = mass_matrix(q, root, c)
+    mode, c = equations
+    first = int(mode.drive[0])
+    q, v, point, _ = coordinates_at(at, equations)
+    count, contacts = len(q), len(mode.acting)
+    springs, dampers = np.empty((count, count)), np.empty((count, count))
+    for i in range(count):
+        for j in range(count):
+            springs[i, j], dampers[i, j] = -c.stiffness[i, j], -c.damping[i, j]
+    if presses(pressing[:contacts]):
+        _add_contacts((q, v, point), pressing[:contacts], equations, (springs, dampers))
+    if presses(pressing[contacts:]):
+        add_wall_slopes((q, v, point), pressing[contacts:], chain_of(c), (springs, dampers))
+    mass = mass_matrix(q, point, c)
     factorise(mass, first)
     return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
+
+
+@inner
+def presses(pressing: FloatArray) -> bool:
+    """Tell whether any of some contacts presses, by what `pressing_at` found of them."""
+    for k in range(len(pressing)):
+        if pressing[k, 0] != 0.0 or pressing[k, 1] != 0.0 or pressing[k, 2] != 0.0:
+            return True
+    return False
 
 
 @inner
@@ -49,20 +61,20 @@ def pressing_at(at: Instant, equations: Equations) -> FloatArray:
     (c + pairs, 3), contacts first, then pairs of link and guide. All are positive, in N/m, N s/m
     and N s/m; zero while a contact does not press.
     """
-    course, c = equations
-    contacts = len(course.acting)
-    found = np.zeros((contacts + len(course.touching), 3))
-    struck, walled = np.any(course.acting == PENALTY), np.any(course.touching)
+    mode, c = equations
+    contacts = len(mode.acting)
+    found = np.zeros((contacts + len(mode.touching), 3))
+    struck, walled = any_is(mode.acting, PENALTY), any_is(mode.touching, 1)
     if not struck and not walled:
         return found
-    q, v, root, _ = coordinates_at(at, equations)
+    q, v, point, _ = coordinates_at(at, equations)
     if walled:
-        take_wall_slopes((q, v, root), course.touching, chain_of(c), found[contacts:])
+        take_wall_slopes((q, v, point), mode.touching, chain_of(c), found[contacts:])
     if not struck:
         return found
-    states, _, _ = touches(q, v, root, c)
-    for k in range(len(course.acting)):
-        if course.acting[k] != PENALTY:
+    states, _, _ = touches(q, v, point, c)
+    for k in range(len(mode.acting)):
+        if mode.acting[k] != PENALTY:
             continue
         face, depth = c.faces[k], max(-states[k, 0], 0.0)
         e2, rising = face[8] * face[8], np.tanh(-states[k, 2] / face[9])
@@ -93,31 +105,31 @@ def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatAr
     return found
 
 
-@inner
+@inlined
 def accelerated_by(
-    forces: FloatArray, q: FloatArray, root: Root, equations: Equations
+    forces: FloatArray, q: FloatArray, point: TrackPoint, equations: Equations
 ) -> FloatArray:
     """Return M^-1 times generalised forces (N,), of the free coordinates (f,)."""
-    course, c = equations
-    first = int(course.drive[0])
-    mass = mass_matrix(q, root, c)
+    mode, c = equations
+    first = int(mode.drive[0])
+    mass = mass_matrix(q, point, c)
     factorise(mass, first)
     found: FloatArray = forces.copy()
     substitute(mass, first, found)
     return found[first:]
 
 
-@inner
+@inlined
 def _add_contacts(
-    state: tuple[FloatArray, FloatArray, Root],
+    state: tuple[FloatArray, FloatArray, TrackPoint],
     pressing: FloatArray,
     equations: Equations,
     into: tuple[FloatArray, FloatArray],
 ) -> None:
     """Add what penalty forces and friction give, along their present directions."""
-    q, v, root = state
+    q, v, point = state
     springs, dampers = into
-    _, gradients, slides = touches(q, v, root, equations.c)
+    _, gradients, slides = touches(q, v, point, equations.c)
     for k in range(len(pressing)):
         spring, damper, drag = pressing[k, 0], pressing[k, 1], pressing[k, 2]
         for i in range(len(q)):

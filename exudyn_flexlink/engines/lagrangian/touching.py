@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.constants import Root
+from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
 from exudyn_flexlink.engines.lagrangian.wall_events import (
     EXACT,
     NONE,
     calm,
     first_changed,
-    wall_guards,
+    wall_event_functions,
 )
 from exudyn_flexlink.engines.lagrangian.walls import (
     Chain,
@@ -33,7 +33,7 @@ from exudyn_flexlink.mechanism import Channel, approach, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory
 
 FloatArray = NDArray[np.float64]
-At = tuple[FloatArray, FloatArray, Root]  # coordinates, speeds, and P
+At = tuple[FloatArray, FloatArray, TrackPoint]  # coordinates, speeds, and P
 Poses = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 PARTS = 32  # of a step: where the largest force is looked for
 
@@ -102,19 +102,19 @@ class Walls:
         self.time = 0.0
         self._seen: FloatArray | None = None
 
-    def start(self, q: FloatArray, v: FloatArray, root: Root) -> None:
+    def start(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
         """Take in which pairs touch at time 0."""
-        self._change_all(0.0, (q, v, root))
+        self._change_all(0.0, (q, v, point))
 
-    def guards(self, q: FloatArray, v: FloatArray, root: Root) -> list[float]:
+    def event_functions(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> list[float]:
         """Values at whose fall below zero a pair begins or ceases to touch, m."""
-        seen = look(q, v, root, self.chain).pairs
-        found: list[float] = wall_guards(seen, self.touching, self._two_sided).tolist()
+        seen = look(q, v, point, self.chain).pairs
+        found: list[float] = wall_event_functions(seen, self.touching, self._two_sided).tolist()
         return found
 
-    def quiet(self, done: float, q: FloatArray, v: FloatArray, root: Root) -> bool:
+    def quiet(self, done: float, q: FloatArray, v: FloatArray, point: TrackPoint) -> bool:
         """Tell whether no pair can have changed in the last step, of length `done` (s)."""
-        before, self._seen = self._seen, look(q, v, root, self.chain).pairs
+        before, self._seen = self._seen, look(q, v, point, self.chain).pairs
         if before is None:
             return False
         return bool(calm(before, self._seen, self.touching, self._two_sided, done))
@@ -123,10 +123,10 @@ class Walls:
         """What was seen last is no end of a step any more."""
         self._seen = None
 
-    def change(self, t: float, k: int, q: FloatArray, v: FloatArray, root: Root) -> None:
+    def change(self, t: float, k: int, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
         """Pair k begins to touch, or ceases to; likewise whichever do at the same time."""
-        self._change(t, k, (q, v, root))
-        self._change_all(t, (q, v, root))
+        self._change(t, k, (q, v, point))
+        self._change_all(t, (q, v, point))
 
     def _change_all(self, t: float, at: At) -> None:
         seen = look(*at, self.chain).pairs
@@ -138,8 +138,8 @@ class Walls:
 
     def _change(self, t: float, k: int, at: At) -> None:
         self.touching[k] = 1 - self.touching[k]
-        q, v, root = at
-        poses, rates = self.poses(q[None], v[None], np.array([root]))
+        q, v, point = at
+        poses, rates = self.poses(q[None], v[None], np.array([point]))
         seen = approach(self._faces[k], poses[0], rates[0])
         place, rate = float(seen.place), float(seen.gap_rate)
         if self.touching[k]:
@@ -183,9 +183,9 @@ class Walls:
             self.deepest = max(self.deepest, touch.depth)
             touch.peak = max(touch.peak, float(self.channel.law.force(depths, rates).max()))
 
-    def pressed_at(self, q: FloatArray, v: FloatArray, root: Root) -> float:
+    def pressed_at(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> float:
         """Sum of the squares of how deep the pairs are that touch, m^2."""
-        return float(depths_squared(q, v, root, self.touching, self.chain))
+        return float(depths_squared(q, v, point, self.touching, self.chain))
 
     def stored(self, pressed: FloatArray) -> FloatArray:
         """Energy in all pairs, J, by the sums of their squared depths, m^2."""

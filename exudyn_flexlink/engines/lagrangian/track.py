@@ -1,6 +1,6 @@
 """The track of P, piece by piece: on which piece P is, which comes next, and which lap begins.
 
-Places on a piece are computed in `rail`.
+Places on a piece are computed in `track_point`.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 from math import nan
 
 from exudyn_flexlink.curves import Curve, lap_number, pieces_of_laps
-from exudyn_flexlink.engines.lagrangian.rail import (
+from exudyn_flexlink.engines.lagrangian.track_point import (
     FINE,
     MISSES,
     TOUCHES,
     FloatArray,
-    Root,
+    TrackPoint,
     crossing,
     packed_piece,
     place_on,
@@ -45,9 +45,9 @@ class Track:
         self._winding = self._lap
         self._pieces = [packed_piece(piece) for piece in curve.pieces]
         self._angle = nan
-        self._root: Root = (0.0,) * 6
+        self._point: TrackPoint = (0.0,) * 6
 
-    def root(self, theta: float) -> Root:
+    def crossing(self, theta: float) -> TrackPoint:
         """Components of gamma, gamma', gamma'' at the guide's angle; that asked last is kept.
 
         Raises:
@@ -55,23 +55,23 @@ class Track:
 
         """
         if theta != self._angle:
-            self._root, self._angle = self._cross(theta), theta
-        return self._root
+            self._point, self._angle = self._cross(theta), theta
+        return self._point
 
-    def _cross(self, theta: float) -> Root:
-        self.u, root, ended = crossing(self.numbers, self.centre, theta, self._home)
+    def _cross(self, theta: float) -> TrackPoint:
+        self.u, point, ended = crossing(self.numbers, self.centre, theta, self._home)
         if ended != FINE:
             raise DeadCentreError(TROUBLES[ended])
-        return root
+        return point
 
-    def at(self, u: float) -> Root:
+    def at(self, u: float) -> TrackPoint:
         """Components of gamma, gamma', gamma'' by the current piece's parameter, at its value u."""
         self.u = u
         return place_on(self.numbers, u)
 
     @property
     def numbers(self) -> FloatArray:
-        """The current piece, packed as in `rail`."""
+        """The current piece, packed as in `track_point`."""
         return self._pieces[self.piece]
 
     def at_rest(self, u: float) -> None:

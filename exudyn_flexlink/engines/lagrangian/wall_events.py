@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
-from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.equations import chain_of
+from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
+from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.walls import (
     GAP,
     GAP_RATE,
@@ -24,7 +25,6 @@ from exudyn_flexlink.engines.lagrangian.walls import (
     SLIP,
     look,
 )
-from exudyn_flexlink.engines.lagrangian.watch import interpolate
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -97,7 +97,7 @@ def calm(
 
 
 @compiled
-def wall_guards(pairs: FloatArray, touching: IntArray, two_sided: bool) -> FloatArray:
+def wall_event_functions(pairs: FloatArray, touching: IntArray, two_sided: bool) -> FloatArray:
     """Values (pairs,) at whose fall below zero a pair begins or ceases to touch, m."""
     values = np.empty(len(touching))
     for k in range(len(touching)):
@@ -113,14 +113,14 @@ def _pairs_within(sigma: float, step: Step, equations: Equations) -> FloatArray:
     y = np.empty(len(begin.y))
     interpolate(sigma, begin.y, changes, powers, y)
     at = Instant(begin.t + sigma * h, y, begin.near)
-    q, v, root, _ = coordinates_at(at, equations)
-    return look(q, v, root, chain_of(equations.c)).pairs
+    q, v, point, _ = coordinates_at(at, equations)
+    return look(q, v, point, chain_of(equations.c)).pairs
 
 
 @inner
 def first_change(step: Step, equations: Equations) -> tuple[float, int]:
     """Find the first change in a step: its part of the step, and the pair or `NONE`."""
-    touching, two_sided = equations.course.touching, equations.c.channel[5] == 0.0
+    touching, two_sided = equations.mode.touching, equations.c.channel[5] == 0.0
     before = _pairs_within(0.0, step, equations)
     after = _pairs_within(1.0, step, equations)
     if calm(before, after, touching, two_sided, step.h):
@@ -147,7 +147,7 @@ def first_change(step: Step, equations: Equations) -> tuple[float, int]:
     return high, found
 
 
-@inner
+@inlined
 def _grazed(
     between: tuple[float, float],
     looks: tuple[FloatArray, FloatArray],
@@ -158,7 +158,7 @@ def _grazed(
 
     Else return `NONE` and the later look.
     """
-    touching = equations.course.touching
+    touching = equations.mode.touching
     before, after = looks
     for k in range(len(touching)):
         closed = before[k, GAP_RATE] < 0.0 < after[k, GAP_RATE]
@@ -177,7 +177,7 @@ def _grazed(
     return NONE, between[1]
 
 
-@inner
+@inlined
 def nearby(pair: int, step: Step, equations: Equations) -> tuple[float, int]:
     """Find the event of a pair that is about the end of a step, as does `first_change`.
 

@@ -24,11 +24,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Root = tuple[float, float, float, float, float, float]
+TrackPoint = tuple[float, float, float, float, float, float]
 Chain = tuple[FloatArray, float, FloatArray, FloatArray]
 
 # Columns of a pair: gap, its rate, way inside the face from its nearer end, its rate, slip (m, m/s)
@@ -53,15 +53,17 @@ def pair_count(chain: Chain) -> int:
     return (3 * len(chain[0]) + 1) * (2 if chain[3][5] > 0.0 else 1)
 
 
-@inner
-def _nodes(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> tuple[FloatArray, FloatArray]:
+@inlined
+def _nodes(
+    q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain
+) -> tuple[FloatArray, FloatArray]:
     """Nodes and axes of `Looked`."""
     rods, p, lengths, walls = chain
     n, moved = len(rods), v[int(p)]
     nodes, axes = np.empty((n + 1, 4)), np.empty((n + 1, 2))
     axes[0, 0], axes[0, 1] = np.cos(q[0]), np.sin(q[0])
-    nodes[0, 0], nodes[0, 1] = root[0] - walls[0], root[1] - walls[1]
-    nodes[0, 2], nodes[0, 3] = root[2] * moved, root[3] * moved
+    nodes[0, 0], nodes[0, 1] = point[0] - walls[0], point[1] - walls[1]
+    nodes[0, 2], nodes[0, 3] = point[2] * moved, point[3] * moved
     for i in range(n):
         j = int(rods[i])
         c, s = np.cos(q[j]), np.sin(q[j])
@@ -72,7 +74,7 @@ def _nodes(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> tuple[Floa
     return nodes, axes
 
 
-@inner
+@inlined
 def _fill(  # noqa: PLR0913, PLR0917 - a tuple more to take apart costs more than the rest
     pair: FloatArray, gap: float, rate: float, place: float, slip: float, length: float
 ) -> None:
@@ -82,12 +84,12 @@ def _fill(  # noqa: PLR0913, PLR0917 - a tuple more to take apart costs more tha
 
 
 @compiled
-def look(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> Looked:
+def look(q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain) -> Looked:
     """All pairs at coordinates and speeds (N,)."""
     rods, _, lengths, walls = chain
     n, clearance = len(rods), walls[5]
     ways = 2 if clearance > 0.0 else 1
-    nodes, axes = _nodes(q, v, root, chain)
+    nodes, axes = _nodes(q, v, point, chain)
     pairs, sides = np.empty((ways * (3 * n + 1), 5)), np.empty(ways * (3 * n + 1))
     c, s, omega = axes[0, 0], axes[0, 1], v[0]
     k = 0
@@ -125,7 +127,7 @@ def look(q: FloatArray, v: FloatArray, root: Root, chain: Chain) -> Looked:
 
 @inner
 def fill_rows(
-    k: int, looked: Looked, root: Root, chain: Chain, rows: FloatArray
+    k: int, looked: Looked, point: TrackPoint, chain: Chain, rows: FloatArray
 ) -> tuple[float, float, float, float]:
     """Fill in the gradients (2, N) of pair k's gap and place.
 
@@ -159,9 +161,18 @@ def fill_rows(
         x, y = -lengths[h] * axes[h + 1, 1], lengths[h] * axes[h + 1, 0]
         rows[0, j] += nx * x + ny * y
         rows[1, j] += tx * x + ty * y
-    rows[0, int(p)] += nx * root[2] + ny * root[3]
-    rows[1, int(p)] += tx * root[2] + ty * root[3]
+    rows[0, int(p)] += nx * point[2] + ny * point[3]
+    rows[1, int(p)] += tx * point[2] + ty * point[3]
     return nx, ny, tx, ty
+
+
+@inner
+def any_is(numbers: IntArray, value: int) -> bool:
+    """Tell whether a value is among numbers."""
+    found = False
+    for k in range(len(numbers)):
+        found = found or numbers[k] == value
+    return found
 
 
 @inner
@@ -173,15 +184,15 @@ def pressing(pair: FloatArray, walls: FloatArray) -> tuple[float, float]:
     return force, -walls[9] * force * np.tanh(pair[SLIP] / walls[10])
 
 
-@compiled
+@inlined
 def add_wall_forces(
-    state: tuple[FloatArray, FloatArray, Root],
+    state: tuple[FloatArray, FloatArray, TrackPoint],
     touching: IntArray,
     chain: Chain,
     right: FloatArray,
 ) -> float:
     """Add the walls' forces to the generalised forces (N,); return the power they take, W."""
-    if not np.any(touching):
+    if not any_is(touching, 1):
         return 0.0
     looked = look(state[0], state[1], state[2], chain)
     rows = np.empty((2, len(right)))
@@ -198,9 +209,9 @@ def add_wall_forces(
     return power
 
 
-@inner
+@inlined
 def take_wall_slopes(
-    state: tuple[FloatArray, FloatArray, Root],
+    state: tuple[FloatArray, FloatArray, TrackPoint],
     touching: IntArray,
     chain: Chain,
     found: FloatArray,
@@ -219,9 +230,9 @@ def take_wall_slopes(
         found[k, 2] = walls[9] * depth * found[k, 0] * (1.0 - slip * slip) / walls[10]
 
 
-@inner
+@inlined
 def add_wall_slopes(
-    state: tuple[FloatArray, FloatArray, Root],
+    state: tuple[FloatArray, FloatArray, TrackPoint],
     slopes: FloatArray,
     chain: Chain,
     into: tuple[FloatArray, FloatArray],
@@ -249,18 +260,18 @@ def add_wall_slopes(
 
 @compiled
 def wall_forces(
-    q: FloatArray, v: FloatArray, root: Root, chain: Chain
+    q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain
 ) -> tuple[FloatArray, FloatArray]:
     """Force and friction of all pairs (pairs, 2), N, and their sum on the link (2,), global axes.
 
     Those press that are in touch by their places alone.
     """
-    looked = look(q, v, root, chain)
+    looked = look(q, v, point, chain)
     forces, total = np.zeros((len(looked.pairs), 2)), np.zeros(2)
     rows = np.empty((2, len(q)))
     for k in range(len(forces)):
         if looked.pairs[k, GAP] < 0.0 <= looked.pairs[k, INSIDE]:
-            nx, ny, tx, ty = fill_rows(k, looked, root, chain, rows)
+            nx, ny, tx, ty = fill_rows(k, looked, point, chain, rows)
             press, rub = pressing(looked.pairs[k], chain[3])
             forces[k, PRESS], forces[k, RUB] = press, rub
             total[0] += press * nx + rub * tx
@@ -270,7 +281,7 @@ def wall_forces(
 
 @compiled
 def wall_work(
-    q: FloatArray, v: FloatArray, roots: FloatArray, touching: IntArray, chain: Chain
+    q: FloatArray, v: FloatArray, points: FloatArray, touching: IntArray, chain: Chain
 ) -> FloatArray:
     """Pressing forces, powers that pairs take, and depths (m, pairs, 3) of a motion (m, ..).
 
@@ -278,7 +289,7 @@ def wall_work(
     """
     found = np.zeros((len(q), len(touching), 3))
     for i in range(len(q)):
-        r = roots[i]
+        r = points[i]
         pairs = look(q[i], v[i], (r[0], r[1], r[2], r[3], r[4], r[5]), chain).pairs
         for k in range(len(touching)):
             if touching[k] != 0:
@@ -291,10 +302,10 @@ def wall_work(
 
 @compiled
 def depths_squared(
-    q: FloatArray, v: FloatArray, root: Root, touching: IntArray, chain: Chain
+    q: FloatArray, v: FloatArray, point: TrackPoint, touching: IntArray, chain: Chain
 ) -> float:
     """Sum of the squares of how deep the pairs are that touch, m^2: of the energy they store."""
-    pairs, total = look(q, v, root, chain).pairs, 0.0
+    pairs, total = look(q, v, point, chain).pairs, 0.0
     for k in range(len(touching)):
         if touching[k] != 0:
             total += pairs[k, GAP] * pairs[k, GAP]

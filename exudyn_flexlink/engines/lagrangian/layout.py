@@ -35,7 +35,7 @@ class Layout:
     """Which parts are guide, link (its rods in order) and levers, and what drives the guide.
 
     With `play` between link and guide rod 1 has an angle of its own, and so has P a place on its
-    track, the last coordinate: `root`. Without, the guide's angle determines both.
+    track, the last coordinate: `track_coordinate`. Without, the guide's angle determines both.
     """
 
     guide: Pivot
@@ -45,7 +45,7 @@ class Layout:
     play: bool
 
     @property
-    def root(self) -> int:
+    def track_coordinate(self) -> int:
         """Coordinate that determines where P is."""
         return 1 + len(self.rods) + len(self.levers) if self.play else 0
 
@@ -66,7 +66,7 @@ class Layout:
         return first + len(self.rods) + [lever.part for lever in self.levers].index(part)
 
 
-def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
+def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     """Find guide, link and levers.
 
     Raises:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inner
-from exudyn_flexlink.engines.lagrangian.course import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.compiled import inlined
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
+from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.radau import Work
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
 from exudyn_flexlink.integrate.collocation import Collocation as Method
@@ -20,8 +20,8 @@ PLACES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 PLACES, WEIGHTS = (PLACES + 1) / 2, WEIGHTS / 2  # of Gauss's rule within a step
 
 
-@inner
-def leaps(
+@inlined
+def force_jumps(
     at: Instant, h: float, pressing: FloatArray, equations: Equations, means: tuple[Method, Work]
 ) -> tuple[FloatArray, FloatArray]:
     """How contacts press where they do it least (c, 3), and errors (f,) of the free speeds.
@@ -32,39 +32,48 @@ def leaps(
     forces do between the stages counts, too: the embedded formula does not see it.
     """
     method, work = means
-    least, most = pressing.copy(), pressing.copy()
+    least, hardest = pressing.copy(), pressing[:, 1].copy()
     for i in range(len(work.states)):
         stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
         found = pressing_at(stage, equations)
-        least[:] = np.minimum(least, found)
-        most[:] = np.maximum(most, found)
-    if np.all(least[:, 1] > STEADY * most[:, 1]):  # where all are zero, a leap may lie in between
+        for k in range(len(least)):
+            hardest[k] = max(hardest[k], found[k, 1])
+            for m in range(3):
+                least[k, m] = min(least[k, m], found[k, m])
+    steady = True  # where no contact damps, a leap may lie in between
+    for k in range(len(least)):
+        steady = steady and least[k, 1] > STEADY * hardest[k]
+    if steady:
         return least, np.zeros(work.speeds.shape[1])
     return least, _missed(at, h, equations, method, work)
 
 
-@inner
+@inlined
 def _missed(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> FloatArray:
     """Errors of the free speeds: impulses along the step's polynomial less those by the stages."""
-    course, c = equations
+    mode, c = equations
     stages = len(work.states)
-    rows = np.empty((stages + 1, len(course.acting), 2))  # gaps and their rates
-    q, v, root, _ = coordinates_at(at, equations)
-    first, gradients, _ = touches(q, v, root, c)
-    rows[0, :, 0], rows[0, :, 1] = first[:, 0], first[:, 2]
+    rows = np.empty((stages + 1, len(mode.acting), 2))  # gaps and their rates
+    q, v, point, _ = coordinates_at(at, equations)
+    first, gradients, _ = touches(q, v, point, c)
+    for k in range(len(first)):
+        rows[0, k, 0], rows[0, k, 1] = first[k, 0], first[k, 2]
     for i in range(stages):
         stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
-        q1, v1, root1, _ = coordinates_at(stage, equations)
-        later, _, _ = touches(q1, v1, root1, c)
-        rows[i + 1, :, 0], rows[i + 1, :, 1] = later[:, 0], later[:, 2]
+        q1, v1, point1, _ = coordinates_at(stage, equations)
+        later, _, _ = touches(q1, v1, point1, c)
+        for k in range(len(later)):
+            rows[i + 1, k, 0], rows[i + 1, k, 1] = later[k, 0], later[k, 2]
     impulses = np.zeros(len(q))
-    for k in range(len(course.acting)):
-        if course.acting[k] == PENALTY:
-            impulses += gradients[k] * _impulse(h, rows[:, k], c.faces[k], method)
-    return accelerated_by(impulses, q, root, equations)
+    for k in range(len(mode.acting)):
+        if mode.acting[k] == PENALTY:
+            impulse = _impulse(h, rows[:, k], c.faces[k], method)
+            for j in range(len(q)):
+                impulses[j] += gradients[k, j] * impulse
+    return accelerated_by(impulses, q, point, equations)
 
 
-@inner
+@inlined
 def _impulse(h: float, rows: FloatArray, face: FloatArray, method: Method) -> float:
     """By how much a contact's impulse along the polynomial differs from that by the stages, N s.
 

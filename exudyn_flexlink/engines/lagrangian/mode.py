@@ -1,4 +1,4 @@
-"""What holds between two events: everything the equations of motion need to be integrated."""
+"""The mode of the hybrid system: all that the equations of motion between two events need."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, Root
+from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
-from exudyn_flexlink.engines.lagrangian.rail import FINE, crossing, place_on
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
 
 FloatArray = NDArray[np.float64]
 
 
-class Course(NamedTuple):
+class Mode(NamedTuple):
     """Equations between two events, in arrays alone, for machine code."""
 
     data: FloatArray  # constants of the equations, packed
-    piece: FloatArray  # of the track, packed as in `rail`
+    piece: FloatArray  # of the track, packed as in `track_point`
     centre: FloatArray  # (2,): the guide's pivot
     drive: FloatArray  # (6,): driven (0 or 1), value, duration, way, first angle; P is a coordinate
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
@@ -29,9 +29,9 @@ class Course(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """A course with its constants unpacked."""
+    """A mode with its constants unpacked."""
 
-    course: Course
+    mode: Mode
     c: Constants
 
 
@@ -44,14 +44,14 @@ class Instant(NamedTuple):
 
 
 def drive_numbers(ramp: Ramp | None, way: float, angle: float, play: bool) -> FloatArray:
-    """`Course.drive` of a speed drive, or of none."""
+    """`Mode.drive` of a speed drive, or of none."""
     if ramp is None:
         return np.array([0.0, 0.0, 0.0, way, angle, play])
     return np.array([1.0, ramp.value, ramp.duration, way, angle, play])
 
 
 def motor_numbers(motors: list[tuple[Ramp, FloatArray]], count: int) -> FloatArray:
-    """`Course.motors` of torque motors and the rows (N,) of their torques."""
+    """`Mode.motors` of torque motors and the rows (N,) of their torques."""
     rows = [[ramp.value, ramp.duration, *row] for ramp, row in motors]
     return np.array(rows, dtype=float).reshape(-1, 2 + count)
 
@@ -68,9 +68,9 @@ def _ramp(t: float, value: float, duration: float) -> tuple[float, float, float]
 
 
 @inner
-def guide_at(t: float, y: FloatArray, free: int, course: Course) -> tuple[float, float, float]:
+def guide_at(t: float, y: FloatArray, free: int, mode: Mode) -> tuple[float, float, float]:
     """Angle, speed and prescribed acceleration of the guide."""
-    drive = course.drive
+    drive = mode.drive
     if drive[0] == 0.0:
         return y[0], y[free], 0.0
     turned, speed, rate = _ramp(t, drive[1], drive[2])
@@ -78,25 +78,25 @@ def guide_at(t: float, y: FloatArray, free: int, course: Course) -> tuple[float,
 
 
 @inner
-def torques_at(t: float, count: int, course: Course) -> FloatArray:
+def torques_at(t: float, count: int, mode: Mode) -> FloatArray:
     """Generalised forces (N,) of the torque motors."""
     torques = np.zeros(count)
-    for i in range(len(course.motors)):
-        now = _ramp(t, course.motors[i, 0], course.motors[i, 1])[1]
+    for i in range(len(mode.motors)):
+        now = _ramp(t, mode.motors[i, 0], mode.motors[i, 1])[1]
         for j in range(count):
-            torques[j] += now * course.motors[i, 2 + j]
+            torques[j] += now * mode.motors[i, 2 + j]
     return torques
 
 
 @inner
-def root_at(
-    theta: float, y: FloatArray, free: int, near: float, course: Course
-) -> tuple[float, Root, int]:
-    """Find P from near its last place: its place on the piece, its `root`, how the search ended."""
-    if course.drive[5] != 0.0:
+def track_point_at(
+    theta: float, y: FloatArray, free: int, near: float, mode: Mode
+) -> tuple[float, TrackPoint, int]:
+    """Find P from near its last place: place on the piece, track point, how the search ended."""
+    if mode.drive[5] != 0.0:
         u = y[free - 1]
-        return u, place_on(course.piece, u), FINE
-    return crossing(course.piece, (course.centre[0], course.centre[1]), theta, near)
+        return u, place_on(mode.piece, u), FINE
+    return crossing(mode.piece, (mode.centre[0], mode.centre[1]), theta, near)
 
 
 @inner
@@ -105,30 +105,32 @@ def rate_at(
 ) -> tuple[float, int]:
     """Fill in dy/dt, and P and its velocity (4,); return P's place, how the search for it ended."""
     t, y, near = at
-    course, c = equations
+    mode, c = equations
     count = len(c.inertias)
-    free = count - int(course.drive[0])
-    guide = guide_at(t, y, free, course)
-    u, root, ended = root_at(guide[0], y, free, near, course)
-    holding = (course.acting, course.touching)
-    fill_rate(y, (guide, root, torques_at(t, count, course), holding), c, rate)
-    moved = guide[1] if course.drive[5] == 0.0 else y[2 * free - 1]
-    way[0], way[1], way[2], way[3] = root[0], root[1], root[2] * moved, root[3] * moved
+    free = count - int(mode.drive[0])
+    guide = guide_at(t, y, free, mode)
+    u, point, ended = track_point_at(guide[0], y, free, near, mode)
+    holding = (mode.acting, mode.touching)
+    fill_rate(y, (guide, point, torques_at(t, count, mode), holding), c, rate)
+    moved = guide[1] if mode.drive[5] == 0.0 else y[2 * free - 1]
+    way[0], way[1], way[2], way[3] = point[0], point[1], point[2] * moved, point[3] * moved
     return u, ended
 
 
 @inner
-def coordinates_at(at: Instant, equations: Equations) -> tuple[FloatArray, FloatArray, Root, float]:
+def coordinates_at(
+    at: Instant, equations: Equations
+) -> tuple[FloatArray, FloatArray, TrackPoint, float]:
     """All coordinates and speeds (N,), P, and its place on the piece."""
     t, y, near = at
-    course, c = equations
+    mode, c = equations
     count = len(c.inertias)
-    first = int(course.drive[0])
+    first = int(mode.drive[0])
     free = count - first
-    guide = guide_at(t, y, free, course)
+    guide = guide_at(t, y, free, mode)
     q, v = np.empty(count), np.empty(count)
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
-    u, root, _ = root_at(guide[0], y, free, near, course)
-    return q, v, root, u
+    u, point, _ = track_point_at(guide[0], y, free, near, mode)
+    return q, v, point, u

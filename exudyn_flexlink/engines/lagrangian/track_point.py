@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.curves import Arc, Curve, LineSegment, Spline, SplinePiece
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 
 FloatArray = NDArray[np.float64]
-Root = tuple[float, float, float, float, float, float]
+TrackPoint = tuple[float, float, float, float, float, float]
 
 ARC, LINE, SPLINE = 0.0, 1.0, 2.0
 START, END = 1, 2  # of the parameter, in a packed piece
@@ -67,7 +67,7 @@ def _span(piece: FloatArray, u: float) -> int:
 
 
 @compiled
-def place_on(piece: FloatArray, u: float) -> Root:
+def place_on(piece: FloatArray, u: float) -> TrackPoint:
     """Return x, y, dx/du, dy/du, d2x/du2, d2y/du2 at u, also beyond the piece's ends."""
     if piece[0] == ARC:
         c, s = np.cos(u), np.sin(u)
@@ -93,7 +93,7 @@ def place_on(piece: FloatArray, u: float) -> Root:
     )
 
 
-@inner
+@inlined
 def _bend_at_knots(piece: FloatArray, axis: tuple[float, float], u: float, v: float) -> float:
     """Largest |e x gamma_uu| at the knots between two places on a spline, e = axis."""
     low, high = min(u, v), max(u, v)
@@ -119,7 +119,7 @@ def _bend_at_knots(piece: FloatArray, axis: tuple[float, float], u: float, v: fl
 @inner
 def _newton(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
-) -> tuple[float, Root, int]:
+) -> tuple[float, TrackPoint, int]:
     """Where the guide's axis crosses the piece, by Newton's method to rounding from `near`.
 
     Return u, place and derivatives there, and how the search ended: FAR where it is not sure to
@@ -165,10 +165,10 @@ def _newton(
     return u, (x, y, dx, dy, ddx, ddy), ended
 
 
-@inner
+@inlined
 def _walk(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
-) -> tuple[float, Root, int]:
+) -> tuple[float, TrackPoint, int]:
     """As `_newton`, on the way from the angle at which the axis passes through `near`.
 
     That angle is less than a right one away; parts of the way are as long as is sure.
@@ -196,7 +196,7 @@ def _walk(
 @compiled
 def crossing(
     piece: FloatArray, centre: tuple[float, float], theta: float, near: float
-) -> tuple[float, Root, int]:
+) -> tuple[float, TrackPoint, int]:
     """Where the guide's axis crosses the piece, followed from the place `near` as the guide turns.
 
     Return u, the components of gamma, gamma', gamma'' by theta, and how the search ended. Of
@@ -215,7 +215,7 @@ def crossing(
     first = r / slope
     second = (2 * (c * dx + s * dy) * first - (c * ddy - s * ddx) * first * first) / slope
     square = first * first
-    root = (
+    point = (
         x,
         y,
         dx * first,
@@ -223,4 +223,4 @@ def crossing(
         ddx * square + dx * second,
         ddy * square + dy * second,
     )
-    return u, root, ended
+    return u, point, ended

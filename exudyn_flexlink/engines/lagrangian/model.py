@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.curves import evaluator
 from exudyn_flexlink.engines.lagrangian.constants import Constants, packed
-from exudyn_flexlink.engines.lagrangian.recognition import (
+from exudyn_flexlink.engines.lagrangian.layout import (
     Layout,
     Pivot,
     face_angle,
     face_offsets,
-    recognise,
+    layout_of,
 )
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Assembly, FaceContact, Mechanism
@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Rig:
+class Model:
     """The mechanism, its parts' roles, the constants of its equations."""
 
     assembly: Assembly
@@ -53,9 +53,9 @@ class Rig:
             q[k], v[k] = state.q[part, 2], state.v[part, 2]
         if layout.play:
             curve = self.mechanism.slots[0].curve
-            piece, q[layout.root] = curve.locate(float(state.places[0]))
-            tangent = np.array(evaluator(curve.pieces[piece])(q[layout.root])[2:4])
-            v[layout.root] = state.v[layout.rods[0], :2] @ tangent / (tangent @ tangent)
+            piece, q[layout.track_coordinate] = curve.locate(float(state.places[0]))
+            tangent = np.array(evaluator(curve.pieces[piece])(q[layout.track_coordinate])[2:4])
+            v[layout.track_coordinate] = state.v[layout.rods[0], :2] @ tangent / (tangent @ tangent)
         return q, v
 
     @cached_property
@@ -64,11 +64,11 @@ class Rig:
         return packed(self.constants)
 
     def poses(
-        self, q: FloatArray, v: FloatArray, roots: FloatArray
+        self, q: FloatArray, v: FloatArray, points: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (samples, parts, 3) of all parts.
 
-        `q`, `v` are (samples, coordinates), `roots` (samples, 6) as in `equations`.
+        `q`, `v` are (samples, coordinates), `points` (samples, 6) as in `equations`.
         """
         shape = (len(q), len(self.mechanism.parts), 3)
         poses, rates = np.zeros(shape), np.zeros(shape)
@@ -81,9 +81,9 @@ class Rig:
         rods, own = list(layout.rods), [layout.coordinate(part) for part in layout.rods]
         poses[:, rods, 2], rates[:, rods, 2] = q[:, own], v[:, own]
         x, y = self.lengths * np.cos(q[:, own]), self.lengths * np.sin(q[:, own])
-        going = roots[:, 2:4] * v[:, layout.root, None]
+        going = points[:, 2:4] * v[:, layout.track_coordinate, None]
         for axis, arm, speed in ((0, x, -v[:, own] * y), (1, y, v[:, own] * x)):
-            poses[:, rods, axis] = roots[:, axis, None] + np.cumsum(arm, axis=1) - arm
+            poses[:, rods, axis] = points[:, axis, None] + np.cumsum(arm, axis=1) - arm
             rates[:, rods, axis] = going[:, axis, None] + np.cumsum(speed, axis=1) - speed
         return poses, rates
 
@@ -97,7 +97,7 @@ def _turned(
     return arm, rate[:, None] * np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
 
 
-def build_rig(scene: Scene, assembly: Assembly) -> Rig:
+def build_model(scene: Scene, assembly: Assembly) -> Model:
     """Recognise the scene and compute the constants of its equations.
 
     Raises:
@@ -105,7 +105,7 @@ def build_rig(scene: Scene, assembly: Assembly) -> Rig:
 
     """
     mechanism = assembly.mechanism
-    layout = recognise(scene, mechanism)
+    layout = layout_of(scene, mechanism)
     masses = np.array([mechanism.parts[part].mass for part in layout.rods])
     lengths = _rod_lengths(mechanism, layout)
     arms = np.tri(len(masses), k=-1) * lengths
@@ -126,11 +126,11 @@ def build_rig(scene: Scene, assembly: Assembly) -> Rig:
             -1, len(masses)
         ),
         rods=np.array([layout.coordinate(part) for part in layout.rods], dtype=float),
-        root=float(layout.root),
+        track_coordinate=float(layout.track_coordinate),
         lengths=lengths,
         channel=_channel(mechanism, layout),
     )
-    return Rig(assembly, layout, constants, lengths)
+    return Model(assembly, layout, constants, lengths)
 
 
 def _rod_lengths(mechanism: Mechanism, layout: Layout) -> FloatArray:

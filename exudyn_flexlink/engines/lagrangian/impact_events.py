@@ -1,0 +1,93 @@
+"""What an impact by impulse changes: of the contact that is hit, and of those that last."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.contacts import Side
+from exudyn_flexlink.engines.lagrangian.equations import mass_matrix
+from exudyn_flexlink.engines.lagrangian.faces import touches
+from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_over, strike
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.engines.lagrangian.system import System
+
+FloatArray = NDArray[np.float64]
+
+LOSE_SPEED = "a smaller restitution, which ends the bounces, or a law with stiffness"
+ROUNDS = 50  # of impacts that follow from one
+
+
+def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
+    """The point of a rigid contact meets its face: it bounces, or begins to press."""
+    contact, e = system.contacts[k], system.contacts[k].face.law.restitution
+    q, v, point = system.coordinates(t, y)
+    touch = touches(q, v, point, system.model.constants)[0][k].copy()
+    totals = system.contact_totals(y, k)
+    over = is_over(-float(touch[2]), e, _gap_acceleration(system, t, y, k))
+    e = 0.0 if over else e
+    y, hit, work = _jump(system, t, y, k, e)
+    if not over:
+        contact.hit(t, float(touch[1]), hit, work)
+        endless = contact.endless(t, hit.approach_speed, REST_SPEED)
+        if endless:
+            system.stop(endless, LOSE_SPEED)
+        totals = system.contact_totals(y, k)
+        touch[2] = hit.separation_speed
+    y = _settle(system, t, y, k)
+    if e == 0 and _gap_acceleration(system, t, y, k) < 0:
+        contact.begin(t, touch, *totals)
+    return y
+
+
+def _gap_acceleration(system: System, t: float, y: FloatArray, k: int) -> float:
+    """G'' of a contact as long as it does not act."""
+    now = system.motion(t, y)
+    states, gradients, _ = touches(now.q, now.v, now.point, system.model.constants)
+    return float(gradients[k] @ now.a + states[k, 4])
+
+
+def _jump(
+    system: System, t: float, y: FloatArray, k: int, e: float
+) -> tuple[FloatArray, Impact, float]:
+    """State after the impulse of contact k, and the work that the speed drive did in it."""
+    q, v, point = system.coordinates(t, y)
+    states, gradients, _ = touches(q, v, point, system.model.constants)
+    mass, first, free = mass_matrix(q, point, system.model.constants), system.first, system.free
+    hit = strike(mass[first:, first:], gradients[k, first:], float(states[k, 2]), e)
+    y = y.copy()
+    y[free : 2 * free] += hit.jump
+    work = 0.0
+    if first:
+        # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
+        own = float(mass[0, 1:] @ hit.jump - gradients[k, 0] * hit.impulse)
+        work = own * float(v[0])
+    _, _, impulses, works = system.totals(y)
+    y[2 * free + 1] += work
+    impulses[k] += hit.impulse
+    works[k] += hit.energy_lost
+    return y, hit, work
+
+
+def _settle(system: System, t: float, y: FloatArray, struck: int) -> FloatArray:
+    """Let an impact pass through lasting contacts: they press on, without bounce, or end."""
+    for _ in range(ROUNDS):
+        q, v, point = system.coordinates(t, y)
+        states, _, _ = touches(q, v, point, system.model.constants)
+        rates = {
+            k: float(states[k, 2])
+            for k, contact in enumerate(system.contacts)
+            if k == struck or (contact.rigid and contact.side is Side.PRESSED)
+        }
+        k = min(rates, key=lambda i: rates[i])
+        if rates[k] > -1e-12:
+            break
+        y, _, _ = _jump(system, t, y, k, 0.0)
+    for k, rate in rates.items():
+        if k != struck and rate > 1e-6:
+            system.end_contact(t, y, k, states[k], Side.APART)
+            system.acting[k] = 0
+    return y

@@ -1,0 +1,59 @@
+"""Lengths that changes of the coordinates mean: how far the mechanism's points go."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import inner
+from exudyn_flexlink.engines.lagrangian.equations import turned
+from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+
+FloatArray = NDArray[np.float64]
+
+
+class Scale(NamedTuple):
+    """What turns changes of coordinates into lengths."""
+
+    cosines: FloatArray  # (n,) of the rods' angles
+    sines: FloatArray
+    lengths: FloatArray  # (n,) of the rods
+    tangent: FloatArray  # (2,): gamma'
+    places: NDArray[np.int64]  # first free coordinate, that of P, that of the first rod
+    reaches: FloatArray  # (N,): of guide and levers, m
+
+
+@inner
+def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
+    """Lengths that changes at the state y mean."""
+    mode, c = equations
+    q, _, point, _ = coordinates_at(at, equations)
+    n, begin = len(c.rods), int(c.rods[0])
+    cosines, sines = turned(q[begin : begin + n])
+    places = np.array([int(mode.drive[0]), int(c.track_coordinate), begin])
+    gamma = np.array([point[2], point[3]])
+    return Scale(cosines, sines, c.lengths, gamma, places, reaches)
+
+
+@inner
+def length_of(change: FloatArray, scale: Scale) -> float:
+    """Largest way that a point of the mechanism goes in a change (f,) of the free coordinates."""
+    first, point, begin = scale.places[0], scale.places[1], scale.places[2]
+    x, y = 0.0, 0.0
+    if point >= first:
+        x, y = scale.tangent[0] * change[point - first], scale.tangent[1] * change[point - first]
+    largest = x * x + y * y
+    for i in range(len(scale.lengths)):
+        if begin + i >= first:
+            way = scale.lengths[i] * change[begin + i - first]
+            x, y = x - way * scale.sines[i], y + way * scale.cosines[i]
+            square = x * x + y * y
+            if not square <= largest:
+                largest = square
+    for j in range(first, len(scale.reaches)):
+        way = scale.reaches[j] * change[j - first]
+        if not way * way <= largest:
+            largest = way * way
+    return float(np.sqrt(largest))

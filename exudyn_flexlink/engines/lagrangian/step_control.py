@@ -1,0 +1,77 @@
+"""How accurate steps are and how long they may be, and what is handed on from one to the next."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.lagrangian.compiled import inlined
+from exudyn_flexlink.engines.lagrangian.mode import Mode, guide_at
+from exudyn_flexlink.engines.lagrangian.radau import ITERATIONS
+from exudyn_flexlink.integrate.clock import CLOCK
+from exudyn_flexlink.integrate.control import SAFETY, growth
+
+FloatArray = NDArray[np.float64]
+
+step_growth = inlined(growth)
+SHORTEST = 1e-14  # s, where the clock tells that apart
+# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
+# SLOW: see `Aim`
+STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR, SLOW = range(10)
+
+
+class Control(NamedTuple):
+    """How accurate, and how far a step may go."""
+
+    tolerance: float  # m: error of one step
+    tau: float  # s: turns errors of speeds into lengths
+    lasting: float  # s: the same for what the iteration leaves
+    longest: float  # s
+    turn: float  # rad: that the guide may turn in a step
+    reaches: FloatArray  # (N,) of guide and levers, m
+    bend: float  # m/s^2: what knots of the track may cost in accelerations, over a step
+
+
+class Buffer(NamedTuple):
+    """Room for m steps: states at their ends and changes at their stages."""
+
+    times: FloatArray  # (m + 1,)
+    states: FloatArray  # (m + 1, size)
+    changes: FloatArray  # (m, s, size)
+    places: FloatArray  # (m + 1,) of P on the piece
+    memory: FloatArray  # (10,) what the next call goes on with
+
+
+@inlined
+def shortest_step(t: float) -> float:
+    """Least step at t, s."""
+    return max(SHORTEST, CLOCK * t)
+
+
+@inlined
+def longest_step(
+    at: tuple[float, FloatArray, float], free: int, mode: Mode, control: Control
+) -> float:
+    """Limit of a step from t and the state y that shall be `wanted` long, s."""
+    t, y, wanted = at
+    speed = abs(guide_at(t, y, free, mode)[1])
+    if mode.drive[0] != 0.0:  # fastest at the step's end, as a ramp only rises
+        speed = abs(guide_at(t + wanted, y, free, mode)[1])
+    if speed > 0.0:
+        return min(control.longest, control.turn / speed)
+    return control.longest
+
+
+@inlined
+def change_of_step(
+    h: float, error: float, iterations: int, going_on: bool, memory: FloatArray
+) -> float:
+    """How much longer the next step may be, by the error in parts of the tolerance.
+
+    `going_on` tells that the step before was of the same equations.
+    """
+    safety = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + iterations)
+    before = memory[OLD_STEP] if going_on else 0.0
+    return float(step_growth(error, safety, h, (before, memory[OLD_ERROR])))
