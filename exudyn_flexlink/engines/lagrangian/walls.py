@@ -184,7 +184,7 @@ def pressing(pair: FloatArray, walls: FloatArray) -> tuple[float, float]:
     return force, -walls[9] * force * np.tanh(pair[SLIP] / walls[10])
 
 
-@inlined
+@compiled
 def add_wall_forces(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     touching: IntArray,
