@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Block:
-    """Steps in a row, between two events: see `step_control.Buffer`; mode and method they are of."""
+    """Steps in a row, between two events, as in `step_control.Buffer`; their mode and method."""
 
     times: FloatArray  # (m + 1,)
     states: FloatArray  # (m + 1, size)
