@@ -16,6 +16,7 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     Instant,
     Mode,
     coordinates_at,
+    mode_of,
     rate_at,
 )
 from exudyn_flexlink.engines.lagrangian.radau import (
@@ -29,6 +30,7 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     finish,
     guess,
     iterate,
+    method_of,
     work_for,
 )
 from exudyn_flexlink.engines.lagrangian.step_control import (
@@ -262,8 +264,9 @@ def advance(
     It ends where the buffer is full, at `stop`, after a step that must be looked at, or where no
     step is short enough.
     """
-    method, control = how
-    equations = Equations(mode, unpacked(mode.data))
+    method, control = method_of(*how[0]), how[1]
+    equations = Equations(mode_of(*mode), unpacked(mode.data))
+    mode = equations.mode
     memory, stages, size = buffer.memory, len(method.nodes), len(buffer.states[0])
     free = len(equations.c.inertias) - int(mode.drive[0])
     work = work_for(stages, size, free)

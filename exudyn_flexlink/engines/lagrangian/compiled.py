@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 from platform import machine
 from shutil import rmtree
@@ -31,6 +32,7 @@ MARKED = re.compile(rb"^@(compiled|inner|inlined)$", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
 PREFIX = "numba-"
 
+R = TypeVar("R", bound=tuple[Any, ...])
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -56,6 +58,26 @@ def inlined(function: F) -> F:
     LLVM works through a called function once more in each of its callers, and theirs.
     """
     return _compiled(function, no_cpython_wrapper=True, inline="always")
+
+
+def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable[..., R]]:
+    """Return a type of this name, and what makes one of a record's fields in compiled functions.
+
+    Compiled functions hand on its address alone; of a tuple each number is an argument of its own,
+    and to hand on a hundred of them is most of what there is to compile. The caller's module must
+    keep the type by its name. Without numba the record itself is made.
+    """
+    if numba is None:
+        return record, record
+    structref: Any = import_module("numba.experimental.structref")
+    kind = structref.register(type(name, (numba.types.StructRef,), {"__module__": module}))
+
+    def made(*fields: Any) -> R:
+        return record(*fields)
+
+    fields = cast(Any, record)._fields
+    structref.define_constructor(made, kind, list(fields))
+    return kind, made
 
 
 def _compiled(function: F, **options: Any) -> F:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inner
+from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inner
 
 FloatArray = NDArray[np.float64]
 TrackPoint = tuple[float, float, float, float, float, float]
@@ -39,6 +39,9 @@ class Constants(NamedTuple):
     channel: FloatArray  # (11,) of a sleeve with walls, as in `walls`; (0,) without
 
 
+ConstantsByReference, constants_of = by_reference(Constants, "ConstantsByReference", __name__)
+
+
 def packed(c: Constants) -> FloatArray:
     """Put all constants in one array: handing over a single one costs the least."""
     sizes = (len(c.firsts), len(c.inertias), len(c.faces), len(c.channel))
@@ -55,7 +58,7 @@ def unpacked(data: FloatArray) -> Constants:
     at = np.full(16, 4)
     for i in range(15):
         at[i + 1] = at[i] + sizes[i]
-    return Constants(
+    return constants_of(
         data[4 : at[1]].reshape(n, n),
         data[at[1] : at[2]],
         data[at[2]],

@@ -254,7 +254,7 @@ def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
     return rows[:count]
 
 
-@compiled
+@inner
 def accelerations(
     state: State, drive: Drive, holding: Acting, c: Constants
 ) -> tuple[FloatArray, float, FloatArray, FloatArray, float]:

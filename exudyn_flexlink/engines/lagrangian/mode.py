@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, crossing, place_on
@@ -26,6 +26,9 @@ class Mode(NamedTuple):
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
     acting: NDArray[np.int64]  # (c,): how each contact acts, as in `equations`
     touching: NDArray[np.int64]  # (pairs,): 1 where a pair of link and guide touches, else 0
+
+
+ModeByReference, mode_of = by_reference(Mode, "ModeByReference", __name__)
 
 
 class Equations(NamedTuple):

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
+from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inlined, inner
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, rate_at
@@ -48,6 +48,10 @@ class Work(NamedTuple):
     way: FloatArray  # (1 + s, 4): P and its velocity at the step's start and at the stages
 
 
+WorkByReference, work_of = by_reference(Work, "WorkByReference", __name__)
+MethodByReference, method_of = by_reference(Method, "MethodByReference", __name__)
+
+
 class Aim(NamedTuple):
     """How far to iterate."""
 
@@ -60,7 +64,7 @@ class Aim(NamedTuple):
 def work_for(stages: int, size: int, free: int) -> Work:
     """Fresh arrays."""
     pairs = (stages - 1) // 2
-    return Work(
+    return work_of(
         np.zeros((stages, free)),
         np.zeros((stages, size)),
         np.zeros((stages, size)),

@@ -24,6 +24,7 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     Mode,
     coordinates_at,
     guide_at,
+    mode_of,
     torques_at,
 )
 from exudyn_flexlink.engines.lagrangian.walls import any_is, depths_squared
@@ -87,7 +88,8 @@ def motions_at(
 ) -> Motions:
     """Motion at instants, of which P was at `places` (m,) shortly before; forces if asked for."""
     c = unpacked(mode.data)
-    equations = Equations(mode, c)
+    equations = Equations(mode_of(*mode), c)
+    mode = equations.mode
     count, contacts, size = len(c.inertias), len(mode.acting), len(times)
     first = int(mode.drive[0])
     found = Motions(

@@ -11,10 +11,6 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
 from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
 from exudyn_flexlink.engines.lagrangian.equations import (
-    PENALTY,
-    Drive,
-    State,
-    accelerations,
     chain_of,
     state_rate,
 )
@@ -23,6 +19,7 @@ from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
 from exudyn_flexlink.engines.lagrangian.mode import Mode, drive_numbers, motor_numbers
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
+from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.intervals import Interval
@@ -184,12 +181,9 @@ class System:
     def motion(self, t: float, y: FloatArray) -> Motion:
         """Everything about one instant."""
         q, v, point = self.coordinates(t, y)
-        drive = Drive(self.first, self._guide(t, y)[2], self._torques(t))
-        holding = (self.acting, self._touching)
-        a, motor, forces, _, _ = accelerations(
-            State(q, v, point), drive, holding, self.model.constants
-        )
-        forces = np.where(self.acting == PENALTY, np.maximum(forces, 0.0), forces)
+        place = np.array([self.track.u])
+        found = motions_at(np.array([t]), np.array([y]), place, self.mode(), True)
+        a, motor, forces = found.a[0], float(found.motor[0]), found.forces[0]
         return Motion(q, v, a, point, self.track.place, motor, forces)
 
     def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
