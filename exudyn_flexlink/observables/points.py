@@ -15,17 +15,19 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     anchor_velocity,
     build_mechanism,
+    station,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
     FlexibleBody,
     PointsJoint,
-    PrismaticJoint,
+    RevoluteJoint,
     RigidBody,
     RodBody,
     Scene,
     SlotJoint,
+    WeldJoint,
     split_point,
 )
 from exudyn_flexlink.source import did_you_mean
@@ -50,9 +52,10 @@ class PointPath:
 def watched_point(scene: Scene) -> str:
     """Name of the point a reader wants to see: 'body.point'.
 
-    The one that the scene names; else the one that strikes in the first contact; else the end of
-    the first flexible body; else a point of the last body: its end, or the first that no joint
-    holds, or the first that is not held on the ground.
+    The one that the scene names; else the one that strikes in the first contact; else of the first
+    flexible body the end, or where that is held on the ground its start or a station; else a point
+    of the last body: its end, or the first that no joint holds, or the first that is not held on
+    the ground.
     """
     if scene.outputs.watch is not None:
         return scene.outputs.watch
@@ -60,22 +63,31 @@ def watched_point(scene: Scene) -> str:
         return contact.point
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody):
-            return f"{name}.end"
+            named = [f"{name}.{point}" for point in ("end", "start", *body.points)]
+            return next((p for p in named if p not in _grounded(scene)), named[0])
     return _free_point(scene)
+
+
+def _grounded(scene: Scene) -> set[str]:
+    """Points that a joint holds at a place of the ground."""
+    return {
+        point
+        for joint in scene.joints.values()
+        if isinstance(joint, (RevoluteJoint, WeldJoint)) and GROUND_NAME in joint.points
+        for point in joint.points
+    }
 
 
 def _free_point(scene: Scene) -> str:
     """Point of the last body that moves most freely."""
     name, last = list(scene.bodies.items())[-1]
     named = [f"{name}.{point}" for point in last.point_names]
-    held, grounded = set(), set()
+    held, grounded = set(), _grounded(scene)
     for joint in scene.joints.values():
         if isinstance(joint, SlotJoint):
             held.add(joint.point)
         elif isinstance(joint, PointsJoint):
             held |= set(joint.points)
-            fixed = GROUND_NAME in joint.points and not isinstance(joint, PrismaticJoint)
-            grounded |= set(joint.points) if fixed else set()
     own = [point for point in named if point != f"{name}.centre"] or named
     free = [point for point in own if point not in held]
     moving = [point for point in named if point not in grounded]
@@ -156,6 +168,9 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
         return Anchor(own[0], *(body.points.get(inner) or body.centre_of_mass))
     if inner == "start":
         return Anchor(own[0], 0.0, 0.0)
+    if inner in body.points:
+        part, *place = station([mechanism.parts[rod].reach for rod in own], body.points[inner])
+        return Anchor(own[part], *place)
     length = body.length if isinstance(body, RodBody) else mechanism.parts[own[-1]].reach
     return Anchor(own[-1], length / 2 if inner == "centre" else length, 0.0)
 
