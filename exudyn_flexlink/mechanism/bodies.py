@@ -120,6 +120,11 @@ class Bodies:
         reach = max(hypot(px, py) for _, px, py in points.values())
         # A body that refers to its own origin only still has a size, to weigh its angle by.
         reach = reach or max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))
-        inertia = max(body.inertia, body.mass * (POINT * reach) ** 2)
+        # Nothing can turn a body without joints, and no point but its centre of mass: there any
+        # inertia is right, and one of its size keeps rounding from turning it.
+        joined = any(name in joint.bodies for joint in self.scene.joints.values())
+        turns = joined or any((px, py) != (x, y) for _, px, py in points.values())
+        least = POINT * reach if turns else reach
+        inertia = max(body.inertia, body.mass * least**2)
         self.parts.append(RigidPart(name, name, body.mass, inertia, (x, y), reach))
         return points

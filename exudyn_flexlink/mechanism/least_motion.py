@@ -25,8 +25,8 @@ IntArray = NDArray[np.int_]
 
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
-_LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1}  # rows in m of what can hang in the tree
-_TIED = ("weld", "sleeve")  # joints whose last row ties the angles of their parts
+_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1}  # rows in m of what can hang in the tree
+_TIED = ("weld", "slide")  # joints whose last row ties the angles of their parts
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,12 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
     FlexibleBody,
-    RevoluteJoint,
+    PointsJoint,
+    PrismaticJoint,
     RigidBody,
     RodBody,
     Scene,
     SlotJoint,
-    WeldJoint,
     split_point,
 )
 from exudyn_flexlink.source import did_you_mean
@@ -72,9 +72,10 @@ def _free_point(scene: Scene) -> str:
     for joint in scene.joints.values():
         if isinstance(joint, SlotJoint):
             held.add(joint.point)
-        elif isinstance(joint, (RevoluteJoint, WeldJoint)):
+        elif isinstance(joint, PointsJoint):
             held |= set(joint.points)
-            grounded |= set(joint.points) if GROUND_NAME in joint.points else set()
+            fixed = GROUND_NAME in joint.points and not isinstance(joint, PrismaticJoint)
+            grounded |= set(joint.points) if fixed else set()
     own = [point for point in named if point != f"{name}.centre"] or named
     free = [point for point in own if point not in held]
     moving = [point for point in named if point not in grounded]

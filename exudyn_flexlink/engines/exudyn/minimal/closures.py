@@ -67,7 +67,7 @@ class Closures:
         self._points = Points(layout, anchors)
         self._turns = {c.name: _turn(layout, c) for c in layout.closures}
         self._guides = {
-            c.name: layout.frame(c.guide.part) for c in layout.closures if isinstance(c, Slide)
+            c.name: layout.frame(c.first.part) for c in layout.closures if isinstance(c, Slide)
         }
         self._rest = {
             c.name: float(self._turns[c.name] @ start)
@@ -118,7 +118,7 @@ class Closures:
     def guide_axis(self, slide: Slide, places: Places) -> ComplexArray:
         """Direction of a slide's guide (instants,), as complex numbers."""
         frame: Frame = self._guides[slide.name]
-        return np.asarray(places.axis[:, frame.link] * np.exp(1j * frame.angle))
+        return np.asarray(places.axis[:, frame.link] * np.exp(1j * (frame.angle + slide.direction)))
 
     def _track(self, u: FloatArray) -> Track:
         shape = u.shape
@@ -206,17 +206,15 @@ class Closures:
 
 
 def _anchors(closure: Closure) -> list[Anchor]:
-    if isinstance(closure, Pin):
+    if isinstance(closure, Pin | Slide):
         return [closure.first, closure.second]
-    if isinstance(closure, Slide):
-        return [closure.guide, closure.rod]
     return [closure.anchor] if isinstance(closure, Slot) else []
 
 
 def _parts(closure: Closure) -> tuple[int, int] | None:
     """Parts whose angle against one another a closure holds, if it holds one."""
     if isinstance(closure, Slide):
-        return closure.guide.part, closure.rod.part
+        return closure.first.part, closure.second.part
     return (closure.first, closure.second) if isinstance(closure, Motor) else None
 
 
@@ -227,5 +225,5 @@ def _turn(layout: TreeLayout, closure: Closure) -> FloatArray:
 
 
 def _fixed_turn(layout: TreeLayout, closure: Slide) -> float:
-    """Angle of a slide's rod against its guide where all coordinates are 0, rad."""
-    return layout.turn(closure.rod.part) - layout.turn(closure.guide.part)
+    """Angle that a slide's second part misses where all coordinates are 0, rad."""
+    return layout.turn(closure.second.part) - layout.turn(closure.first.part) - closure.angle

@@ -92,12 +92,12 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
     rods = tuple(mechanism.parts_of(name))
     _refuse_joints(scene, mechanism, name, rods)
     _refuse_contacts(mechanism, rods)
-    slides = [slide for slide in mechanism.slides if slide.rod.part == rods[0]]
+    slides = [slide for slide in mechanism.slides if slide.second.part == rods[0]]
     if len(slides) != 1:
         raise NotRepresentableError(
             ("bodies", name), "a beam is the link of one sleeve without clearance"
         )
-    guide = slides[0].guide.part
+    guide = slides[0].first.part
     if guide == GROUND or len(mechanism.parts_of(mechanism.parts[guide].body)) > 1:
         raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
     beam = beam_of(scene, name)
