@@ -77,7 +77,11 @@ def _without_flexibility(scene: Scene) -> dict[str, Any]:
 
 def _rigid(body: FlexibleBody) -> RodBody:
     return RodBody(
-        length=body.length, material=body.material, section=body.section, slender=body.slender
+        length=body.length,
+        material=body.material,
+        section=body.section,
+        slender=body.slender,
+        points=body.points,
     )
 
 

@@ -285,10 +285,12 @@ def _without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Springs whose ends meet at the start, though they have a length: they act in no direction."""
     found = []
     for spring in assembly.mechanism.linear_springs:
+        if spring.along_slide:
+            continue
         spec, q = scene.springs[spring.name], assembly.state.q
         apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)
         given = spec.length if isinstance(spec, LinearSpring) else 0.0
-        if not spring.along_slide and given != 0 and max(abs(apart)) <= CLOSED:
+        if given != 0 and max(abs(apart)) <= CLOSED:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             found.append(Mistake(("springs", spring.name), message, hint))

@@ -7,14 +7,13 @@ from math import atan2
 from weakref import finalize
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.mechanism.bodies import Bodies, chain_of
+from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, motor_of, spring_of
 from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
 from exudyn_flexlink.mechanism.model import Channel, Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.scene import (
     ContactLaw,
-    FlexibleBody,
     LinearSpring,
     PrismaticJoint,
     RevoluteJoint,
@@ -65,10 +64,14 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             *bodies.pins,
         ),
         welds=tuple(_weld(bodies, n, j) for n, j in joints if isinstance(j, WeldJoint)),
-        slides=tuple(
-            _slide(bodies, n, j)
-            for n, j in joints
-            if isinstance(j, PrismaticJoint) or (isinstance(j, SleeveJoint) and j.clearance == 0)
+        slides=(
+            *(
+                _slide(bodies, n, j)
+                for n, j in joints
+                if isinstance(j, PrismaticJoint)
+                or (isinstance(j, SleeveJoint) and j.clearance == 0)
+            ),
+            *bodies.slides,
         ),
         slots=tuple(
             Slot(n, bodies.anchor(j.point), curves[j.curve])
@@ -79,8 +82,9 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             *(spring_of(bodies, n, s) for n, s in springs if isinstance(s, TorsionalSpring)),
             *bodies.springs,
         ),
-        linear_springs=tuple(
-            linear_spring_of(bodies, n, s) for n, s in springs if isinstance(s, LinearSpring)
+        linear_springs=(
+            *(linear_spring_of(bodies, n, s) for n, s in springs if isinstance(s, LinearSpring)),
+            *bodies.linear_springs,
         ),
         speed_motors=tuple(motor_of(bodies, n, d) for n, d in drives if isinstance(d, SpeedDrive)),
         torque_motors=tuple(
@@ -116,13 +120,9 @@ def _slide(bodies: Bodies, name: str, joint: SleeveJoint | PrismaticJoint) -> Sl
 
 def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> Channel:
     start, end = bodies.anchor(f"{joint.guide}.start"), bodies.anchor(f"{joint.guide}.end")
-    body = bodies.scene.bodies[joint.link]
-    first = bodies.first_part(joint.link)
-    if isinstance(body, FlexibleBody):
-        lengths = tuple(rod.length for rod in chain_of(bodies.scene, joint.link).rods)
-    else:
-        lengths = (bodies.anchor(f"{joint.link}.end").x,)
-    rods = tuple(range(first, first + len(lengths)))
+    first, last = bodies.first_part(joint.link), bodies.anchor(f"{joint.link}.end")
+    rods = tuple(range(first, last.part + 1))
+    lengths = (*(bodies.parts[rod].reach for rod in rods[:-1]), last.x)
     return Channel(
         name,
         start,

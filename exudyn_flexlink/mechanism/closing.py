@@ -15,7 +15,7 @@ from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Slide, Slot
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.spanning import spanning_tree, within_body
 
 FloatArray = NDArray[np.float64]
@@ -158,7 +158,7 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
     placed = {GROUND, *start.positions}
     for part, place in start.positions.items():
         q[part, :2] = place
-    pinned = _Loose([(joint.first, joint.second) for joint in mechanism.attachments])
+    pinned = _Loose([(j.first, j.second) for j in (*_inner(mechanism), *mechanism.attachments)])
     in_channels = (Slide(c.name, c.guide, node_anchor(c, 0)) for c in mechanism.channels)
     slides = [*mechanism.slides, *in_channels]
     while True:
@@ -332,12 +332,17 @@ def _shortened(step: FloatArray) -> FloatArray:
 def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:
     """Lay the parts of each flexible body end to end along its first, hinges closed."""
     q = q.copy()
-    for pin in mechanism.pins:
-        first, second = pin.first.part, pin.second.part
-        if within_body(mechanism, first, second):
-            q[second, 2] = q[first, 2]
-            q[second, :2] += anchor_position(pin.first, q) - anchor_position(pin.second, q)
+    for joint in sorted(_inner(mechanism), key=lambda joint: joint.second.part):
+        q[joint.second.part, 2] = q[joint.first.part, 2]
+        q[joint.second.part, :2] += anchor_position(joint.first, q)
+        q[joint.second.part, :2] -= anchor_position(joint.second, q)
     return q
+
+
+def _inner(mechanism: Mechanism) -> list[Pin | Slide]:
+    """Hinges of flexible bodies, and what lets their rods stretch."""
+    joints: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
+    return [j for j in joints if within_body(mechanism, j.first.part, j.second.part)]
 
 
 def _refuse_open(joints: Constraints) -> None:

@@ -15,6 +15,7 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     anchor_velocity,
     build_mechanism,
+    station,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
@@ -156,6 +157,9 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
         return Anchor(own[0], *(body.points.get(inner) or body.centre_of_mass))
     if inner == "start":
         return Anchor(own[0], 0.0, 0.0)
+    if inner in body.points:
+        part, *place = station([mechanism.parts[rod].reach for rod in own], body.points[inner])
+        return Anchor(own[part], *place)
     length = body.length if isinstance(body, RodBody) else mechanism.parts[own[-1]].reach
     return Anchor(own[-1], length / 2 if inner == "centre" else length, 0.0)
 

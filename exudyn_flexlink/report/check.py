@@ -134,6 +134,10 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
             where = _where(scene.springs[spring.name])
             rows.append([spring.name, where, *_spring_numbers(spring)])
     for name, body in scene.bodies.items():
+        halves = [s for s in mechanism.linear_springs if s.name.startswith(f"{name} stretch ")]
+        if isinstance(body, FlexibleBody) and halves:
+            inner = halves[len(halves) // 2]  # at the ends half rods may be stiffer
+            rows.append([f"{name}, {len(halves)} rods stretch", "each", *_spring_numbers(inner)])
         hinges = [s for s in mechanism.springs if s.name.startswith(f"{name} hinge ")]
         if isinstance(body, FlexibleBody) and hinges:
             rows.append([f"{name}, {len(hinges)} hinges", "each", *_spring_numbers(hinges[0])])

@@ -12,6 +12,7 @@ from math import atan2, hypot
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, Motor, Pin
 from exudyn_flexlink.scene import (
+    FlexibleBody,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -85,6 +86,10 @@ def recognise(scene: Scene, mechanism: Mechanism) -> Layout:
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
     for name in _joints(scene, PrismaticJoint):
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no such joints")
+    for name, body in scene.bodies.items():
+        if isinstance(body, FlexibleBody) and body.stretch:
+            message = "the Lagrangian engine's rods do not stretch"
+            raise NotRepresentableError(("bodies", name, "stretch"), message)
     for spring in mechanism.linear_springs:
         message = "the Lagrangian engine has torsional springs alone"
         raise NotRepresentableError(("springs", spring.name), message)
