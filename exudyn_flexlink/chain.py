@@ -187,6 +187,11 @@ def discretise(
     return Chain(tuple(_rod(beam, length) for length in lengths), (hinge,) * (len(lengths) - 1))
 
 
+def halves(beam: Beam, chain: Chain) -> list[Rod]:
+    """Both halves of every rod of a chain, in order; a rod that stretches gives way between."""
+    return [_rod(beam, rod.length / 2) for rod in chain.rods for _ in range(2)]
+
+
 def euler_bernoulli_cantilever(beam: Beam, count: int = 4) -> FloatArray:
     """Lowest ``count`` natural frequencies (rad/s) of the clamped-free beam, bending only.
 

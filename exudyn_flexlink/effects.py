@@ -11,14 +11,14 @@ from exudyn_flexlink.scene import (
     FlexibleBody,
     ImpulseLaw,
     Law,
+    LinearSpring,
     PointOnLine,
-    RevoluteJoint,
+    PointsJoint,
     RodBody,
     Scene,
     SleeveJoint,
     SlotJoint,
-    TorsionalSpring,
-    WeldJoint,
+    Spring,
     split_point,
 )
 from exudyn_flexlink.source import Mistake, SceneError
@@ -77,7 +77,11 @@ def _without_flexibility(scene: Scene) -> dict[str, Any]:
 
 def _rigid(body: FlexibleBody) -> RodBody:
     return RodBody(
-        length=body.length, material=body.material, section=body.section, slender=body.slender
+        length=body.length,
+        material=body.material,
+        section=body.section,
+        slender=body.slender,
+        points=body.points,
     )
 
 
@@ -97,7 +101,7 @@ def _smooth(part: Any) -> Any:
 def _without_damping(scene: Scene) -> dict[str, Any]:
     return {
         "bodies": _each(scene.bodies, FlexibleBody, _undamped),
-        "springs": _each(scene.springs, TorsionalSpring, _lossless),
+        "springs": {name: _lossless(spring) for name, spring in scene.springs.items()},
     }
 
 
@@ -106,7 +110,9 @@ def _undamped(body: FlexibleBody) -> FlexibleBody:
     return body.model_copy(update={"hinges": hinges})
 
 
-def _lossless(spring: TorsionalSpring) -> TorsionalSpring:
+def _lossless(spring: Spring) -> Spring:
+    if isinstance(spring, LinearSpring):
+        return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     if not spring.damping and not spring.damping_ratio:
         return spring
     return spring.model_copy(update={"damping": None, "damping_ratio": None})
@@ -130,9 +136,16 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
         "contacts": {},
         "bodies": {name: body for name, body in scene.bodies.items() if name not in gone},
         "joints": joints,
-        "springs": {n: s for n, s in scene.springs.items() if s.joint in joints},
+        "springs": {n: s for n, s in scene.springs.items() if _holds(s, joints, gone)},
         "initial": type(initial).model_validate(kept),
     }
+
+
+def _holds(spring: Spring, joints: Mapping[str, Any], gone: set[str]) -> bool:
+    """Tell whether what a spring acts on is still there."""
+    if isinstance(spring, LinearSpring) and spring.points is not None:
+        return not gone & {split_point(text)[0] for text in spring.points}
+    return spring.joint in joints
 
 
 def _only_struck(scene: Scene) -> set[str]:
@@ -147,14 +160,19 @@ def _only_struck(scene: Scene) -> set[str]:
 
 
 def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
-    """Tell whether no other body, drive or end of the run depends on a body."""
+    """Tell whether no other body, spring between bodies, drive or end of the run needs a body."""
     mine = {name: joint for name, joint in scene.joints.items() if body in _joined(joint)}
     alone = all(
-        isinstance(joint, (RevoluteJoint, WeldJoint)) and GROUND in _joined(joint)
-        for joint in mine.values()
+        isinstance(joint, PointsJoint) and GROUND in _joined(joint) for joint in mine.values()
     )
     needed = {drive.joint for drive in scene.drives.values()} | {scene.run.of}
-    return alone and not needed & set(mine)
+    sprung = any(
+        body in ends and not ends <= {body, GROUND}
+        for spring in scene.springs.values()
+        if isinstance(spring, LinearSpring)
+        for ends in [{split_point(text)[0] for text in spring.points or ()}]
+    )
+    return alone and not sprung and not needed & set(mine)
 
 
 def _joined(joint: Any) -> list[str]:

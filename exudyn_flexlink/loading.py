@@ -14,6 +14,7 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     Start,
     always_redundant,
+    anchor_position,
     approach,
     assemble,
     build_curves,
@@ -27,7 +28,7 @@ from exudyn_flexlink.mechanism import (
     pairs,
     sample_bytes,
 )
-from exudyn_flexlink.scene import Scene, apply_settings, check_document
+from exudyn_flexlink.scene import LinearSpring, Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
 
 CLOSED = 1e-9  # m or rad: less is not worth a word
@@ -51,6 +52,10 @@ _OPEN = {
     "position": (
         "the joints do not allow this position",
         "leave it out: what follows from the joints needs none",
+    ),
+    "prismatic": (
+        "the point can't be on its line at the start",
+        "check places, 'axis' and 'angle'; under 'initial: guesses' say roughly where bodies stand",
     ),
     "sleeve": (
         "the link can't lie in its guide at the start",
@@ -130,6 +135,7 @@ def assemble_scene(scene: Scene) -> Assembly:
         *_penetrations(assembly),
         *_pressed_walls(assembly),
         *_redundancies(scene, assembly),
+        *_without_direction(scene, assembly),
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)
@@ -199,7 +205,8 @@ def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
 
 
 def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
-    message, hint = _OPEN[error.kind]
+    joint = scene.joints.get(error.joint)  # None: a hinge of a body
+    message, hint = _OPEN[error.kind if joint is None else joint.type]
     missing = []
     if error.gap > CLOSED:
         missing.append(f"{error.gap:.3g} m")
@@ -272,6 +279,22 @@ def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
         if 0 <= at.place <= face_length(contact) and at.gap < -TOUCHING:
             depths[contact.name.removeprefix(f"{channel.name}: ")] = -float(at.gap)
     return max(depths.items(), key=lambda item: item[1], default=None)
+
+
+def _without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Springs whose ends meet at the start, though they have a length: they act in no direction."""
+    found = []
+    for spring in assembly.mechanism.linear_springs:
+        if spring.along_slide:
+            continue
+        spec, q = scene.springs[spring.name], assembly.state.q
+        apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)
+        given = spec.length if isinstance(spec, LinearSpring) else 0.0
+        if given != 0 and max(abs(apart)) <= CLOSED:
+            message = "its ends meet at the start, where its force has no direction"
+            hint = "'length: 0' for a spring that draws its ends together; else another place"
+            found.append(Mistake(("springs", spring.name), message, hint))
+    return found
 
 
 def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:

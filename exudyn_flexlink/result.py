@@ -238,8 +238,9 @@ class Result:
     `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
     time derivatives; `part_names` names the parts, a flexible body's rods in order.
     `drive_torques` (N m, on the second part of each drive's joint), `joint_forces` (N, (N, 2),
-    global axes, on the second point's body of a revolute joint) and `slot_forces` (N, (N, 2),
-    global axes, on the point that runs in the slot) are by the scene's names.
+    global axes, on the second point's body of a revolute or prismatic joint), `slot_forces` (N,
+    (N, 2), global axes, on the point that runs in the slot) and `spring_forces` (N, (N, 2), global
+    axes, of linear springs with their dampers on the second point) are by the scene's names.
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
@@ -265,6 +266,9 @@ class Result:
     ]
     slot_forces: Annotated[
         Mapping[str, FloatArray], Variable("time", None, "force of a slot", components=FORCES)
+    ]
+    spring_forces: Annotated[
+        Mapping[str, FloatArray], Variable("time", None, "force of a spring", components=FORCES)
     ]
     contacts: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link

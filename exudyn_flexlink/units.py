@@ -34,6 +34,7 @@ class Dimension(Enum):
     FORCE = ("a force", "N", "5 kN", Powers(kg=1, m=1, s=-2))
     TORQUE = ("a torque", "N m", "5 N mm", Powers(kg=1, m=2, s=-2))
     STIFFNESS = ("a stiffness", "N/m", "20 N/mm", Powers(kg=1, s=-2))
+    DAMPING = ("a damping", "N s/m", "3 N s/m", Powers(kg=1, s=-1))
     TORSIONAL_STIFFNESS = (
         "a torsional stiffness",
         "N m/rad",
@@ -128,7 +129,7 @@ USUAL = (
     *("Pa", "kPa", "MPa", "GPa", "bar", "psi", "N/m^2", "N/mm^2"),
     *("N", "mN", "kN", "lbf", "N m", "N mm", "mN m", "kN m"),
     *("N/m", "N/mm", "kN/m", "N/um", "N m/rad", "N mm/rad", "mN m/rad", "N m/deg"),
-    *("N m s/rad", "N mm s/rad", "rad/s", "deg/s", "rpm", "turn/s"),
+    *("N s/m", "N s/mm", "kN s/m", "N m s/rad", "N mm s/rad", "rad/s", "deg/s", "rpm", "turn/s"),
     *("m/s", "cm/s", "mm/s", "m/s^2", "mm/s^2"),
     *("kg m^2", "g m^2", "g cm^2", "kg mm^2", "m^2", "cm^2", "mm^2", "m^4", "cm^4", "mm^4"),
 )

@@ -31,7 +31,8 @@ NAMES = (
     "textbook/double_pendulum",
     "textbook/flexible_four_bar",
     "textbook/welded_cantilever",
-    "benchmarks/andrews_squeezer_unsprung",
+    "textbook/elliptic_trammel",
+    "benchmarks/andrews_squeezer",
 )
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 TIGHT = 1e-10  # m

@@ -179,6 +179,9 @@ def result_of(
         drive_torques={name: 0.01 * np.sin(10 * time) for name in scene.drives},
         joint_forces={pin.name: np.stack([time, -time], axis=-1) for pin in mechanism.pins},
         slot_forces={slot.name: np.stack([time, 0 * time], axis=-1) for slot in mechanism.slots},
+        spring_forces={
+            s.name: np.stack([0 * time, time], axis=-1) for s in mechanism.linear_springs
+        },
         contacts=contacts,
         sleeves={c.name: _sleeve(c, q, v, time) for c in mechanism.channels},
         energy=energy,

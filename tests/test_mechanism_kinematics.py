@@ -96,7 +96,7 @@ def test_every_jacobian_is_the_derivative_of_its_residual(mechanism: Mechanism, 
     q, _ = random_state(mechanism, seed)
     near = feet(mechanism, q)
     rows = rows_at(mechanism, q, near)
-    assert {row.kind for row in rows} == {"revolute", "weld", "sleeve", "slot", "drive"}
+    assert {row.kind for row in rows} == {"revolute", "weld", "slide", "slot", "drive"}
     step = 1e-6
     for column in range(q.size):
         change = np.zeros(q.size)
@@ -134,7 +134,7 @@ def test_residuals_split_into_lengths_and_angles(mechanism: Mechanism) -> None:
     assert counts == {
         "revolute": (2, 0),
         "weld": (2, 1),
-        "sleeve": (1, 1),
+        "slide": (1, 1),
         "slot": (1, 0),
         "drive": (0, 1),
     }
@@ -146,7 +146,7 @@ def test_a_slide_is_closed_on_the_axis_and_open_beside_it(mechanism: Mechanism) 
     c, s = np.cos(0.7), np.sin(0.7)
     q[1] = 0.1 + 0.05 * c - 0.003 * s, 0.2 + 0.05 * s + 0.003 * c, 0.7 + 0.2
     row = next(
-        row for row in constraint_rows(mechanism, q, feet(mechanism, q)) if row.kind == "sleeve"
+        row for row in constraint_rows(mechanism, q, feet(mechanism, q)) if row.kind == "slide"
     )
     assert row.residual == pytest.approx([0.003, 0.2], abs=1e-15)
 

@@ -9,7 +9,7 @@ from exudyn_flexlink.mechanism.assembly import (
     always_redundant,
     assemble,
 )
-from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
+from exudyn_flexlink.mechanism.bodies import beam_of, chain_of, station
 from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
@@ -29,15 +29,18 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
     anchor_velocity,
+    angle_of,
     rate_of_jacobian_times_velocity,
     slot_point,
     turned,
 )
+from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
     Channel,
     FaceContact,
+    LinearSpring,
     Mechanism,
     Motor,
     Pin,
@@ -83,6 +86,7 @@ __all__ = [
     "Channel",
     "EnergyMeter",
     "FaceContact",
+    "LinearSpring",
     "Mechanism",
     "Motor",
     "Pin",
@@ -101,6 +105,7 @@ __all__ = [
     "anchor_jacobian",
     "anchor_position",
     "anchor_velocity",
+    "angle_of",
     "applied_forces",
     "approach",
     "assemble",
@@ -136,6 +141,8 @@ __all__ = [
     "sample_times",
     "slot_point",
     "solve_saddle",
+    "spring_force",
+    "station",
     "swing_times",
     "turn_goal",
     "turned",

@@ -18,9 +18,9 @@ from exudyn_flexlink.mechanism.closing import (
 )
 from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
-from exudyn_flexlink.mechanism.kinematics import angle_of
+from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import Mechanism, Slide
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, RotarySpring, Slide
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
@@ -94,14 +94,8 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     """
     q, places = positions(without_play(mechanism, set(start.angles)), start)
     mechanism = mechanism.with_springs(
-        tuple(
-            spring
-            if spring.rest_angle is not None
-            else replace(
-                spring, rest_angle=float(angle_of(spring.second, q) - angle_of(spring.first, q))
-            )
-            for spring in mechanism.springs
-        )
+        tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
+        tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
     )
     moved = {*start.speeds, *start.velocities}
     v = _velocities(without_play(mechanism, moved), q, places, start)
@@ -109,6 +103,25 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     surplus = _surplus(mechanism, q, places)
     rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
     return Assembly(mechanism, State(q, v, a, places), q.size - rank, surplus)
+
+
+def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
+    """Give a spring that is at rest as assembled its angle."""
+    if spring.rest_angle is not None:
+        return spring
+    turned = float(angle_of(spring.second, q) - angle_of(spring.first, q))
+    return replace(spring, rest_angle=turned)
+
+
+def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
+    """Give a spring that is at rest as assembled its length, or the place it is drawn to."""
+    if spring.length is not None:
+        return spring
+    if spring.along_slide:
+        place = anchor_position(spring.second, q)
+        return replace(spring, first=anchor_at(spring.first.part, place, q), length=0.0)
+    between = anchor_position(spring.second, q) - anchor_position(spring.first, q)
+    return replace(spring, length=float(np.hypot(*between)))
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
 from exudyn_flexlink import sections
-from exudyn_flexlink.chain import Beam, Chain, discretise
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Pin, RigidPart, RotarySpring
+from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise, halves
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    LinearSpring,
+    Pin,
+    RigidPart,
+    RotarySpring,
+    Slide,
+)
 from exudyn_flexlink.scene import (
     FlexibleBody,
     RevoluteJoint,
@@ -47,6 +56,18 @@ def beam_of(scene: Scene, name: str) -> Beam:
     )
 
 
+def station(lengths: Sequence[float], place: float) -> tuple[int, float, float]:
+    """Rod at a distance (m) from the start, of rods of these lengths, and the place in its axes.
+
+    On a hinge, but for rounding, that is the rod before it.
+    """
+    rod = 0
+    while rod < len(lengths) - 1 and place > lengths[rod] * (1 + 1e-9):
+        place -= lengths[rod]
+        rod += 1
+    return rod, min(place, lengths[rod]), 0.0
+
+
 @dataclass(frozen=True)
 class _Body:
     """Parts of a body, and its named points as anchors."""
@@ -63,7 +84,9 @@ class Bodies:
         self.scene = scene
         self.parts: list[RigidPart] = []
         self.pins: list[Pin] = []
+        self.slides: list[Slide] = []
         self.springs: list[RotarySpring] = []
+        self.linear_springs: list[LinearSpring] = []
         self._bodies = {name: self._add_body(name) for name in scene.bodies}
 
     def first_part(self, body: str) -> int:
@@ -98,20 +121,37 @@ class Bodies:
     def _add_chain(self, name: str) -> dict[str, tuple[int, float, float]]:
         chain = chain_of(self.scene, name)
         first = len(self.parts)
-        for i, rod in enumerate(chain.rods, start=1):
+        body = self.scene.bodies[name]
+        assert isinstance(body, FlexibleBody)  # which chains are made of
+        rods = halves(beam_of(self.scene, name), chain) if body.stretch else chain.rods
+        for i, rod in enumerate(rods, start=1):
             centre = (rod.length / 2, 0.0)
             label = f"{name} {i}"
             self.parts.append(RigidPart(label, name, rod.mass, rod.inertia, centre, rod.length))
-        for i, hinge in enumerate(chain.hinges):
-            before, after = first + i, first + i + 1
-            label = f"{name} hinge {i + 1}"
-            end = Anchor(before, chain.rods[i].length, 0.0)
-            self.pins.append(Pin(label, end, Anchor(after, 0.0, 0.0)))
-            self.springs.append(
-                RotarySpring(label, before, after, hinge.stiffness, hinge.damping, 0.0)
-            )
-        last = len(chain.rods) - 1
-        return {"start": (0, 0.0, 0.0), "end": (last, chain.rods[last].length, 0.0)}
+        axial = self.scene.materials[body.material].youngs_modulus * body.section.area
+        count = len(rods) // len(chain.rods)  # parts of each rod
+        for i, rod in enumerate(rods[:-1]):
+            before, after = Anchor(first + i, rod.length, 0.0), Anchor(first + i + 1, 0.0, 0.0)
+            k = i // count
+            if (i + 1) % count:
+                label = f"{name} stretch {k + 1}"
+                self._add_stretch(label, before, after, axial / chain.rods[k].length)
+            else:
+                self._add_hinge(f"{name} hinge {k + 1}", before, after, chain.hinges[k])
+        lengths = [rod.length for rod in rods]
+        stations = {key: station(lengths, place) for key, place in body.points.items()}
+        last = len(rods) - 1
+        return {"start": (0, 0.0, 0.0), "end": (last, lengths[last], 0.0), **stations}
+
+    def _add_hinge(self, label: str, before: Anchor, after: Anchor, hinge: Hinge) -> None:
+        self.pins.append(Pin(label, before, after))
+        ends = before.part, after.part
+        self.springs.append(RotarySpring(label, *ends, hinge.stiffness, hinge.damping, 0.0))
+
+    def _add_stretch(self, label: str, before: Anchor, after: Anchor, stiffness: float) -> None:
+        """Let one half of a rod slide on the other, under its axial stiffness (N/m)."""
+        self.slides.append(Slide(label, before, after))
+        self.linear_springs.append(LinearSpring(label, before, after, stiffness, 0.0, 0.0, True))
 
     def _add_rod(self, name: str, body: RodBody) -> dict[str, tuple[int, float, float]]:
         section = sections.Section(body.section.area, body.section.second_moment)
@@ -125,6 +165,7 @@ class Bodies:
             "start": (0, 0.0, 0.0),
             "end": (0, body.length, 0.0),
             "centre": (0, half, 0.0),
+            **{key: (0, place, 0.0) for key, place in body.points.items()},
         }
 
     def _add_rigid(self, name: str, body: RigidBody) -> dict[str, tuple[int, float, float]]:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import atan2
 from weakref import finalize
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.mechanism.bodies import Bodies, chain_of
-from exudyn_flexlink.mechanism.build_forces import contact_of, motor_of, spring_of
+from exudyn_flexlink.mechanism.bodies import Bodies
+from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, motor_of, spring_of
 from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
 from exudyn_flexlink.mechanism.model import Channel, Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.scene import (
     ContactLaw,
-    FlexibleBody,
+    LinearSpring,
+    PrismaticJoint,
     RevoluteJoint,
     Scene,
     SleeveJoint,
     SlotJoint,
     SpeedDrive,
     TorqueDrive,
+    TorsionalSpring,
     WeldJoint,
 )
 from exudyn_flexlink.source import SceneError
@@ -53,7 +56,7 @@ def _built(scene: Scene) -> Mechanism:
 def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
     bodies = Bodies(scene)
     joints = scene.joints.items()
-    drives = scene.drives.items()
+    springs, drives = scene.springs.items(), scene.drives.items()
     return Mechanism(
         parts=tuple(bodies.parts),
         pins=(
@@ -61,10 +64,14 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             *bodies.pins,
         ),
         welds=tuple(_weld(bodies, n, j) for n, j in joints if isinstance(j, WeldJoint)),
-        slides=tuple(
-            _slide(bodies, n, j)
-            for n, j in joints
-            if isinstance(j, SleeveJoint) and j.clearance == 0
+        slides=(
+            *(
+                _slide(bodies, n, j)
+                for n, j in joints
+                if isinstance(j, PrismaticJoint)
+                or (isinstance(j, SleeveJoint) and j.clearance == 0)
+            ),
+            *bodies.slides,
         ),
         slots=tuple(
             Slot(n, bodies.anchor(j.point), curves[j.curve], bodies.carrier(j.curve))
@@ -72,8 +79,12 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             if isinstance(j, SlotJoint)
         ),
         springs=(
-            *(spring_of(bodies, n, s) for n, s in scene.springs.items()),
+            *(spring_of(bodies, n, s) for n, s in springs if isinstance(s, TorsionalSpring)),
             *bodies.springs,
+        ),
+        linear_springs=(
+            *(linear_spring_of(bodies, n, s) for n, s in springs if isinstance(s, LinearSpring)),
+            *bodies.linear_springs,
         ),
         speed_motors=tuple(motor_of(bodies, n, d) for n, d in drives if isinstance(d, SpeedDrive)),
         torque_motors=tuple(
@@ -99,19 +110,19 @@ def _weld(bodies: Bodies, name: str, joint: WeldJoint) -> Weld:
     return Weld(name, first, second, joint.angle)
 
 
-def _slide(bodies: Bodies, name: str, joint: SleeveJoint) -> Slide:
+def _slide(bodies: Bodies, name: str, joint: SleeveJoint | PrismaticJoint) -> Slide:
+    if isinstance(joint, PrismaticJoint):
+        first, second = (bodies.anchor(point, joint.at) for point in joint.points)
+        x, y = joint.axis
+        return Slide(name, first, second, atan2(y, x), joint.angle)
     return Slide(name, bodies.anchor(f"{joint.guide}.start"), bodies.anchor(f"{joint.link}.start"))
 
 
 def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> Channel:
     start, end = bodies.anchor(f"{joint.guide}.start"), bodies.anchor(f"{joint.guide}.end")
-    body = bodies.scene.bodies[joint.link]
-    first = bodies.first_part(joint.link)
-    if isinstance(body, FlexibleBody):
-        lengths = tuple(rod.length for rod in chain_of(bodies.scene, joint.link).rods)
-    else:
-        lengths = (bodies.anchor(f"{joint.link}.end").x,)
-    rods = tuple(range(first, first + len(lengths)))
+    first, last = bodies.first_part(joint.link), bodies.anchor(f"{joint.link}.end")
+    rods = tuple(range(first, last.part + 1))
+    lengths = (*(bodies.parts[rod].reach for rod in rods[:-1]), last.x)
     return Channel(
         name,
         start,

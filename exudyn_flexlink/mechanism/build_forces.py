@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot, pi
 
+from exudyn_flexlink import scene
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_laws import friction_of, law_of
-from exudyn_flexlink.mechanism.model import GROUND, FaceContact, Motor, RotarySpring
+from exudyn_flexlink.mechanism.model import GROUND, FaceContact, LinearSpring, Motor, RotarySpring
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.scene import (
     PointOnLine,
@@ -28,6 +30,23 @@ def spring_of(bodies: Bodies, name: str, spring: TorsionalSpring) -> RotarySprin
         if spring.damping_ratio is not None:
             damping = 2 * spring.damping_ratio * (stiffness * inertia) ** 0.5
     return RotarySpring(name, first, second, stiffness, damping, spring.rest_angle)
+
+
+def linear_spring_of(bodies: Bodies, name: str, spec: scene.LinearSpring) -> LinearSpring:
+    """Return a spring and damper between two points, or along a prismatic joint."""
+    stiffness, damping, length = spec.stiffness, spec.damping, spec.length
+    if spec.joint is None:
+        assert spec.points is not None  # the scene checks that there is one of both
+        first, second = (bodies.anchor(point, spec.at) for point in spec.points)
+        return LinearSpring(name, first, second, stiffness, damping, length)
+    joint = bodies.scene.joints[spec.joint]
+    assert isinstance(joint, scene.PrismaticJoint)  # the scene's names are checked
+    first, second = (bodies.anchor(point, joint.at) for point in joint.points)
+    if length is not None:  # drawn to where it has no force: one of length 0
+        along = length / hypot(*joint.axis)
+        first = replace(first, x=first.x + along * joint.axis[0], y=first.y + along * joint.axis[1])
+        length = 0.0
+    return LinearSpring(name, first, second, stiffness, damping, length, along_slide=True)
 
 
 def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | TorqueDrive) -> Motor:

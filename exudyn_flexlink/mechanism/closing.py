@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
-from exudyn_flexlink.mechanism.kinematics import anchor_position, slot_point
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Slot
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.spanning import spanning_tree, within_body
 
 FloatArray = NDArray[np.float64]
@@ -158,9 +158,9 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
     placed = {GROUND, *start.positions}
     for part, place in start.positions.items():
         q[part, :2] = place
-    pinned = _Loose([(joint.first, joint.second) for joint in mechanism.attachments])
-    slides = [(slide.guide, slide.rod) for slide in mechanism.slides]
-    slides += [(channel.guide, node_anchor(channel, 0)) for channel in mechanism.channels]
+    pinned = _Loose([(j.first, j.second) for j in (*_inner(mechanism), *mechanism.attachments)])
+    in_channels = (Slide(c.name, c.guide, node_anchor(c, 0)) for c in mechanism.channels)
+    slides = [*mechanism.slides, *in_channels]
     while True:
         # Loose ends are pinned first: a slide or a slot leaves a freedom that a pin would fix.
         pinned.attach(q, placed)
@@ -218,7 +218,7 @@ def _pass_on_all(mechanism: Mechanism, known: dict[int, float]) -> None:
         for weld in mechanism.welds:
             _pass_on(known, weld.first.part, weld.second.part, weld.angle)
         for slide in mechanism.slides:
-            _pass_on(known, slide.guide.part, slide.rod.part, 0.0)
+            _pass_on(known, slide.first.part, slide.second.part, slide.angle)
         for chain in mechanism.bodies.values():
             for first, second in (*pairwise(chain), *pairwise(chain[::-1])):
                 _pass_on(known, first, second, 0.0)
@@ -247,20 +247,20 @@ def _attach(q: FloatArray, placed: set[int], first: Anchor, second: Anchor) -> b
 
 
 def _attach_slides(
-    mechanism: Mechanism, q: FloatArray, placed: set[int], slides: list[tuple[Anchor, Anchor]]
+    mechanism: Mechanism, q: FloatArray, placed: set[int], slides: Sequence[Slide]
 ) -> bool:
     """Put a rod into its guide; if it also runs in a slot, where the guide points to the curve."""
-    for guide, rod in slides:
-        if not _attach(q, placed, guide, rod):
+    for slide in slides:
+        first, second = slide.first, slide.second
+        led = second.part in placed  # then it stays where it is
+        if not _attach(q, placed, first, second):
             continue
-        if guide.part == GROUND or rod.part not in placed:
-            return True
-        angle = q[guide.part, 2]
+        angle = angle_of(first.part, q) + slide.direction
         along = np.array([np.cos(angle), np.sin(angle)])
         for slot in mechanism.slots:
-            if slot.anchor == rod and slot.carrier == GROUND:
-                ahead = _nearest_ahead(slot, anchor_position(guide, q), along)
-                q[rod.part, :2] += along * ahead
+            if slot.anchor == second and slot.carrier == GROUND and not led:
+                ahead = _nearest_ahead(slot, anchor_position(first, q), along)
+                q[second.part, :2] += along * ahead
         return True
     return False
 
@@ -328,12 +328,17 @@ def _shortened(step: FloatArray) -> FloatArray:
 def _straightened(mechanism: Mechanism, q: FloatArray) -> FloatArray:
     """Lay the parts of each flexible body end to end along its first, hinges closed."""
     q = q.copy()
-    for pin in mechanism.pins:
-        first, second = pin.first.part, pin.second.part
-        if within_body(mechanism, first, second):
-            q[second, 2] = q[first, 2]
-            q[second, :2] += anchor_position(pin.first, q) - anchor_position(pin.second, q)
+    for joint in sorted(_inner(mechanism), key=lambda joint: joint.second.part):
+        q[joint.second.part, 2] = q[joint.first.part, 2]
+        q[joint.second.part, :2] += anchor_position(joint.first, q)
+        q[joint.second.part, :2] -= anchor_position(joint.second, q)
     return q
+
+
+def _inner(mechanism: Mechanism) -> list[Pin | Slide]:
+    """Hinges of flexible bodies, and what lets their rods stretch."""
+    joints: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
+    return [j for j in joints if within_body(mechanism, j.first.part, j.second.part)]
 
 
 def _refuse_open(joints: Constraints) -> None:

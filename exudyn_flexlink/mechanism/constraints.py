@@ -26,8 +26,8 @@ from exudyn_flexlink.mechanism.model import (
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 
-_ROWS = {"revolute": 2, "weld": 3, "sleeve": 2, "slot": 1, "drive": 1}
-_LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1, "slot": 1, "drive": 0}
+_ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "drive": 1}
+_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0}
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def constraint_rows(
     """
     pins, welds, slides, slots = mechanism.pins, mechanism.welds, mechanism.slides, mechanism.slots
     motors = () if motor_angles is None else mechanism.speed_motors
-    kinds = ("revolute",) * len(pins) + ("weld",) * len(welds) + ("sleeve",) * len(slides)
+    kinds = ("revolute",) * len(pins) + ("weld",) * len(welds) + ("slide",) * len(slides)
     kinds += ("slot",) * len(slots) + ("drive",) * len(motors)
     joints: tuple[Pin | Weld | Slide | Slot | Motor, ...]
     joints = (*pins, *welds, *slides, *slots, *motors)
@@ -208,19 +208,19 @@ def _welded(welds: Sequence[Weld], q: FloatArray) -> _Block:
 
 
 def _slid(slides: Sequence[Slide], q: FloatArray) -> _Block:
-    """Offset of each rod's anchor from its guide's axis, and angle between rod and guide."""
-    guide = _Anchored.of([slide.guide for slide in slides], q)
-    rod = _Anchored.of([slide.rod for slide in slides], q)
-    angle = np.append(q[:, 2], 0.0)[guide.parts]
+    """Offset of each second anchor from the line through the first, and the angle to be held."""
+    first = _Anchored.of([slide.first for slide in slides], q)
+    second = _Anchored.of([slide.second for slide in slides], q)
+    angle = np.append(q[:, 2], 0.0)[first.parts] + [slide.direction for slide in slides]
     along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    between = rod.at - guide.at
-    slopes = np.stack([-guide.slopes(normal), rod.slopes(normal)], axis=1)
+    between = second.at - first.at
+    slopes = np.stack([-first.slopes(normal), second.slopes(normal)], axis=1)
     slopes[:, 0, 2] -= np.sum(along * between, axis=1)
-    parts = np.stack([guide.parts, rod.parts], axis=1)
-    pairs = list(zip(guide.parts, rod.parts, strict=True))
+    parts = np.stack([first.parts, second.parts], axis=1)
+    pairs = list(zip(first.parts, second.parts, strict=True))
     offset = (np.sum(normal * between, axis=1), parts, slopes)
-    return _joined(offset, _turned(pairs, np.zeros(len(slides)), q))
+    return _joined(offset, _turned(pairs, np.array([slide.angle for slide in slides]), q))
 
 
 def _joined(lengths: _Block, angles: _Block) -> _Block:
@@ -270,10 +270,12 @@ def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
             turned = angle_of(joint.second.part, q) - angle_of(joint.first.part, q)
             residuals.append(np.abs(turned - joint.angle))
     for slide in mechanism.slides:
-        angle = angle_of(slide.guide.part, q)
-        between = anchor_position(slide.rod, q) - anchor_position(slide.guide, q)
-        across = np.cos(angle) * between[..., 1] - np.sin(angle) * between[..., 0]
-        residuals += [np.abs(across), np.abs(angle_of(slide.rod.part, q) - angle)]
+        angle = angle_of(slide.first.part, q)
+        along = angle + slide.direction
+        between = anchor_position(slide.second, q) - anchor_position(slide.first, q)
+        across = np.cos(along) * between[..., 1] - np.sin(along) * between[..., 0]
+        turned = angle_of(slide.second.part, q) - angle
+        residuals += [np.abs(across), np.abs(turned - slide.angle)]
     for k, slot in enumerate(mechanism.slots):
         point, derivative, _ = slot.curve.derivatives(places[:, k])
         away = slot_point(slot, q) - point

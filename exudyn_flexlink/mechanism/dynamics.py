@@ -11,11 +11,13 @@ from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
+    anchor_position,
     angle_of,
     rate_of_jacobian_times_velocity,
     slot_place,
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
+from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, FaceContact, Mechanism
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 
@@ -62,9 +64,20 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
         rest = 0.0 if spring.rest_angle is None else spring.rest_angle
         torque = -spring.stiffness * (angle - rest) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
+    for linear in mechanism.linear_springs:
+        pull = spring_force(linear, q, v)
+        _add_force(forces, linear.second, pull, q)
+        _add_force(forces, linear.first, -pull, q)
     for motor in mechanism.torque_motors:
         _add_torque(forces, motor.first, motor.second, motor.ramp.at(time))
     return forces.ravel()
+
+
+def _add_force(forces: FloatArray, anchor: Anchor, force: FloatArray, q: FloatArray) -> None:
+    if anchor.part != GROUND:
+        arm = anchor_position(anchor, q) - q[anchor.part, :2]
+        forces[anchor.part, :2] += force
+        forces[anchor.part, 2] += arm[0] * force[1] - arm[1] * force[0]
 
 
 def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> None:

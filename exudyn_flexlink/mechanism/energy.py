@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.kinematics import angle_of
+from exudyn_flexlink.mechanism.linear_springs import damping_power, stored_energy
 from exudyn_flexlink.mechanism.model import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -16,6 +17,7 @@ class EnergyMeter:
 
     def __init__(self, mechanism: Mechanism) -> None:
         parts, springs = mechanism.parts, mechanism.springs
+        self._linear = mechanism.linear_springs
         self._mass = np.array([part.mass for part in parts])
         self._inertia = np.array([part.inertia_about_origin for part in parts])
         self._centre = np.array([part.centre for part in parts])
@@ -42,14 +44,17 @@ class EnergyMeter:
     def potential(self, q: FloatArray) -> FloatArray:
         """Energy of springs and weight, zero weight at the coordinate origin, (instants,)."""
         height = (q[..., :2] + self._arms(q)) @ self._gravity
-        return np.asarray(
-            0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
-            - np.sum(self._mass * height, axis=-1)
-        )
+        stored = 0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
+        for spring in self._linear:
+            stored = stored + stored_energy(spring, q)
+        return np.asarray(stored - np.sum(self._mass * height, axis=-1))
 
-    def damping_power(self, v: FloatArray) -> FloatArray:
+    def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Power lost in the dampers of hinges and springs, never negative, (instants,)."""
-        return np.asarray(np.sum(self._damping * self._turned(v) ** 2, axis=-1))
+        lost = np.sum(self._damping * self._turned(v) ** 2, axis=-1)
+        for spring in self._linear:
+            lost = lost + damping_power(spring, q, v)
+        return np.asarray(lost)
 
     def _turned(self, x: FloatArray) -> FloatArray:
         """Second part's angle (or speed) relative to the first's, (instants, springs)."""

@@ -31,6 +31,15 @@ def anchor_position(anchor: Anchor, q: FloatArray) -> FloatArray:
     )
 
 
+def anchor_at(part: int, place: FloatArray, q: FloatArray) -> Anchor:
+    """Point of a part that is at a place (2,) m, with the parts at `q` (parts, 3)."""
+    if part == GROUND:
+        return Anchor(GROUND, float(place[0]), float(place[1]))
+    x, y = place - q[part, :2]
+    c, s = cos(q[part, 2]), sin(q[part, 2])
+    return Anchor(part, float(c * x + s * y), float(c * y - s * x))
+
+
 def anchor_velocity(anchor: Anchor, q: FloatArray, v: FloatArray) -> FloatArray:
     """Velocity of an anchor, m/s; `q`, `v` (..., parts, 3) give (..., 2)."""
     if anchor.part == GROUND:

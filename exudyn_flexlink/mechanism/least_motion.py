@@ -25,8 +25,8 @@ IntArray = NDArray[np.int_]
 
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
-_LENGTHS = {"revolute": 2, "weld": 2, "sleeve": 1}  # rows in m of what can hang in the tree
-_TIED = ("weld", "sleeve")  # joints whose last row ties the angles of their parts
+_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1}  # rows in m of what can hang in the tree
+_TIED = ("weld", "slide")  # joints whose last row ties the angles of their parts
 
 
 @dataclass(frozen=True)
@@ -238,6 +238,11 @@ def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand
             own[part, lengths] = constraints.slopes[rows, side]
             parents[part, lengths] = constraints.slopes[rows, 1 - side]
             right[part, lengths] = demand.right[rows]
+            if demand.rigid and _stretches(mechanism, constraints, tree, part):
+                # As a row across, but along the rod: its two halves keep together.
+                for whole, slopes in ((own, side), (parents, 1 - side)):
+                    x, y, _ = constraints.slopes[first, slopes]
+                    whole[part, 1] = y, -x, 0.0
         if part in turns:
             own[part, 2, 2], right[part, 2] = 1.0, turns[part]
         elif part in ties:
@@ -249,6 +254,12 @@ def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand
     free = np.where(held[:, None, :], 0.0, directions.transpose(0, 2, 1))
     filling = held[:, :, None] * np.eye(3)
     return _Hung(-solved @ parents, (solved @ right[:, :, None])[:, :, 0], free, filling)
+
+
+def _stretches(mechanism: Mechanism, constraints: Constraints, tree: Spanning, part: int) -> bool:
+    """Tell whether a part hangs on the other half of a rod that can stretch."""
+    inner = within_body(mechanism, part, tree.parents[part])
+    return inner and constraints.kinds[tree.joints[part]] == "slide"
 
 
 def _ties(

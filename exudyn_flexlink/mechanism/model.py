@@ -65,11 +65,17 @@ class Weld:
 
 @dataclass(frozen=True)
 class Slide:
-    """Ideal sleeve: a rod's anchor lies on the guide's x-axis through `guide`, both aligned."""
+    """Prismatic joint, or ideal sleeve: the second anchor lies on a line through the first.
+
+    The line has the angle `direction` (rad) in the first part's axes, and the second part is turned
+    by `angle` (rad) against the first. In a sleeve both are 0: a rod lies on its guide's x-axis.
+    """
 
     name: str
-    guide: Anchor
-    rod: Anchor
+    first: Anchor
+    second: Anchor
+    direction: float = 0.0
+    angle: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -95,6 +101,25 @@ class RotarySpring:
     stiffness: float
     damping: float
     rest_angle: float | None
+
+
+@dataclass(frozen=True)
+class LinearSpring:
+    """Spring and damper between two anchors: N/m, N s/m.
+
+    It acts along the line between them, without force at `length` (m); None: as assembled. One of
+    length 0 draws the second anchor to the first in every direction, as does its damper: between
+    parts that can only slide on each other that is a spring along their joint. `along_slide` tells
+    that it is one: left as assembled it has no force where both anchors are, not at a length.
+    """
+
+    name: str
+    first: Anchor
+    second: Anchor
+    stiffness: float
+    damping: float
+    length: float | None
+    along_slide: bool = False
 
 
 @dataclass(frozen=True)
@@ -154,6 +179,7 @@ class Mechanism:
     slides: tuple[Slide, ...]
     slots: tuple[Slot, ...]
     springs: tuple[RotarySpring, ...]
+    linear_springs: tuple[LinearSpring, ...]
     speed_motors: tuple[Motor, ...]
     torque_motors: tuple[Motor, ...]
     contacts: tuple[FaceContact, ...]
@@ -165,9 +191,16 @@ class Mechanism:
         """Pins and welds, in the order of their constraints."""
         return (*self.pins, *self.welds)
 
-    def with_springs(self, springs: tuple[RotarySpring, ...]) -> Mechanism:
+    @property
+    def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:
+        """Springs at angles, then those between anchors."""
+        return (*self.springs, *self.linear_springs)
+
+    def with_springs(
+        self, springs: tuple[RotarySpring, ...], linear_springs: tuple[LinearSpring, ...]
+    ) -> Mechanism:
         """Return the same mechanism with other springs."""
-        return replace(self, springs=springs)
+        return replace(self, springs=springs, linear_springs=linear_springs)
 
     @cached_property
     def bodies(self) -> Mapping[str, tuple[int, ...]]:

@@ -33,7 +33,7 @@ def spanning_tree(mechanism: Mechanism) -> Spanning:
     """
     ends = [
         *((joint.first.part, joint.second.part) for joint in mechanism.attachments),
-        *((slide.guide.part, slide.rod.part) for slide in mechanism.slides),
+        *((slide.first.part, slide.second.part) for slide in mechanism.slides),
     ]
     neighbours = _neighbours(_without_loops(mechanism, ends), ends)
     count = len(mechanism.parts)

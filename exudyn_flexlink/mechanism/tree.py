@@ -90,8 +90,8 @@ Closure = Pin | Slide | Slot | Motor
 class TreeLayout:
     """Links in order, parents first, which coordinates are fixed, and what closes loops.
 
-    `frames` are those of the parts' origins, by part. `pins` has the link of each pin of the tree,
-    and whether its second part is on that link's side. `slots` are those that a guide's angle
+    `frames` are those of the parts' origins, by part. `joints` has the link of each joint of the
+    tree, and whether its second part is on that link's side. `slots` are those that a guide's angle
     alone decides, `rides` those whose place on their curve takes the place of two slides; there are
     some of either only where no other joint closes a loop.
     """
@@ -102,7 +102,7 @@ class TreeLayout:
     slots: list[GuidedSlot] = field(default_factory=list)
     rides: list[Ride] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
-    pins: dict[str, tuple[int, bool]] = field(default_factory=dict)
+    joints: dict[str, tuple[int, bool]] = field(default_factory=dict)
 
     @property
     def free(self) -> list[int]:
@@ -207,7 +207,7 @@ class _Spanning:
         return tuple(part for part in self._groups[group] if part != GROUND)
 
     def _ends_hung(self, joint: Pin | Slide) -> tuple[bool, bool]:
-        first, second = _ends(joint)
+        first, second = joint.first, joint.second
         return self._number[first.part] in self._hung, self._number[second.part] in self._hung
 
     def _can_hang(self, joint: Pin | Slide) -> bool:
@@ -216,18 +216,22 @@ class _Spanning:
 
     def _add(self, joint: Pin | Slide) -> None:
         """Hang the end of a joint that is not in the tree yet onto the one that is."""
-        first, second = _ends(joint)
+        first, second = joint.first, joint.second
         turned = not self._ends_hung(joint)[0]
         near, far = (second, first) if turned else (first, second)
         parent, x, y = self.layout.place(near)
         own = self._frames[far.part]
         group, link = self._number[far.part], len(self.layout.links)
         at = own.place(far.x, far.y)
+        self.layout.joints[joint.name] = (link, not turned)
         if isinstance(joint, Pin):
-            self.layout.pins[joint.name] = (link, not turned)
             kind, turn, angle = HINGE, 0.0, 0.0
         else:
-            kind, turn, angle = ALONG_X, self.layout.frame(near.part).angle, -own.angle
+            # The slide's x-axis is the joint's line: seen from here, and from what hangs on it.
+            along, back = joint.direction, joint.angle - joint.direction
+            along, back = (-back, -along) if turned else (along, back)
+            kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
+            angle = back - own.angle
         self.layout.links.append(Link(parent, kind, (x, y), turn, self._carried(group)))
         self._hang(group, _with_at_origin(at, link, angle))
 
@@ -265,10 +269,6 @@ def _with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
     return Frame(link, -x, -y, angle)
 
 
-def _ends(joint: Pin | Slide | Weld) -> tuple[Anchor, Anchor]:
-    return (joint.guide, joint.rod) if isinstance(joint, Slide) else (joint.first, joint.second)
-
-
 def _groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
     """Parts that are welded together, with frames in the axes of the first; the ground's first."""
     left = [GROUND, *range(len(mechanism.parts))]
@@ -276,7 +276,7 @@ def _groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
     while left:
         group = {left[0]: Frame(ROOT)}
         for weld, near in _welds_of(mechanism, left[0]):
-            first, second = _ends(weld)
+            first, second = weld.first, weld.second
             here, there = (first, second) if near else (second, first)
             turn = weld.angle if near else -weld.angle
             angle = group[here.part].angle + turn

@@ -62,7 +62,7 @@ def on_axis(result: Result, point: str) -> FloatArray | None:
 
 def _guide(mechanism: Mechanism, joint: str) -> Anchor:
     """Anchor of a sleeve on its guide, whose x-axis is the guide's axis."""
-    anchors = {slide.name: slide.guide for slide in mechanism.slides}
+    anchors = {slide.name: slide.first for slide in mechanism.slides}
     anchors |= {channel.name: channel.guide for channel in mechanism.channels}
     return anchors[joint]
 

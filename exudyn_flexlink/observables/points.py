@@ -15,17 +15,18 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     anchor_velocity,
     build_mechanism,
+    station,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
     FlexibleBody,
-    RevoluteJoint,
+    PointsJoint,
+    PrismaticJoint,
     RigidBody,
     RodBody,
     Scene,
     SlotJoint,
-    WeldJoint,
     split_point,
 )
 from exudyn_flexlink.source import did_you_mean
@@ -72,9 +73,10 @@ def _free_point(scene: Scene) -> str:
     for joint in scene.joints.values():
         if isinstance(joint, SlotJoint):
             held.add(joint.point)
-        elif isinstance(joint, (RevoluteJoint, WeldJoint)):
+        elif isinstance(joint, PointsJoint):
             held |= set(joint.points)
-            grounded |= set(joint.points) if GROUND_NAME in joint.points else set()
+            fixed = GROUND_NAME in joint.points and not isinstance(joint, PrismaticJoint)
+            grounded |= set(joint.points) if fixed else set()
     own = [point for point in named if point != f"{name}.centre"] or named
     free = [point for point in own if point not in held]
     moving = [point for point in named if point not in grounded]
@@ -155,6 +157,9 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
         return Anchor(own[0], *(body.points.get(inner) or body.centre_of_mass))
     if inner == "start":
         return Anchor(own[0], 0.0, 0.0)
+    if inner in body.points:
+        part, *place = station([mechanism.parts[rod].reach for rod in own], body.points[inner])
+        return Anchor(own[part], *place)
     length = body.length if isinstance(body, RodBody) else mechanism.parts[own[-1]].reach
     return Anchor(own[-1], length / 2 if inner == "centre" else length, 0.0)
 

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import inf, isfinite, pi, sqrt
+from math import inf, isfinite
 
-from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
-    GROUND,
-    Anchor,
     Assembly,
     Channel,
     FaceContact,
+    LinearSpring,
     Mechanism,
-    RigidPart,
     RotarySpring,
-    beam_of,
-    chain_of,
     contact_mass,
     contact_step,
     end_of_run,
@@ -30,6 +24,7 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.branches import branch_lines
 from exudyn_flexlink.report.effects import effects_lines
+from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
     Body,
@@ -37,13 +32,14 @@ from exudyn_flexlink.scene import (
     FlexibleBody,
     Joint,
     Law,
+    PrismaticJoint,
     Scene,
     SleeveJoint,
     SlotJoint,
     SpeedDrive,
+    Spring,
+    TorsionalSpring,
 )
-
-MODES = 4
 
 
 def check_text(scene: Scene, assembly: Assembly) -> str:
@@ -59,11 +55,11 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         [f"Degrees of freedom: {assembly.degrees_of_freedom}"],
         branch_lines(scene, assembly),
         *(
-            _link_frequencies(scene, name)
+            link_frequencies(scene, name)
             for name, body in scene.bodies.items()
             if isinstance(body, FlexibleBody)
         ),
-        _pivot_frequencies(scene, assembly.mechanism),
+        pivot_frequencies(scene, assembly.mechanism),
         _run(scene, assembly),
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -116,8 +112,11 @@ def _joined(joint: Joint) -> str:
         return f"{joint.point} on {joint.curve}"
     if isinstance(joint, SleeveJoint):
         return f"{joint.link} in {joint.guide}, {_fit(joint)}"
-    at = "" if joint.at is None else f" at ({number(joint.at[0])}, {number(joint.at[1])}) m"
-    return f"{joint.points[0]} and {joint.points[1]}{at}"
+    along = ""
+    if isinstance(joint, PrismaticJoint):
+        x, y = joint.axis
+        along = f" along ({number(x)}, {number(y)})"
+    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:
@@ -130,21 +129,38 @@ def _fit(sleeve: SleeveJoint) -> str:
 
 def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
     rows = []
-    for spring in mechanism.springs:
+    for spring in mechanism.all_springs:
         if spring.name in scene.springs:
-            at = f"at {scene.springs[spring.name].joint}"
-            rows.append([spring.name, at, *_spring_numbers(spring)])
+            where = _where(scene.springs[spring.name])
+            rows.append([spring.name, where, *_spring_numbers(spring)])
     for name, body in scene.bodies.items():
+        halves = [s for s in mechanism.linear_springs if s.name.startswith(f"{name} stretch ")]
+        if isinstance(body, FlexibleBody) and halves:
+            inner = halves[len(halves) // 2]  # at the ends half rods may be stiffer
+            rows.append([f"{name}, {len(halves)} rods stretch", "each", *_spring_numbers(inner)])
         hinges = [s for s in mechanism.springs if s.name.startswith(f"{name} hinge ")]
         if isinstance(body, FlexibleBody) and hinges:
             rows.append([f"{name}, {len(hinges)} hinges", "each", *_spring_numbers(hinges[0])])
     return ["Springs", *table(rows)] if rows else []
 
 
-def _spring_numbers(spring: RotarySpring) -> list[str]:
+def _where(spring: Spring) -> str:
+    if isinstance(spring, TorsionalSpring):
+        return f"at {spring.joint}"
+    if spring.points is None:
+        return f"along {spring.joint}"
+    return f"between {spring.points[0]} and {spring.points[1]}{_placed(spring.at)}"
+
+
+def _placed(at: tuple[float, float] | None) -> str:
+    return "" if at is None else f" at ({number(at[0])}, {number(at[1])}) m"
+
+
+def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
+    force, change = ("N", "m") if isinstance(spring, LinearSpring) else ("N m", "rad")
     return [
-        f"k {number(spring.stiffness)} N m/rad",
-        f"c {number(spring.damping)} N m s/rad",
+        f"k {number(spring.stiffness)} {force}/{change}",
+        f"c {number(spring.damping)} {force} s/{change}",
     ]
 
 
@@ -182,88 +198,6 @@ def _law(law: Law) -> list[str]:
         return ["rigid, by impulse", restitution, ""]
     friction = f"friction {number(law.friction)}" if law.friction > 0 else ""
     return [f"k {number(law.stiffness)} N/m", restitution, friction]
-
-
-# --- frequencies ----------------------------------------------------------------------------
-
-
-def _link_frequencies(scene: Scene, name: str) -> list[str]:
-    """Natural frequencies of a flexible link with its first rod clamped, against a beam's."""
-    chain = chain_of(scene, name)
-    count = min(MODES, len(chain.hinges))
-    if count == 0:
-        return [f"Natural frequencies of {name}: none, one rod has no hinges"]
-    rods = chain.cantilever_frequencies(count) / (2 * pi)
-    beam = euler_bernoulli_cantilever(beam_of(scene, name), count) / (2 * pi)
-    rows = [["mode", "rods", "beam", "deviation"]]
-    for i in range(count):
-        deviation = f"{100 * (rods[i] / beam[i] - 1):+.2f} %"
-        rows.append([str(i + 1), f"{rods[i]:.2f} Hz", f"{beam[i]:.2f} Hz", deviation])
-    return [
-        f"Natural frequencies of {name}, first rod clamped, against an Euler-Bernoulli beam",
-        *table(rows),
-        *_rule(scene, name),
-    ]
-
-
-def _rule(scene: Scene, name: str) -> list[str]:
-    body = scene.bodies[name]
-    assert isinstance(body, FlexibleBody)  # its only caller has made a chain of it
-    rule = body.hinges.stiffness
-    if rule == "paper":
-        return [
-            f"  hinge stiffness by the rule 'paper': E I / length of {name}",
-            "  The link gets softer with every rod; 'beam' tends to the Euler-Bernoulli beam",
-        ]
-    if rule == "beam":
-        better = [] if body.layout == "half_ends" else ["  'layout: half_ends' comes closer"]
-        return ["  hinge stiffness by the rule 'beam': E I / length of a rod", *better]
-    return [f"  hinge stiffness given as a number, {number(float(rule))} N m/rad"]
-
-
-def _pivot_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
-    """Undamped frequencies of bodies that only a sprung joint holds to the ground."""
-    rows = []
-    for spring in mechanism.springs:
-        part = _held_by(spring, scene, mechanism)
-        if part is not None and spring.stiffness > 0:
-            pivot = scene.springs[spring.name].joint
-            inertia = _inertia_about(pivot, part, mechanism)
-            frequency = sqrt(spring.stiffness / inertia) / (2 * pi)
-            ratio = spring.damping / (2 * sqrt(spring.stiffness * inertia))
-            name = mechanism.parts[part].body
-            rows.append(
-                [name, f"about {pivot}", f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
-            )
-    return ["Natural frequencies of sprung bodies, by themselves", *table(rows)] if rows else []
-
-
-def _held_by(spring: RotarySpring, scene: Scene, mechanism: Mechanism) -> int | None:
-    """Part that swings on the ground by this spring's joint alone, if there is one."""
-    if spring.name not in scene.springs or GROUND not in (spring.first, spring.second):
-        return None
-    part = spring.second if spring.first == GROUND else spring.first
-    return part if [name for name, _ in _anchors_of(part, mechanism)] == [
-        scene.springs[spring.name].joint
-    ] else None  # fmt: skip
-
-
-def _anchors_of(part: int, mechanism: Mechanism) -> list[tuple[str, Anchor]]:
-    """Joints of a part, with the anchor of each on it."""
-    pairs: Iterable[tuple[str, Anchor]] = [
-        *((j.name, a) for j in mechanism.pins for a in (j.first, j.second)),
-        *((j.name, a) for j in mechanism.welds for a in (j.first, j.second)),
-        *((j.name, a) for j in mechanism.slides for a in (j.guide, j.rod)),
-        *((j.name, j.anchor) for j in mechanism.slots),
-    ]
-    return [(name, anchor) for name, anchor in pairs if anchor.part == part]
-
-
-def _inertia_about(joint: str, index: int, mechanism: Mechanism) -> float:
-    part: RigidPart = mechanism.parts[index]
-    anchor = next(a for name, a in _anchors_of(index, mechanism) if name == joint)
-    x, y = anchor.x - part.centre[0], anchor.y - part.centre[1]
-    return part.inertia + part.mass * (x * x + y * y)
 
 
 # --- run and steps --------------------------------------------------------------------------

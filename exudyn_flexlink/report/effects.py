@@ -47,7 +47,7 @@ def _rough(law: Law) -> bool:
 
 def _damped(mechanism: Mechanism) -> list[str]:
     """Springs with damping; the hinges of a link count as one, under the link's name."""
-    damped = [spring.name for spring in mechanism.springs if spring.damping > 0]
+    damped = [spring.name for spring in mechanism.all_springs if spring.damping > 0]
     return list(dict.fromkeys(name.split(" hinge ")[0] for name in damped))
 
 

@@ -25,6 +25,7 @@ from exudyn_flexlink.scene.curve_specs import (
 from exudyn_flexlink.scene.forces import (
     Contact,
     Drive,
+    LinearSpring,
     PointOnLine,
     SpeedDrive,
     Spring,
@@ -33,6 +34,8 @@ from exudyn_flexlink.scene.forces import (
 )
 from exudyn_flexlink.scene.joints import (
     Joint,
+    PointsJoint,
+    PrismaticJoint,
     RevoluteJoint,
     SleeveJoint,
     SlotJoint,
@@ -83,10 +86,13 @@ __all__ = [
     "LapsSpec",
     "Law",
     "LineSpec",
+    "LinearSpring",
     "Material",
     "Outputs",
     "Part",
     "PointOnLine",
+    "PointsJoint",
+    "PrismaticJoint",
     "RectangleSection",
     "RevoluteJoint",
     "RigidBody",

@@ -114,6 +114,16 @@ def refuse_two(part: Part, *keys: str) -> None:
         refuse(f"'{given[0]}' and '{given[1]}' exclude each other; give one of them", at=given[1])
 
 
+def refuse_place(what: str, points: tuple[str, str], at: tuple[float, float] | None) -> None:
+    """Refuse a joint or spring of two points whose place on the ground is missing, or too much."""
+    if points == (GROUND, GROUND):
+        refuse("joins the ground to itself", at="points")
+    if GROUND in points and at is None:
+        refuse("missing 'at'", f"where the {what} sits on the ground, e.g. at: [0.02, 0]")
+    if GROUND not in points and at is not None:
+        refuse(f"only a {what} with the ground has a fixed place", at="at")
+
+
 def split_point(text: str) -> tuple[str, str]:
     """`"link.end"` -> `("link", "end")`; `"ground"` -> `("ground", "")`.
 

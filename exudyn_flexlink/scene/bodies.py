@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi
 from typing import Annotated, Literal
 
@@ -84,6 +85,16 @@ Section = Annotated[
 ]
 
 
+Stations = Named[PositiveLength]
+STATIONS = "named points by their distance from the start; on a hinge: of the rod before it"
+
+
+def _refuse_beyond(stations: Mapping[str, float], length: float) -> None:
+    for name, place in stations.items():
+        if place > length:
+            refuse(f"is beyond the end, at {length:g} m", at=("points", name))
+
+
 class RodBody(Part):
     """A straight, uniform, rigid rod from `start` to `end`."""
 
@@ -94,11 +105,17 @@ class RodBody(Part):
     slender: Flag = Field(
         True, description="true: inertia m l^2/12 about the centre; false: adds that of the section"
     )
+    points: Stations = Field(default_factory=FrozenMapping, description=STATIONS)
 
     @property
     def point_names(self) -> tuple[str, ...]:
         """Names of the points that joints and contacts may refer to."""
-        return ("start", "end", "centre")
+        return ("start", "end", "centre", *self.points)
+
+    @model_validator(mode="after")
+    def _stations_are_on_it(self) -> RodBody:
+        _refuse_beyond(self.points, self.length)
+        return self
 
 
 class RigidBody(Part):
@@ -150,11 +167,22 @@ class FlexibleBody(Part):
     slender: Flag = Field(
         True, description="true: a rod's inertia is m l^2/12; false: adds that of the section"
     )
+    stretch: Flag = Field(
+        False,
+        description="true: every rod is two halves that slide on each other, with an axial spring "
+        "E A / length of the rod",
+    )
+    points: Stations = Field(default_factory=FrozenMapping, description=STATIONS)
 
     @property
     def point_names(self) -> tuple[str, ...]:
         """Names of the points that joints and contacts may refer to."""
-        return ("start", "end")
+        return ("start", "end", *self.points)
+
+    @model_validator(mode="after")
+    def _stations_are_on_it(self) -> FlexibleBody:
+        _refuse_beyond(self.points, self.length)
+        return self
 
     @model_validator(mode="after")
     def _half_ends_are_two(self) -> FlexibleBody:

@@ -6,15 +6,19 @@ from collections.abc import Iterator
 
 from exudyn_flexlink.scene.base import GROUND, split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody
-from exudyn_flexlink.scene.joints import RevoluteJoint
+from exudyn_flexlink.scene.forces import LinearSpring
+from exudyn_flexlink.scene.joints import PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
-from exudyn_flexlink.source import Mistake
+from exudyn_flexlink.source import KeyPath, Mistake
 
 
 def springs(look: Lookup) -> Iterator[Mistake]:
     """Refuse joints in springs that are none, or of the wrong kind."""
     for name, spring in valid(look.parts.springs):
         path = ("springs", name)
+        if isinstance(spring, LinearSpring):
+            yield from _linear(look, path, spring)
+            continue
         yield from look.revolute((*path, "joint"), spring.joint)
         joint = look.get("joints", spring.joint)
         if not isinstance(joint, RevoluteJoint):
@@ -24,6 +28,17 @@ def springs(look: Lookup) -> Iterator[Mistake]:
                 hint = "of a rod or a rigid body hinged to the ground; else give "
                 hint += "'stiffness'" if key == "frequency" else "'damping'"
                 yield Mistake((*path, key), f"'{spring.joint}' has no {key} of its own", hint)
+
+
+def _linear(look: Lookup, path: KeyPath, spring: LinearSpring) -> Iterator[Mistake]:
+    if spring.joint is not None:
+        yield from look.joint((*path, "joint"), spring.joint, PrismaticJoint)
+    points = spring.points or ()
+    for i, text in enumerate(points):
+        yield from look.point((*path, "points", i), text)
+    bodies = {split_point(text)[0] for text in points}
+    if len(bodies) == 1 and not isinstance(look.get("bodies", *bodies), FlexibleBody):
+        yield Mistake((*path, "points"), "both points are of one body, which can't change")
 
 
 def _swings(look: Lookup, joint: RevoluteJoint) -> bool:

@@ -12,7 +12,10 @@ from exudyn_flexlink.quantities import (
     Acceleration,
     Angle,
     AngularSpeed,
+    Coordinate,
+    NonNegativeDamping,
     NonNegativeDuration,
+    NonNegativeStiffness,
     NonNegativeTorsionalDamping,
     NonNegativeTorsionalStiffness,
     Number,
@@ -25,7 +28,10 @@ from exudyn_flexlink.scene.base import (
     MovingPointName,
     Name,
     Part,
+    Point,
+    PointName,
     refuse,
+    refuse_place,
     refuse_two,
     require_one,
     split_point,
@@ -89,6 +95,40 @@ class TorsionalSpring(Part):
         return self
 
 
+class LinearSpring(Part):
+    """A spring, and a damper, between two points, or along a prismatic joint."""
+
+    type: Literal["linear"] = "linear"
+    points: tuple[PointName, PointName] | None = Field(
+        None, description="two points 'body.point', of which one may be 'ground'; or 'joint'"
+    )
+    at: Point | None = Field(
+        None, description="where the spring is held on the ground, [x, y], metres"
+    )
+    joint: Name | None = Field(None, description="name of a prismatic joint; or 'points'")
+    stiffness: NonNegativeStiffness = Field(description="force per change of length")
+    damping: NonNegativeDamping = Field(0.0, description="force per rate of that change")
+    length: Coordinate | None = Field(
+        None,
+        description="without force; along a joint how far its second point is from its first, with "
+        "a sign; left out: as assembled. One of length 0 between points draws them together, its "
+        "damper in every direction too",
+    )
+
+    @model_validator(mode="after")
+    def _between_points_or_along_a_joint(self) -> LinearSpring:
+        require_one(self, "points", "joint")
+        if self.points is None and self.at is not None:
+            refuse("only a spring with the ground has a fixed place", at="at")
+        if self.points is not None:
+            refuse_place("spring", self.points, self.at)
+            if self.points[0] == self.points[1]:
+                refuse("needs two different points", at="points")
+            if self.length is not None and self.length < 0:
+                refuse("must be 0 or greater between two points", at="length")
+        return self
+
+
 class SpeedDrive(Part):
     """Prescribes the speed of a revolute joint: its second body relative to its first."""
 
@@ -132,6 +172,6 @@ class PointOnLine(Part):
         return self
 
 
-Spring = Annotated[TorsionalSpring, ByType()]
+Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]
 Drive = Annotated[SpeedDrive | TorqueDrive, ByType()]
 Contact = Annotated[PointOnLine, ByType()]

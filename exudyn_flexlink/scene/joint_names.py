@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from exudyn_flexlink.scene.base import split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody, RigidBody
 from exudyn_flexlink.scene.curve_specs import CurveSpec, JoinedSpec, LapsSpec
-from exudyn_flexlink.scene.joints import RevoluteJoint, SleeveJoint, SlotJoint, WeldJoint
+from exudyn_flexlink.scene.joints import PointsJoint, SleeveJoint, SlotJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
 from exudyn_flexlink.source import KeyPath, Mistake
 
@@ -79,7 +79,7 @@ def joints(look: Lookup) -> Iterator[Mistake]:
     """Refuse names in joints that lead nowhere, or to the wrong kind of part."""
     for name, joint in valid(look.parts.joints):
         path = ("joints", name)
-        if isinstance(joint, (RevoluteJoint, WeldJoint)):
+        if isinstance(joint, PointsJoint):
             for i, text in enumerate(joint.points):
                 yield from look.point((*path, "points", i), text)
             one, other = (split_point(text)[0] for text in joint.points)

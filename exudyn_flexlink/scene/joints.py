@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from exudyn_flexlink.quantities import Angle, NonNegativeLength
+from exudyn_flexlink.quantities import Angle, NonNegativeLength, Ratio
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
@@ -18,12 +18,13 @@ from exudyn_flexlink.scene.base import (
     Point,
     PointName,
     refuse,
+    refuse_place,
     split_point,
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw
 
 
-class _AtPoints(Part):
+class PointsJoint(Part):
     """A joint of two points, which says where it sits if one of them is the ground."""
 
     points: tuple[PointName, PointName] = Field(
@@ -37,27 +38,40 @@ class _AtPoints(Part):
         return tuple(split_point(text)[0] for text in self.points if text != GROUND)
 
     @model_validator(mode="after")
-    def _sits_on_ground(self) -> _AtPoints:
-        if self.points == (GROUND, GROUND):
-            refuse("joins the ground to itself", at="points")
-        if GROUND in self.points and self.at is None:
-            refuse("missing 'at'", "where the joint sits on the ground, e.g. at: [0.02, 0]")
-        if GROUND not in self.points and self.at is not None:
-            refuse("only a joint with the ground has a fixed place", at="at")
+    def _sits_on_ground(self) -> PointsJoint:
+        refuse_place("joint", self.points, self.at)
         return self
 
 
-class RevoluteJoint(_AtPoints):
+class RevoluteJoint(PointsJoint):
     """Two points coincide, the bodies turn; positive: the second turns counter-clockwise."""
 
     type: Literal["revolute"] = "revolute"
 
 
-class WeldJoint(_AtPoints):
+class WeldJoint(PointsJoint):
     """Two points coincide and the angle between the bodies is fixed."""
 
     type: Literal["weld"] = "weld"
     angle: Angle = Field(0.0, description="of the second body relative to the first")
+
+
+class PrismaticJoint(PointsJoint):
+    """The second point slides on a straight line through the first; no body turns on the other."""
+
+    type: Literal["prismatic"] = "prismatic"
+    axis: tuple[Ratio, Ratio] = Field(
+        description="direction [x, y] of the line, of any length, in the first body's axes; the "
+        "ground's if that is 'ground'"
+    )
+    angle: Angle = Field(0.0, description="of the second body relative to the first")
+
+    @field_validator("axis")
+    @classmethod
+    def _points_somewhere(cls, axis: tuple[float, float]) -> tuple[float, float]:
+        if axis == (0.0, 0.0):
+            refuse("has no direction", "e.g. [1, 0] along x, [0, 1] along y")
+        return axis
 
 
 class SlotJoint(Part):
@@ -130,4 +144,4 @@ class SleeveJoint(Part):
         return self
 
 
-Joint = Annotated[RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint, ByType()]
+Joint = Annotated[RevoluteJoint | SlotJoint | SleeveJoint | WeldJoint | PrismaticJoint, ByType()]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-from exudyn_flexlink.scene.base import GROUND, split_point
+from exudyn_flexlink.scene.base import GROUND, split_point, type_of
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Contact, Drive, Spring
@@ -84,9 +84,14 @@ class Lookup:
             message += did_you_mean(point, part.point_names)
             yield Mistake(path, message, "its points: " + ", ".join(part.point_names))
 
-    def revolute(self, path: KeyPath, name: str) -> Iterator[Mistake]:
-        """Refuse a name that is not that of a revolute joint."""
+    def joint(self, path: KeyPath, name: str, kind: type[Joint]) -> Iterator[Mistake]:
+        """Refuse a name that is not that of a joint of a kind."""
         yield from self.missing(path, "joints", name)
         joint = self.get("joints", name)
-        if joint is not None and not isinstance(joint, RevoluteJoint):
-            yield Mistake(path, f"needs a revolute joint; '{name}' is of type {joint.type}")
+        if joint is not None and not isinstance(joint, kind):
+            message = f"needs a {type_of(kind)} joint; '{name}' is of type {joint.type}"
+            yield Mistake(path, message)
+
+    def revolute(self, path: KeyPath, name: str) -> Iterator[Mistake]:
+        """Refuse a name that is not that of a revolute joint."""
+        yield from self.joint(path, name, RevoluteJoint)

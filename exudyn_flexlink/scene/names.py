@@ -30,9 +30,11 @@ def _odd_names(parts: Parts) -> Iterator[Mistake]:
         for name in getattr(parts, section) or {}:
             yield from _odd_name((section, name))
     for body, part in valid(parts.bodies):
-        if isinstance(part, RigidBody):
-            for name in part.points:
-                yield from _odd_name(("bodies", body, "points", name))
+        for name in part.points:
+            path: KeyPath = ("bodies", body, "points", name)
+            yield from _odd_name(path)
+            if not isinstance(part, RigidBody) and name in ("start", "end"):
+                yield Mistake(path, f"'{name}' is already a point", on_key=True)
     if parts.bodies is not None and not parts.bodies:
         yield Mistake(("bodies",), "a scene needs at least one body")
 

@@ -77,6 +77,7 @@ def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:
     _require("names", set(names["drive_torques"]) <= set(scene.drives))
     _require("names", all(name.startswith(owners) for name in names["joint_forces"]))
     _require("names", names["extremes"] == _extremes_of(scene))
+    _require("names", set(names["spring_forces"]) <= set(scene.springs))
     for kind in ("slot_forces", "sleeves"):
         _require("names", set(names[kind]) <= set(scene.joints))
 

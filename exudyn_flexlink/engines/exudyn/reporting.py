@@ -42,6 +42,7 @@ class Report:
     drive_torques: Mapping[str, FloatArray]
     joint_forces: Mapping[str, FloatArray]
     slot_forces: Mapping[str, FloatArray]
+    spring_forces: Mapping[str, FloatArray]
     contacts: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]
     energy: EnergyHistory

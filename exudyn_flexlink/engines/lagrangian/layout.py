@@ -11,7 +11,15 @@ from math import atan2, hypot
 
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, Motor, Pin
-from exudyn_flexlink.scene import RevoluteJoint, Scene, SleeveJoint, SlotJoint, WeldJoint
+from exudyn_flexlink.scene import (
+    FlexibleBody,
+    PrismaticJoint,
+    RevoluteJoint,
+    Scene,
+    SleeveJoint,
+    SlotJoint,
+    WeldJoint,
+)
 
 ON_AXIS = 1e-12  # m
 
@@ -76,6 +84,15 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     pivots = {name: _pivot(mechanism, name) for name in _joints(scene, RevoluteJoint)}
     for name in _joints(scene, WeldJoint):
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
+    for name in _joints(scene, PrismaticJoint):
+        raise NotRepresentableError(("joints", name), "the Lagrangian engine has no such joints")
+    for name, body in scene.bodies.items():
+        if isinstance(body, FlexibleBody) and body.stretch:
+            message = "the Lagrangian engine's rods do not stretch"
+            raise NotRepresentableError(("bodies", name, "stretch"), message)
+    for spring in mechanism.linear_springs:
+        message = "the Lagrangian engine has torsional springs alone"
+        raise NotRepresentableError(("springs", spring.name), message)
     sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
     slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
     if mechanism.slots[0].carrier != GROUND:
@@ -139,7 +156,7 @@ def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot
             ("bodies", body), "a guide must turn about a point on the ground"
         )
     guide = found[0]
-    if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].guide.y) > ON_AXIS:
+    if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].first.y) > ON_AXIS:
         raise NotRepresentableError(
             ("joints", guide.joint), f"must lie on the axis of the sleeve '{sleeve}'"
         )

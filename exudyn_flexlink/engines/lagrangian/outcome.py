@@ -85,6 +85,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         drive_torques=forces.drive_torques(time),
         joint_forces=forces.joints(),
         slot_forces={model.mechanism.slots[0].name: forces.slot},
+        spring_forces={},  # linear springs are refused
         contacts=_contacts(prepared, forces),
         sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),

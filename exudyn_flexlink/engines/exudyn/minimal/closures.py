@@ -68,7 +68,7 @@ class Closures:
         self._points = Points(layout, anchors)
         self._turns = {c.name: _turn(layout, c) for c in layout.closures}
         self._bases = {
-            c.name: layout.frame(c.guide.part if isinstance(c, Slide) else c.carrier)
+            c.name: layout.frame(c.first.part if isinstance(c, Slide) else c.carrier)
             for c in layout.closures
             if isinstance(c, Slide | Slot)
         }
@@ -120,9 +120,10 @@ class Closures:
         return Closing(x, places, points, track, residual)
 
     def axis(self, joint: Slide | Slot, places: Places) -> ComplexArray:
-        """Direction of a slide's guide, or of a slot's carrier (instants,), as complex numbers."""
+        """Direction of a slide, or of a slot's carrier (instants,), as complex numbers."""
         frame: Frame = self._bases[joint.name]
-        return np.asarray(places.axis[:, frame.link] * np.exp(1j * frame.angle))
+        turn = frame.angle + (joint.direction if isinstance(joint, Slide) else 0.0)
+        return np.asarray(places.axis[:, frame.link] * np.exp(1j * turn))
 
     def _track(self, u: FloatArray) -> Track:
         shape = u.shape
@@ -218,10 +219,8 @@ class Closures:
 
 
 def _anchors(closure: Closure) -> list[Anchor]:
-    if isinstance(closure, Pin):
+    if isinstance(closure, Pin | Slide):
         return [closure.first, closure.second]
-    if isinstance(closure, Slide):
-        return [closure.guide, closure.rod]
     if isinstance(closure, Slot):
         return [closure.anchor, Anchor(closure.carrier, 0.0, 0.0)]
     return []
@@ -230,7 +229,7 @@ def _anchors(closure: Closure) -> list[Anchor]:
 def _parts(closure: Closure) -> tuple[int, int] | None:
     """Parts whose angle against one another a closure holds, if it holds one."""
     if isinstance(closure, Slide):
-        return closure.guide.part, closure.rod.part
+        return closure.first.part, closure.second.part
     return (closure.first, closure.second) if isinstance(closure, Motor) else None
 
 
@@ -241,5 +240,5 @@ def _turn(layout: TreeLayout, closure: Closure) -> FloatArray:
 
 
 def _fixed_turn(layout: TreeLayout, closure: Slide) -> float:
-    """Angle of a slide's rod against its guide where all coordinates are 0, rad."""
-    return layout.turn(closure.rod.part) - layout.turn(closure.guide.part)
+    """Angle that a slide's second part misses where all coordinates are 0, rad."""
+    return layout.turn(closure.second.part) - layout.turn(closure.first.part) - closure.angle

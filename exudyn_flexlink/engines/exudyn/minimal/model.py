@@ -24,18 +24,12 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Reaches,
     start_coordinates,
 )
-from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
+from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.integrate.problem import Evaluation, Press
-from exudyn_flexlink.mechanism import Assembly, Mechanism, RotarySpring
-from exudyn_flexlink.mechanism.tree import (
-    ALONG_X,
-    ALONG_Y,
-    HINGE,
-    TreeLayout,
-    hinge_between,
-)
+from exudyn_flexlink.mechanism import Assembly, Mechanism
+from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, TreeLayout
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
@@ -75,10 +69,7 @@ class MinimalModel:
         self.kinematics = LinkKinematics(layout)
         self._reaches = Reaches(layout, self.kinematics, [part.reach for part in mechanism.parts])
         self.coordinates = self._coordinates(events)
-        self.stiffness, self.damping, self._rest = np.zeros((3, count))
-        self._across = SpringsAcross(count)
-        for spring in mechanism.springs:
-            self._add_spring(spring)
+        self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.torques = [
             (motor, layout.turning_row(motor.first, motor.second))
             for motor in mechanism.torque_motors
@@ -106,19 +97,6 @@ class MinimalModel:
         lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
         lengths = np.maximum(lengths, 1e-3 * lengths.max(initial=1.0))
         return ClosedCoordinates(layout, self.kinematics, self.start, points, lengths)
-
-    def _add_spring(self, spring: RotarySpring) -> None:
-        """Give a spring on one hinge to Exudyn's tree; others act across several hinges."""
-        first, second = spring.first, spring.second
-        rest = (spring.rest_angle or 0.0) - self.layout.turn(second) + self.layout.turn(first)
-        found = hinge_between(self.layout, first, second)
-        if found is None or self.stiffness[found[0]] or self.damping[found[0]]:
-            row = self.layout.turning_row(first, second)
-            self._across.add(row, spring.stiffness, spring.damping, rest)
-            return
-        link, sign = found
-        self.stiffness[link], self.damping[link] = spring.stiffness, spring.damping
-        self._rest[link] = sign * rest
 
     def _build(self, count: int) -> None:
         self._container = Engine.SystemContainer()
@@ -161,9 +139,9 @@ class MinimalModel:
             "linkCOMs": Engine.Vector3DList([[*body.centre, 0.0] for body in bodies]),
             "linkMasses": [body.mass for body in bodies],
             "gravity": [*self.assembly.mechanism.gravity, 0.0],
-            "jointPControlVector": self.stiffness,
-            "jointDControlVector": self.damping,
-            "jointPositionOffsetVector": self._rest,
+            "jointPControlVector": self.all_springs.stiffness,
+            "jointDControlVector": self.all_springs.damping,
+            "jointPositionOffsetVector": self.all_springs.rest,
             "jointVelocityOffsetVector": np.zeros(count),
         }
 
@@ -183,7 +161,8 @@ class MinimalModel:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
         held = self.coordinates.hold(t, q, v)
         mass, force = self._ask(held.x, held.v)
-        self._across.pull(held.x, held.v, force)
+        if self.all_springs.pulls:
+            force += self.all_springs.pull(held.x, held.v)
         for motor, row in self.torques:
             force += np.outer([motor.ramp.at(at) for at in t.tolist()], row)
         pushes, touching = self._push(held.x, held.v, force)
@@ -254,16 +233,17 @@ class MinimalModel:
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
-        reach: FloatArray | None = at.kept.held.reach
+        held: Held = at.kept.held
+        reach = held.reach
         if reach is None and self._springy is not None:
             return self._springy
-        stiffness = np.diag(self.stiffness) + self._across.stiffness
-        damping = np.diag(self.damping) + self._across.damping
+        stiffness, damping = self.all_springs.slopes(held.x, held.v)
         if reach is not None:
             return reach.T @ stiffness @ reach, reach.T @ damping @ reach
         picked = self._picked
-        self._springy = stiffness[picked][:, picked], damping[picked][:, picked]
-        return self._springy
+        found = stiffness[picked][:, picked], damping[picked][:, picked]
+        self._springy = found if self.all_springs.straight else None
+        return found
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
@@ -309,11 +289,6 @@ class MinimalModel:
         whole: FloatArray = held.b.copy()
         whole[:, self._picked] += free
         return whole
-
-    def damped(self, v: FloatArray) -> FloatArray:
-        """Power that dampers take (instants,), W, at speeds (instants, links)."""
-        across = np.sum((v @ self._across.damping) * v, axis=1)
-        return np.asarray((v * v) @ self.damping + across)
 
     def left_over(self, instants: Sequence[Whole], accelerations: FloatArray) -> FloatArray:
         """Forces (n, links) that motors, slots and loops add where all coordinates move so.

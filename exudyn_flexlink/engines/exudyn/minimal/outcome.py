@@ -20,9 +20,15 @@ from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact, anchor_position, approach, face_length
+from exudyn_flexlink.mechanism import (
+    FaceContact,
+    anchor_position,
+    approach,
+    face_length,
+    spring_force,
+)
 from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import PointsJoint, Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +61,6 @@ class _Reading:
         self.time, self.x, self.v = (
             np.array([getattr(sample, name) for sample in samples]) for name in ("time", "x", "v")
         )
-        self.slots = {slot.name for slot in self.mechanism.slots}
         self.places = np.array([s.places for s in samples]).reshape(len(samples), -1)
         self.pressed = np.array([s.pressed for s in samples])
         self.a, self.left, self.totals = (
@@ -68,6 +73,10 @@ class _Reading:
             approach(contact, self.moved.poses, self.moved.rates)
             for contact in self.mechanism.contacts
         ]
+        self.pulls = {
+            spring: spring_force(spring, self.moved.poses, self.moved.rates)
+            for spring in self.mechanism.linear_springs
+        }
         self.pressing = np.zeros(self.pressed.shape)
         self.on_points = self._pressing()
         self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
@@ -109,6 +118,11 @@ class _Reading:
             drive_torques=self._torques(),
             joint_forces=self._joint_forces(),
             slot_forces={s.name: self.reactions.forces[s.name] for s in self.mechanism.slots},
+            spring_forces={
+                spring.name: force
+                for spring, force in self.pulls.items()
+                if spring.name in self.run.scene.springs
+            },
             contacts=contacts,
             sleeves=sleeve_histories(self.mechanism, written, self.pressing),
             energy=EnergyHistory(*energies.T),
@@ -153,20 +167,22 @@ class _Reading:
         return torques
 
     def _joint_forces(self) -> dict[str, FloatArray]:
-        """Force of each hinge on its second point: Newton's law for all that hangs on it."""
+        """Force of each joint on its second point: Newton's law for all that hangs on it."""
         layout = self.model.layout
         given = self._given()
         forces = {}
-        for name in self.run.scene.joints:
-            if name in layout.pins:
-                link, second = layout.pins[name]
+        for name, joint in self.run.scene.joints.items():
+            if not isinstance(joint, PointsJoint):
+                continue
+            if name in layout.joints:
+                link, second = layout.joints[name]
                 held = [
                     part for part, own in layout.frames.items() if link in layout.path(own.link)
                 ]
                 force = sum((self._momentum_rate(part) - given[part] for part in held),
                             np.zeros((len(self.time), 2)))  # fmt: skip
                 forces[name] = force if second else -force
-            elif name in self.reactions.forces and name not in self.slots:
+            elif name in self.reactions.forces:
                 forces[name] = self.reactions.forces[name]
         return forces
 
@@ -184,8 +200,12 @@ class _Reading:
         return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
 
     def _given(self) -> list[FloatArray]:
-        """Forces of slots, closed loops and contacts on each part, N."""
+        """Forces of slots, closed loops, springs and contacts on each part, N."""
         given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
+        for spring, force in self.pulls.items():
+            for part, sign in ((spring.second.part, 1.0), (spring.first.part, -1.0)):
+                if part >= 0:
+                    given[part] += sign * force
         for part, force in self.reactions.on_parts:
             if part >= 0:
                 given[part] += force

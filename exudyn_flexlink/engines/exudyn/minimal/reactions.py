@@ -110,7 +110,7 @@ def _closing(
 def _across(
     coordinates: ClosedCoordinates, slide: Slide, at: Closing, size: FloatArray
 ) -> list[tuple[int, FloatArray]]:
-    """Force between a guide and its rod, across the guide's axis."""
+    """Force between the two parts of a slide, across its line."""
     normal = 1j * coordinates.closures.axis(slide, at.places)
     force = size[:, None] * np.stack([normal.real, normal.imag], axis=-1)
-    return [(slide.rod.part, force), (slide.guide.part, -force)]
+    return [(slide.second.part, force), (slide.first.part, -force)]

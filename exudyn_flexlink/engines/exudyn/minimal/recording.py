@@ -159,7 +159,7 @@ class Recorder:
         free = np.concatenate([a for s in steps for a in (s.start.a[None], s.accelerations)])
         held = together([node.held for node in nodes])
         left = self.model.left_over(nodes, self.model.whole_accelerations(held, free))
-        rates = self._rates_of(nodes, held.v, left).reshape(shape)
+        rates = self._rates_of(nodes, held, left).reshape(shape)
         lengths = np.array([step.h for step in steps])
         gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
         reached = self._reached + np.vstack([0 * self._reached, np.cumsum(gained, axis=0)])
@@ -198,14 +198,15 @@ class Recorder:
         motion = found.poses.reshape(shape), found.rates.reshape(shape)
         self.seeker.take(begins, lengths, motion, pressed)
 
-    def _rates_of(self, nodes: Sequence[Whole], v: FloatArray, left: FloatArray) -> FloatArray:
-        """Rates of the totals (n, ...) at speeds v (n, links), with the forces `left` (n, links).
+    def _rates_of(self, nodes: Sequence[Whole], held: Held, left: FloatArray) -> FloatArray:
+        """Rates of the totals (n, ...) at coordinates (n, ...), with the forces `left` (n, links).
 
         The instants (n,) are those of all nodes in a row.
         """
         count, first = len(self.contacts), len(self.model.contacts)
+        v = held.v
         rates = np.zeros((len(v), 2 + 2 * count))
-        rates[:, 0] = self.model.damped(v)
+        rates[:, 0] = self.model.all_springs.lost(held.x, v)
         rates[:, 1] = np.sum(left * v, axis=1)
         times = np.concatenate([whole.t for whole in nodes]).tolist()
         for motor, row in self.model.torques:

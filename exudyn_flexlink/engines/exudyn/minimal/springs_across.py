@@ -1,4 +1,4 @@
-"""Springs and dampers of a tree that act across several of its hinges, or across none."""
+"""Springs and dampers of a tree that its joints do not have: across several of them, or none."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class SpringsAcross:
     def __init__(self, count: int) -> None:
         self.stiffness, self.damping = np.zeros((2, count, count))
         self._pull = np.zeros(count)
-        self._any = False
+        self.any = False
 
     def add(self, row: FloatArray, stiffness: float, damping: float, rest: float) -> None:
         """Add a spring whose angle is ``row @ x``, at rest where that is `rest` (rad)."""
@@ -22,9 +22,8 @@ class SpringsAcross:
         self.stiffness += stiffness * square
         self.damping += damping * square
         self._pull += stiffness * rest * row
-        self._any = True
+        self.any = True
 
-    def pull(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> None:
-        """Add the generalised forces at coordinates and speeds (n, links)."""
-        if self._any:
-            onto += self._pull - x @ self.stiffness - v @ self.damping
+    def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Generalised forces (instants, links) at coordinates and speeds (instants, links)."""
+        return np.asarray(self._pull - x @ self.stiffness - v @ self.damping)

@@ -91,13 +91,15 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
     _refuse_body(name, body)
     rods = tuple(mechanism.parts_of(name))
     _refuse_joints(scene, mechanism, name, rods)
-    _refuse_contacts(mechanism, rods)
-    slides = [slide for slide in mechanism.slides if slide.rod.part == rods[0]]
+    ends = Anchor(rods[0], 0.0, 0.0), Anchor(rods[-1], mechanism.parts[rods[-1]].reach, 0.0)
+    _refuse_contacts(mechanism, rods, ends)
+    _refuse_springs(mechanism, rods, ends)
+    slides = [slide for slide in mechanism.slides if slide.second.part == rods[0]]
     if len(slides) != 1:
         raise NotRepresentableError(
             ("bodies", name), "a beam is the link of one sleeve without clearance"
         )
-    guide = slides[0].guide.part
+    guide = slides[0].first.part
     if guide == GROUND or len(mechanism.parts_of(mechanism.parts[guide].body)) > 1:
         raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
     beam = beam_of(scene, name)
@@ -121,6 +123,11 @@ def _refuse_body(name: str, body: FlexibleBody) -> None:
         raise NotRepresentableError(
             ("bodies", name, "slender"),
             "the elements have no inertia of the section; with formulation beam it must be true",
+        )
+    if body.stretch:
+        raise NotRepresentableError(
+            ("bodies", name, "stretch"),
+            "a beam stretches anyhow: leave it out",
         )
     if body.rods < 2:
         raise NotRepresentableError(
@@ -148,8 +155,25 @@ def _refuse_joints(scene: Scene, mechanism: Mechanism, name: str, rods: tuple[in
             )
 
 
-def _refuse_contacts(mechanism: Mechanism, rods: tuple[int, ...]) -> None:
+def _refuse_springs(
+    mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
+) -> None:
+    for spring in mechanism.linear_springs:
+        for anchor in (spring.first, spring.second):
+            if anchor.part in rods and anchor not in ends:
+                raise NotRepresentableError(
+                    ("springs", spring.name), "a beam is held by springs at its ends alone"
+                )
+
+
+def _refuse_contacts(
+    mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
+) -> None:
     for contact in mechanism.contacts:
+        if contact.point.part in rods and contact.point not in ends:
+            raise NotRepresentableError(
+                ("contacts", contact.name, "point"), "a beam strikes with its ends alone"
+            )
         if {contact.start.part, contact.end.part} & set(rods):
             raise NotRepresentableError(
                 ("contacts", contact.name, "line"), "a beam strikes with its end; nothing meets it"

@@ -240,7 +240,7 @@ class BeamCoordinates:
 
     def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Power lost in springs' dampers and in beams."""
-        total = self._meter.damping_power(self.at_joints(q, v)[1])
+        total = self._meter.damping_power(*self.at_joints(q, v))
         return total + sum(
             beam.link.shape.damping_power(beam.controls(q), beam.controls(v))
             for beam in self._beams

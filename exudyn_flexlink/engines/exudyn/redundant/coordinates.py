@@ -96,9 +96,9 @@ class PartCoordinates:
         """Energy of springs and weight."""
         return self._meter.potential(_parts(q))
 
-    def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:  # noqa: ARG002
+    def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Power lost in the dampers of hinges and springs."""
-        return self._meter.damping_power(_parts(v))
+        return self._meter.damping_power(_parts(q), _parts(v))
 
     def joint_errors(self, q: FloatArray, places: FloatArray) -> FloatArray:
         """Residuals of all joints."""

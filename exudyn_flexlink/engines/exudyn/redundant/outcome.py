@@ -19,7 +19,12 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
-from exudyn_flexlink.mechanism import approach, cut_short
+from exudyn_flexlink.mechanism import (
+    angle_of,
+    approach,
+    cut_short,
+    spring_force,
+)
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
@@ -28,6 +33,7 @@ from exudyn_flexlink.result import (
     Outcome,
     Result,
 )
+from exudyn_flexlink.scene import PrismaticJoint
 
 if TYPE_CHECKING:
     from exudyn_flexlink.engines.exudyn.redundant.run import Prepared
@@ -52,8 +58,13 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         poses=poses,
         rates=rates,
         drive_torques=_torques(prepared, kept["time"], kept["multipliers"]),
-        joint_forces=_joint_forces(prepared, kept["multipliers"]),
+        joint_forces=_joint_forces(prepared, poses, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
+        spring_forces={
+            spring.name: spring_force(spring, poses, rates)
+            for spring in prepared.assembly.mechanism.linear_springs
+            if spring.name in prepared.scene.springs
+        },
         contacts=_contacts(prepared, poses, rates, kept["forces"]),
         sleeves=sleeve_histories(prepared.assembly.mechanism, _written(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
@@ -114,14 +125,22 @@ def _torques(
     return torques
 
 
-def _joint_forces(prepared: Prepared, multipliers: FloatArray) -> dict[str, FloatArray]:
-    """Force of each revolute joint of the scene on its second point, N, global axes."""
-    system = prepared.system
-    return {
-        name: -multipliers[:, system.multipliers(item)]
-        for name, item in system.joints.items()
-        if name in prepared.scene.joints
-    }
+def _joint_forces(
+    prepared: Prepared, poses: FloatArray, multipliers: FloatArray
+) -> dict[str, FloatArray]:
+    """Force of each joint of two points of the scene on its second one, N, global axes."""
+    system, joints = prepared.system, prepared.scene.joints
+    found = {}
+    for name, item in system.joints.items():
+        if name in joints:
+            found[name] = -multipliers[:, system.multipliers(item)]
+    for slide in prepared.assembly.mechanism.slides:
+        if isinstance(joints.get(slide.name), PrismaticJoint):
+            angle = angle_of(slide.first.part, poses) + slide.direction
+            normal = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+            across = multipliers[:, system.multipliers(system.slides[slide.name])[0]]
+            found[slide.name] = -across[:, None] * normal
+    return found
 
 
 def _slot_forces(

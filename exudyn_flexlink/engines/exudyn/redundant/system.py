@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import cos, sin
 from typing import Any
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
@@ -15,6 +16,7 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Assembly,
+    LinearSpring,
     Mechanism,
     Motor,
     Pin,
@@ -46,6 +48,7 @@ class System:
     ground: int = 0
     ground_node: int = 0
     joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
+    slides: dict[str, int] = field(default_factory=dict)
     motors: dict[str, int] = field(default_factory=dict)  # speed motors
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
 
@@ -135,9 +138,11 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System
     for weld in mechanism.welds:
         _add_weld(system, weld)
     for slide in mechanism.slides:
-        _add_slide(system, slide)
+        system.slides[slide.name] = _add_slide(system, slide)
     for spring in mechanism.springs:
         _add_spring(system, spring)
+    for linear in mechanism.linear_springs:
+        _add_linear_spring(system, linear)
     for motor in mechanism.speed_motors:
         system.motors[motor.name] = _add_speed_motor(system, motor)
     for motor in mechanism.torque_motors:
@@ -194,14 +199,17 @@ def _add_weld(system: System, weld: Weld) -> None:
     system.mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=markers, offset=weld.angle))
 
 
-def _add_slide(system: System, slide: Slide) -> None:
-    markers = [system.rigid_marker(slide.guide), system.rigid_marker(slide.rod)]
-    system.mbs.AddObject(
-        items.ObjectJointPrismatic2D(
-            markerNumbers=markers,
-            axisMarker0=[1.0, 0.0, 0.0],
-            normalMarker1=[0.0, 1.0, 0.0],
-            constrainRotation=True,
+def _add_slide(system: System, slide: Slide) -> int:
+    markers = [system.rigid_marker(slide.first), system.rigid_marker(slide.second)]
+    along, back = slide.direction, slide.direction - slide.angle  # in the axes of either part
+    return int(
+        system.mbs.AddObject(
+            items.ObjectJointPrismatic2D(
+                markerNumbers=markers,
+                axisMarker0=[cos(along), sin(along), 0.0],
+                normalMarker1=[-sin(back), cos(back), 0.0],
+                constrainRotation=True,
+            )
         )
     )
 
@@ -217,6 +225,20 @@ def _add_spring(system: System, spring: RotarySpring) -> None:
             offset=spring.rest_angle or 0.0,
         )
     )
+
+
+def _add_linear_spring(system: System, spring: LinearSpring) -> None:
+    markers = [system.point_marker(spring.first), system.point_marker(spring.second)]
+    k, c = spring.stiffness, spring.damping
+    if spring.length == 0:
+        item = items.ObjectConnectorCartesianSpringDamper(
+            markerNumbers=markers, stiffness=[k, k, 0.0], damping=[c, c, 0.0]
+        )
+    else:
+        item = items.ObjectConnectorSpringDamper(
+            markerNumbers=markers, stiffness=k, damping=c, referenceLength=spring.length
+        )
+    system.mbs.AddObject(item)
 
 
 def _add_speed_motor(system: System, motor: Motor) -> int:

@@ -1,0 +1,104 @@
+"""Linear springs and dampers on a tree's coordinates: forces, and how they give way.
+
+With d from the first to the second end (complex, global axes), its rate d' and its derivatives by
+the coordinates J, a spring of stiffness k, damping c and length L pulls its second end by
+
+    F = -T n,  T = k (|d| - L) + c (n . d'),  n = d / |d|;      L = 0:  F = -k d - c d',
+
+so that Q = J . F. The stiffness is ``J . (-dF/dd) J - F . dJ``, the damping ``J . (-dF/dd') J``;
+that the damper's line turns is left to the iteration. The second derivative of a point by two
+coordinates is i times its derivative by the outer one if the inner one is a hinge, else zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points
+from exudyn_flexlink.mechanism import LinearSpring
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
+
+
+class _Stretched(NamedTuple):
+    """Springs at some instants, (..., springs) each; `moved` (..., springs, links) is J."""
+
+    between: ComplexArray
+    along: ComplexArray
+    size: FloatArray
+    rate: FloatArray
+    force: ComplexArray
+    moving: ComplexArray
+    moved: ComplexArray
+
+
+class LinearSprings:
+    """Springs between points that are carried by links, or of the ground."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, springs: Sequence[LinearSpring]
+    ) -> None:
+        self._kinematics = kinematics
+        self._first = Points(layout, [spring.first for spring in springs])
+        self._second = Points(layout, [spring.second for spring in springs])
+        self.stiffness = np.array([spring.stiffness for spring in springs])
+        self.damping = np.array([spring.damping for spring in springs])
+        self._length = np.array([spring.length for spring in springs], dtype=float)
+        self._drawn = self._length == 0
+        count = len(layout.links)
+        above = kinematics.moved_by[:count]  # (links, links): what carries each
+        self._turned = above.T & kinematics.hinge[:, None]  # inner hinge, outer coordinate
+
+    def _look(self, x: FloatArray, v: FloatArray) -> _Stretched:
+        at = self._kinematics.places(x)
+        rates = self._kinematics.rates(at, x, v)
+        first, second = self._first.places(at), self._second.places(at)
+        between = second - first
+        moving = self._second.rates(at, rates) - self._first.rates(at, rates)
+        moved = self._kinematics.moves(at, self._second.links, second)
+        moved = moved - self._kinematics.moves(at, self._first.links, first)
+        size = np.abs(between)
+        along = between / np.maximum(size, MEETING)
+        rate = (along.conj() * moving).real
+        pulled = (self.stiffness * (size - self._length) + self.damping * rate) * along
+        drawn = self.stiffness * between + self.damping * moving
+        force = -np.where(self._drawn, drawn, pulled)
+        return _Stretched(between, along, size, rate, force, moving, moved)
+
+    def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Generalised forces (..., links) at coordinates and speeds (..., links)."""
+        now = self._look(x, v)
+        return np.asarray((now.force.conj()[..., None] * now.moved).real.sum(-2))
+
+    def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Power that the dampers take (instants,), W."""
+        now = self._look(x, v)
+        square = np.where(self._drawn, np.abs(now.moving) ** 2, now.rate**2)
+        return np.asarray((self.damping * square).sum(-1))
+
+    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix (links, links) at one state."""
+        now = self._look(x, v)
+        by = now.along.conj()[:, None] * now.moved  # along the spring, and across it
+        stretch, across = by.real, by.imag
+        tension = -(now.along.conj() * now.force).real
+        aside = tension / np.maximum(now.size, MEETING)
+        aside = np.where(self._drawn, self.stiffness, aside)
+        stiffness = (stretch.T * self.stiffness) @ stretch + (across.T * aside) @ across
+        sideways = np.where(self._drawn, self.damping, 0.0)
+        damping = (stretch.T * self.damping) @ stretch + (across.T * sideways) @ across
+        return stiffness + self._of_turning(now), damping
+
+    def _of_turning(self, now: _Stretched) -> FloatArray:
+        """Stiffness (links, links) by which the ends' paths are bent."""
+        pushed = (now.force.conj() @ (1j * now.moved)).real  # by outer coordinates
+        upper = -np.where(self._turned, pushed, 0.0)
+        return np.asarray(upper + upper.T - np.diag(np.diag(upper)))

@@ -1,0 +1,101 @@
+"""All springs and dampers of a tree: at its joints, across several of them, and between points."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
+from exudyn_flexlink.engines.exudyn.minimal.linear_springs import LinearSprings
+from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
+from exudyn_flexlink.mechanism import LinearSpring, Mechanism, RotarySpring
+from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
+
+FloatArray = NDArray[np.float64]
+
+
+class Springs:
+    """Springs of a mechanism, each where it costs least.
+
+    Exudyn's tree has one on every coordinate, of `stiffness` and `damping` (links,), without force
+    at `rest` (links,). `straight` tells that all forces are linear in the coordinates, `pulls` that
+    the tree does not have all of them.
+    """
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
+    ) -> None:
+        self._layout = layout
+        self.stiffness, self.damping, self.rest = np.zeros((3, len(layout.links)))
+        self._across = SpringsAcross(len(layout.links))
+        for spring in mechanism.springs:
+            self._add_rotary(spring)
+        between = [s for s in mechanism.linear_springs if not self._add_along(s)]
+        self._between = LinearSprings(layout, kinematics, between)
+        self.straight = not between
+        self.pulls = bool(between) or self._across.any
+
+    def _add_rotary(self, spring: RotarySpring) -> None:
+        first, second = spring.first, spring.second
+        rest = (spring.rest_angle or 0.0) - self._layout.turn(second) + self._layout.turn(first)
+        found = hinge_between(self._layout, first, second)
+        if found is None:
+            row = self._layout.turning_row(first, second)
+            self._across.add(row, spring.stiffness, spring.damping, rest)
+        else:
+            self._add_at(found[0], spring, found[1] * rest)
+
+    def _add_along(self, spring: LinearSpring) -> bool:
+        """Add a spring along one slide of the tree; False if it acts otherwise."""
+        found = slide_between(self._layout, spring) if spring.length == 0 else None
+        if found is not None:
+            self._add_at(found[0], spring, found[1])
+        return found is not None
+
+    def _add_at(self, link: int, spring: RotarySpring | LinearSpring, rest: float) -> None:
+        """Let a spring act on one coordinate; the tree has one for each."""
+        if self.stiffness[link] or self.damping[link]:
+            row = np.eye(len(self.stiffness))[link]
+            self._across.add(row, spring.stiffness, spring.damping, rest)
+            return
+        self.stiffness[link], self.damping[link] = spring.stiffness, spring.damping
+        self.rest[link] = rest
+
+    def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Generalised forces (instants, links) beside those of the tree's own springs."""
+        across = self._across.pull(x, v)
+        return across if self.straight else across + self._between.pull(x, v)
+
+    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix (links, links) of all springs at one state."""
+        stiffness = np.diag(self.stiffness) + self._across.stiffness
+        damping = np.diag(self.damping) + self._across.damping
+        if self.straight:
+            return stiffness, damping
+        of_between = self._between.slopes(x, v)
+        return stiffness + of_between[0], damping + of_between[1]
+
+    def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""
+        across = np.sum((v @ self._across.damping) * v, axis=1)
+        return np.asarray((v * v) @ self.damping + across + self._between.lost(x, v))
+
+
+def slide_between(layout: TreeLayout, spring: LinearSpring) -> tuple[int, float] | None:
+    """Link whose slide is all that moves a spring's ends apart, and where they meet along it (m).
+
+    None if another joint, or more than one, is between the two.
+    """
+    (first, *near), (second, *far) = layout.place(spring.first), layout.place(spring.second)
+    between = set(layout.path(first)) ^ set(layout.path(second))
+    if len(between) != 1:
+        return None
+    number = between.pop()
+    link = layout.links[number]
+    if link.kind != ALONG_X:
+        return None
+    carried, (x, y) = (far[0], near) if second == number else (near[0], far)
+    dx, dy = x - link.offset[0], y - link.offset[1]
+    return number, cos(link.turn) * dx + sin(link.turn) * dy - carried

@@ -1,0 +1,78 @@
+"""What the rest of the program says and does with prismatic joints and linear springs."""
+
+import numpy as np
+import pytest
+from results import scene_from
+
+from exudyn_flexlink.effects import idealise
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.report import check_text
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.storage import load, save, staged_folder
+
+SPRUNG = """title: a buffer that a block strikes
+bodies:
+  block: {type: rigid, mass: 1, inertia: 1, points: {b: [0, 0]}}
+  buffer: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0], low: [0, -1], high: [0, 1]}}
+joints:
+  way: {type: prismatic, points: [ground, block.b], at: [0, 0], axis: [1, 0.5]}
+  stop: {type: prismatic, points: [ground, buffer.p], at: [1, 0.5], axis: [1, 0.5]}
+springs:
+  hold: {type: linear, joint: stop, stiffness: 100, damping: 3}
+  pull: {type: linear, points: [ground, block.b], at: [-1, 0], stiffness: 20, length: 0.5}
+contacts:
+  strike: {type: point_on_line, point: block.b, line: [buffer.low, buffer.high],
+           law: {stiffness: 1.0e4, restitution: 0.5}}
+initial: {velocities: {block: [2, 1]}}
+run: {duration: 0.2}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return scene_from(SPRUNG)
+
+
+def test_check_names_ways_and_springs(scene: Scene) -> None:
+    lines = [
+        " ".join(line.split()) for line in check_text(scene, assemble_scene(scene)).split("\n")
+    ]
+    assert "way prismatic ground and block.b at (0, 0) m along (1, 0.5)" in lines
+    assert "hold along stop k 100 N/m c 3 N s/m" in lines
+    assert "pull between ground and block.b at (-1, 0) m k 20 N/m c 0 N s/m" in lines
+    assert "damping simulated hold" in lines
+
+
+def test_springs_lose_their_damping_with_the_effect(scene: Scene) -> None:
+    smooth = idealise(scene, ["damping"])
+    assert [spring.damping for spring in smooth.springs.values()] == [0, 0]
+    assert idealise(smooth, ["damping"]) == smooth
+
+
+def test_without_impact_a_struck_buffer_goes_with_its_spring(scene: Scene) -> None:
+    alone = idealise(scene, ["impact"])
+    assert (list(alone.bodies), list(alone.joints)) == (["block"], ["way"])
+    assert list(alone.springs) == ["pull"]
+
+
+def test_a_buffer_that_a_spring_ties_to_another_body_stays(scene: Scene) -> None:
+    tie = "  tie: {type: linear, points: [block.b, buffer.p], stiffness: 1}\ncontacts:"
+    tied = idealise(scene_from(SPRUNG.replace("contacts:", tie)), ["impact"])
+    assert list(tied.bodies) == ["block", "buffer"]
+
+
+def test_the_lagrangian_refuses_both_by_name(scene: Scene) -> None:
+    with pytest.raises(NotRepresentableError) as caught:
+        simulate(scene, engine="lagrangian")
+    assert caught.value.path == ("joints", "way")
+
+
+def test_forces_of_springs_are_stored(scene: Scene, tmp_path) -> None:
+    result = simulate(scene)
+    with staged_folder(tmp_path / "run", force=False) as folder:
+        save(result, folder)
+    again = load(tmp_path / "run")
+    for name in ("hold", "pull"):
+        np.testing.assert_array_equal(again.spring_forces[name], result.spring_forces[name])
