@@ -120,10 +120,10 @@ class Closures:
         return Closing(x, places, points, track, residual)
 
     def axis(self, joint: Slide | Slot, places: Places) -> ComplexArray:
-        """Direction of a slide's line, or of a slot's carrier (instants,), as complex numbers."""
+        """Direction of a slide, or of a slot's carrier (instants,), as complex numbers."""
         frame: Frame = self._bases[joint.name]
-        angle = frame.angle + (joint.direction if isinstance(joint, Slide) else 0.0)
-        return np.asarray(places.axis[:, frame.link] * np.exp(1j * angle))
+        turn = frame.angle + (joint.direction if isinstance(joint, Slide) else 0.0)
+        return np.asarray(places.axis[:, frame.link] * np.exp(1j * turn))
 
     def _track(self, u: FloatArray) -> Track:
         shape = u.shape
