@@ -9,6 +9,7 @@ from exudyn_flexlink.scene import (
     GROUND,
     ContactLaw,
     FlexibleBody,
+    ForceDrive,
     ImpulseLaw,
     Law,
     LinearSpring,
@@ -19,6 +20,7 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
+    sensed_by,
     split_point,
 )
 from exudyn_flexlink.source import Mistake, SceneError
@@ -165,14 +167,19 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     alone = all(
         isinstance(joint, PointsJoint) and GROUND in _joined(joint) for joint in mine.values()
     )
-    needed = {drive.joint for drive in scene.drives.values()} | {scene.run.of}
+    drives = scene.drives.values()
+    turned = {drive.joint for drive in drives if not isinstance(drive, ForceDrive)}
+    pushed = {split_point(drive.point)[0] for drive in drives if isinstance(drive, ForceDrive)}
+    sensed = {one.of for drive in drives for one in sensed_by(drive)}
+    needed = {scene.run.of} | turned | sensed
+    seen = pushed | {point.partition(".")[0] for point in sensed if "." in point}
     sprung = any(
         body in ends and not ends <= {body, GROUND}
         for spring in scene.springs.values()
         if isinstance(spring, LinearSpring)
         for ends in [{split_point(text)[0] for text in spring.points or ()}]
     )
-    return alone and not sprung and not needed & set(mine)
+    return alone and not sprung and not needed & set(mine) and body not in seen
 
 
 def _joined(joint: Any) -> list[str]:

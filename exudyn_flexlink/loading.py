@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from math import degrees
 from pathlib import Path
 
+from exudyn_flexlink.expressions import Expression, NoValueError
 from exudyn_flexlink.mechanism import (
     Assembly,
     CannotAssembleError,
@@ -19,6 +20,7 @@ from exudyn_flexlink.mechanism import (
     assemble,
     build_curves,
     build_mechanism,
+    drive_mistakes,
     end_of_run,
     extent,
     face_length,
@@ -57,12 +59,21 @@ _OPEN = {
         "the point can't be on its line at the start",
         "check places, 'axis' and 'angle'; under 'initial: guesses' say roughly where bodies stand",
     ),
+    "drive": (
+        "the joint can't have the angle that this drive gives it at the start",
+        "the drive's value at t = 0 s, or 'initial: angles', contradicts the other joints",
+    ),
     "sleeve": (
         "the link can't lie in its guide at the start",
         "check the angles of guide and link under 'initial: angles'",
     ),
 }
 """What a kind of joint can't do, in the reader's words, and what to do about it."""
+_ELSEWHERE: dict[str, tuple[str, ...]] = {
+    "position": ("initial", "positions"),
+    "drive": ("drives",),
+}
+"""Where in the file those stand that are no joints."""
 
 
 def load_scene(
@@ -124,9 +135,14 @@ def assemble_scene(scene: Scene) -> Assembly:
             starts with penetration.
 
     """
-    mechanism = build_mechanism(scene)
     try:
+        mechanism = build_mechanism(scene)
+        undriven = drive_mistakes(mechanism, end_of_run(scene, mechanism))
+        if undriven:
+            raise SceneError(scene.document, undriven)
         assembly = assemble(mechanism, _start(scene, mechanism))
+    except NoValueError as error:
+        raise SceneError(scene.document, [_value_mistake(scene, error)]) from error
     except CannotAssembleError as error:
         raise SceneError(scene.document, [_open_mistake(scene, error)]) from error
     except CannotMoveError as error:
@@ -212,9 +228,20 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
         missing.append(f"{error.gap:.3g} m")
     if error.turn > CLOSED:
         missing.append(f"{degrees(error.turn):.3g} deg")
-    position = error.kind == "position"
-    path = ("initial", "positions", error.joint) if position else _path_of(scene, error.joint)
+    path = _path_of(scene, error.joint)
+    if error.kind in _ELSEWHERE:
+        path = (*_ELSEWHERE[error.kind], error.joint)
     return Mistake(path, f"{message}: {' and '.join(missing)} missing", hint)
+
+
+def _value_mistake(scene: Scene, error: NoValueError) -> Mistake:
+    """Name the drive whose expression has no value at the start."""
+    path: tuple[str | int, ...] = ("drives",)
+    for name, drive in scene.drives.items():
+        values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
+        if any(isinstance(one, Expression) and one.text == error.text for one in values):
+            path = ("drives", name, "value")
+    return Mistake(path, str(error), "as the mechanism starts")
 
 
 def _speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:

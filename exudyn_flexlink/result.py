@@ -237,10 +237,11 @@ class Result:
     every contact between them (`time`, (N,) s, increasing).
     `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
     time derivatives; `part_names` names the parts, a flexible body's rods in order.
-    `drive_torques` (N m, on the second part of each drive's joint), `joint_forces` (N, (N, 2),
-    global axes, on the second point's body of a revolute or prismatic joint), `slot_forces` (N,
-    (N, 2), global axes, on the point that runs in the slot) and `spring_forces` (N, (N, 2), global
-    axes, of linear springs with their dampers on the second point) are by the scene's names.
+    `drive_torques` (N m, on the second part of each drive's joint), `drive_forces` (N, (N, 2),
+    global axes, at the point of each drive that has one), `joint_forces` (N, (N, 2), global axes,
+    on the second point's body of a revolute or prismatic joint), `slot_forces` (N, (N, 2), global
+    axes, on the point that runs in the slot) and `spring_forces` (N, (N, 2), global axes, of linear
+    springs with their dampers on the second point) are by the scene's names.
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
@@ -261,6 +262,9 @@ class Result:
     poses: Annotated[FloatArray, Variable("time part", None, "pose", components=POSES)]
     rates: Annotated[FloatArray, Variable("time part", None, "rate of the pose", components=RATES)]
     drive_torques: Annotated[Mapping[str, FloatArray], Variable("time", "N m", "torque of a drive")]
+    drive_forces: Annotated[
+        Mapping[str, FloatArray], Variable("time", None, "force of a drive", components=FORCES)
+    ]
     joint_forces: Annotated[
         Mapping[str, FloatArray], Variable("time", None, "force in a joint", components=FORCES)
     ]

@@ -177,6 +177,7 @@ def result_of(
         poses=q,
         rates=v,
         drive_torques={name: 0.01 * np.sin(10 * time) for name in scene.drives},
+        drive_forces={},
         joint_forces={pin.name: np.stack([time, -time], axis=-1) for pin in mechanism.pins},
         slot_forces={slot.name: np.stack([time, 0 * time], axis=-1) for slot in mechanism.slots},
         spring_forces={
@@ -358,6 +359,7 @@ def first_samples(result: Result, count: int) -> Result:
         poses=result.poses[:count],
         rates=result.rates[:count],
         drive_torques=cut(result.drive_torques),
+        drive_forces=cut(result.drive_forces),
         joint_forces=cut(result.joint_forces),
         slot_forces=cut(result.slot_forces),
         contacts={

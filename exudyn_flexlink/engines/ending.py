@@ -66,7 +66,5 @@ def turns_missing(scene: Scene, time: float) -> Outcome:
 
 
 def stops(mechanism: Mechanism, end: float) -> list[float]:
-    """Instants (s) at which drives reach their values, where derivatives jump, and the end."""
-    motors = (*mechanism.speed_motors, *mechanism.torque_motors)
-    reached = {motor.ramp.duration for motor in motors}
-    return [*sorted(time for time in reached if 0 < time < end), end]
+    """Instants (s) at which a drive, or a derivative of it, jumps, and the end."""
+    return [*mechanism.knots(end), end]

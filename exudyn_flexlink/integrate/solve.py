@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import inf
 from time import monotonic
 from typing import Protocol
 
@@ -60,13 +61,17 @@ class Events(Protocol):
 
 @dataclass
 class Solution:
-    """One run over `stops` (s), where the equations bend, to the last of them."""
+    """One run over `stops` (s), where the equations bend, to the last of them.
+
+    `go_on` is told two stops between which it goes on, where something may leap there.
+    """
 
     stepper: Stepper
     events: Events
     stops: Sequence[float]
     progress: Callable[[float], None] | None = None
     should_stop: Callable[[], bool] | None = None
+    go_on: Callable[[float, float], None] | None = None
     _at_once: int = 0
     _told: float = 0.0
 
@@ -94,7 +99,12 @@ class Solution:
         """
         self._told = monotonic()
         self.stepper.begin()
+        before = 0.0
         for stop in self.stops:
+            if before > 0.0 and self.go_on is not None and not self._over():
+                self.go_on(before, stop if stop < self.end else inf)
+                self.stepper.restart(inf)
+            before = stop
             while stop - self.time > instant(stop, EVENT_TIME) and not self._over():
                 began = self.time
                 event = self.stepper.advance(stop)

@@ -15,6 +15,7 @@ from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
 from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length, swing_times
+from exudyn_flexlink.mechanism.drive_checks import drive_mistakes
 from exudyn_flexlink.mechanism.dynamics import (
     accelerations,
     applied_forces,
@@ -44,12 +45,18 @@ from exudyn_flexlink.mechanism.model import (
     Mechanism,
     Motor,
     Pin,
+    Placed,
+    PointForce,
     RigidPart,
     RotarySpring,
+    Size,
     Slide,
     Slot,
+    TorqueMotor,
+    Turning,
     Weld,
 )
+from exudyn_flexlink.mechanism.prescribed import Applied
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (
     Resolution,
@@ -74,11 +81,13 @@ from exudyn_flexlink.mechanism.schedule import (
     formulation,
     turn_goal,
 )
+from exudyn_flexlink.mechanism.sensing import force_at, size_at, sizes_at
 from exudyn_flexlink.mechanism.tracks import build_curves
 
 __all__ = [
     "GROUND",
     "Anchor",
+    "Applied",
     "Approach",
     "Assembly",
     "CannotAssembleError",
@@ -90,15 +99,20 @@ __all__ = [
     "Mechanism",
     "Motor",
     "Pin",
+    "Placed",
+    "PointForce",
     "Ramp",
     "Resolution",
     "RigidPart",
     "RotarySpring",
+    "Size",
     "Slide",
     "Slot",
     "Start",
     "State",
+    "TorqueMotor",
     "TurnGoal",
+    "Turning",
     "Weld",
     "accelerations",
     "always_redundant",
@@ -119,9 +133,11 @@ __all__ = [
     "contact_step",
     "cut_short",
     "deepest_allowed",
+    "drive_mistakes",
     "end_of_run",
     "extent",
     "face_length",
+    "force_at",
     "formulation",
     "half_period",
     "joint_residuals",
@@ -139,6 +155,8 @@ __all__ = [
     "resolutions",
     "sample_bytes",
     "sample_times",
+    "size_at",
+    "sizes_at",
     "slot_point",
     "solve_saddle",
     "spring_force",

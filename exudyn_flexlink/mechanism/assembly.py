@@ -181,7 +181,7 @@ class _Moving:
         self._driven = len(joints) - len(mechanism.speed_motors)
         self.wanted = [
             *(
-                _Wanted(motor.ramp.at(0.0), CannotMoveError(motor.name), row=self._driven + i)
+                _Wanted(motor.speed.at(0.0), CannotMoveError(motor.name), row=self._driven + i)
                 for i, motor in enumerate(mechanism.speed_motors)
             ),
             *(

@@ -107,6 +107,13 @@ class Bodies:
         on = self.scene.curves[curve].on
         return GROUND if on is None else self.first_part(on)
 
+    def joint_parts(self, joint: str) -> tuple[int, int]:
+        """Parts that a revolute joint of the scene connects, first and second."""
+        found = self.scene.joints[joint]
+        assert isinstance(found, RevoluteJoint)  # the scene's names are checked
+        first, second = (self.anchor(point, found.at).part for point in found.points)
+        return first, second
+
     def _add_body(self, name: str) -> _Body:
         body = self.scene.bodies[name]
         first = len(self.parts)

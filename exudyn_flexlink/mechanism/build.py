@@ -8,13 +8,16 @@ from weakref import finalize
 
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.mechanism.bodies import Bodies
-from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, motor_of, spring_of
+from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
+from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, spring_of
 from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
 from exudyn_flexlink.mechanism.model import Channel, Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.scene import (
     ContactLaw,
+    ForceDrive,
     LinearSpring,
+    MotionDrive,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -86,10 +89,13 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             *(linear_spring_of(bodies, n, s) for n, s in springs if isinstance(s, LinearSpring)),
             *bodies.linear_springs,
         ),
-        speed_motors=tuple(motor_of(bodies, n, d) for n, d in drives if isinstance(d, SpeedDrive)),
-        torque_motors=tuple(
-            motor_of(bodies, n, d) for n, d in drives if isinstance(d, TorqueDrive)
+        speed_motors=tuple(
+            motor_of(bodies, n, d) for n, d in drives if isinstance(d, (SpeedDrive, MotionDrive))
         ),
+        torque_motors=tuple(
+            torque_of(bodies, n, d) for n, d in drives if isinstance(d, TorqueDrive)
+        ),
+        forces=tuple(force_of(bodies, n, d) for n, d in drives if isinstance(d, ForceDrive)),
         contacts=tuple(contact_of(bodies, n, c) for n, c in scene.contacts.items()),
         channels=tuple(
             _channel(bodies, n, j, j.law)

@@ -1,4 +1,4 @@
-"""Springs, drives and contacts of a scene, between parts."""
+"""Springs and contacts of a scene, between parts."""
 
 from __future__ import annotations
 
@@ -8,20 +8,17 @@ from math import hypot, pi
 from exudyn_flexlink import scene
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_laws import friction_of, law_of
-from exudyn_flexlink.mechanism.model import GROUND, FaceContact, LinearSpring, Motor, RotarySpring
-from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.model import GROUND, FaceContact, LinearSpring, RotarySpring
 from exudyn_flexlink.scene import (
     PointOnLine,
     RevoluteJoint,
-    SpeedDrive,
-    TorqueDrive,
     TorsionalSpring,
 )
 
 
 def spring_of(bodies: Bodies, name: str, spring: TorsionalSpring) -> RotarySpring:
     """Return a spring and damper at a revolute joint."""
-    first, second = _joint_parts(bodies, spring.joint)
+    first, second = bodies.joint_parts(spring.joint)
     stiffness, damping = spring.stiffness or 0.0, spring.damping or 0.0
     if spring.frequency is not None or spring.damping_ratio is not None:
         inertia = _inertia_about_joint(bodies, spring.joint)
@@ -49,12 +46,6 @@ def linear_spring_of(bodies: Bodies, name: str, spec: scene.LinearSpring) -> Lin
     return LinearSpring(name, first, second, stiffness, damping, length, along_slide=True)
 
 
-def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | TorqueDrive) -> Motor:
-    """Return a drive at a revolute joint."""
-    first, second = _joint_parts(bodies, drive.joint)
-    return Motor(name, first, second, Ramp(drive.value, drive.ramp))
-
-
 def contact_of(bodies: Bodies, name: str, contact: PointOnLine) -> FaceContact:
     """Return a point and a face that may strike each other."""
     start, end = (bodies.anchor(point) for point in contact.line)
@@ -67,14 +58,6 @@ def contact_of(bodies: Bodies, name: str, contact: PointOnLine) -> FaceContact:
         law_of(contact.law),
         friction_of(contact.law),
     )
-
-
-def _joint_parts(bodies: Bodies, joint: str) -> tuple[int, int]:
-    """Parts that a revolute joint of the scene connects, first and second."""
-    found = bodies.scene.joints[joint]
-    assert isinstance(found, RevoluteJoint)  # the scene's names are checked
-    first, second = (bodies.anchor(point, found.at).part for point in found.points)
-    return first, second
 
 
 def _inertia_about_joint(bodies: Bodies, joint: str) -> float:

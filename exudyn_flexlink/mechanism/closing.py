@@ -15,7 +15,16 @@ from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    Mechanism,
+    Motor,
+    Pin,
+    Slide,
+    Slot,
+    TorqueMotor,
+)
 from exudyn_flexlink.mechanism.spanning import spanning_tree, within_body
 
 FloatArray = NDArray[np.float64]
@@ -118,8 +127,11 @@ class _Held:
     turns: Set[int] = frozenset()
     places: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
-    def of(self, joints: Constraints, q: FloatArray) -> Constraints:
-        """Add rows that hold the places."""
+    def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
+        """Rows of all joints, of drives that prescribe an angle, and of what holds the places."""
+        motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
+        starts = np.array([motor.start for motor in motions], dtype=float)
+        joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places, starts)
         rows = [(part, axis) for part in self.places for axis in (0, 1)]
         return joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
 
@@ -143,7 +155,8 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
 def _held(mechanism: Mechanism, start: Start) -> _Held:
     """Parts whose angle stays: given ones, and those that a motor drives from the ground."""
     held = set(start.angles)
-    for motor in (*mechanism.speed_motors, *mechanism.torque_motors):
+    driven: tuple[Motor | TorqueMotor, ...] = (*mechanism.speed_motors, *mechanism.torque_motors)
+    for motor in driven:
         ends = {motor.first, motor.second} - {GROUND}
         if len(ends) == 1 and not ends & set(start.guesses):
             held |= ends
@@ -204,7 +217,8 @@ def _known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
     """Angles of all parts that are given, passed on by slides and welds, and along a link."""
     known = {**start.guesses, **start.angles}
     _pass_on_all(mechanism, known)
-    for motor in (*mechanism.speed_motors, *mechanism.torque_motors):
+    driven: tuple[Motor | TorqueMotor, ...] = (*mechanism.speed_motors, *mechanism.torque_motors)
+    for motor in driven:
         for part in (motor.first, motor.second):
             if part != GROUND:
                 known.setdefault(part, 0.0)
@@ -219,6 +233,9 @@ def _pass_on_all(mechanism: Mechanism, known: dict[int, float]) -> None:
             _pass_on(known, weld.first.part, weld.second.part, weld.angle)
         for slide in mechanism.slides:
             _pass_on(known, slide.first.part, slide.second.part, slide.angle)
+        for motor in mechanism.speed_motors:
+            if motor.start is not None:
+                _pass_on(known, motor.first, motor.second, motor.start)
         for chain in mechanism.bodies.values():
             for first, second in (*pairwise(chain), *pairwise(chain[::-1])):
                 _pass_on(known, first, second, 0.0)
@@ -295,7 +312,7 @@ def _close(
     q = _straightened(mechanism, q) if straight else q
     places = np.array([_first_place(slot, q) for slot in mechanism.slots])
     tree = spanning_tree(mechanism)
-    joints = held.of(constraint_rows(mechanism, q, places), q)
+    joints = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
@@ -310,7 +327,7 @@ def _close(
                 for slot, place in zip(mechanism.slots, places, strict=True)
             ]
         )
-        joints = held.of(constraint_rows(mechanism, q, places), q)
+        joints = held.of(mechanism, q, places)
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
     _refuse_open(joints)

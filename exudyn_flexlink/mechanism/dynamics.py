@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.sensing import force_at, size_at
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +49,8 @@ def mass_matrix(mechanism: Mechanism, q: FloatArray) -> FloatArray:
 def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: float) -> FloatArray:
     """Generalised forces without those of constraints and contacts, (3 parts,): N, N m.
 
-    Weight, centrifugal terms of parts whose origin is not their centre, springs, torque motors.
+    Weight, centrifugal terms of parts whose origin is not their centre, springs, torques and forces
+    of drives.
     """
     forces = np.zeros((len(q), 3))
     gravity = np.asarray(mechanism.gravity)
@@ -69,7 +71,10 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
         _add_force(forces, linear.second, pull, q)
         _add_force(forces, linear.first, -pull, q)
     for motor in mechanism.torque_motors:
-        _add_torque(forces, motor.first, motor.second, motor.ramp.at(time))
+        _add_torque(forces, motor.first, motor.second, size_at(motor.size, time, q, v))
+    for force in mechanism.forces:
+        push = force_at(force, np.array([time]), q[None], v[None])[0]
+        forces += (anchor_jacobian(force.point, q).T @ push).reshape(forces.shape)
     return forces.ravel()
 
 
@@ -104,7 +109,7 @@ def accelerations(
     right = -rate_of_jacobian_times_velocity(
         lambda at: constraints_at(mechanism, at, places).times(v), q, v
     )
-    motors = [motor.ramp.rate(time) for motor in mechanism.speed_motors]
+    motors = [motor.speed.rate(time) for motor in mechanism.speed_motors]
     if motors:
         right[-len(motors) :] += motors
     forces = applied_forces(mechanism, q, v, time)

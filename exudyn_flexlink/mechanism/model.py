@@ -13,7 +13,7 @@ from functools import cached_property
 
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
-from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
 
 GROUND = -1
 
@@ -124,12 +124,64 @@ class LinearSpring:
 
 @dataclass(frozen=True)
 class Motor:
-    """Drives the angle of the second part relative to the first: speed (rad/s) or torque (N m)."""
+    """Prescribes how fast the angle of the second part against the first grows: rad/s.
+
+    `start` (rad) is that angle at time 0 where the drive prescribes it too; None: as assembled.
+    """
 
     name: str
     first: int
     second: int
-    ramp: Ramp
+    speed: Prescribed
+    start: float | None = None
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Senses the angle (rad) of the second part against the first, or its speed (rad/s)."""
+
+    first: int
+    second: int
+    is_speed: bool
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Senses where a point is along x or y (axis 0, 1) of the ground, m."""
+
+    point: Anchor
+    axis: int
+
+
+Sense = Turning | Placed
+
+
+@dataclass(frozen=True)
+class Size:
+    """Size of a torque or of a force's component (N m, N), by time and by what it senses."""
+
+    value: Applied
+    senses: tuple[Sense, ...] = ()
+
+
+@dataclass(frozen=True)
+class TorqueMotor:
+    """Turns the second part, and the first back."""
+
+    name: str
+    first: int
+    second: int
+    size: Size
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """Pushes at a point, along x and y of the part `axes`, or of the ground."""
+
+    name: str
+    point: Anchor
+    axes: int
+    sizes: tuple[Size, Size]
 
 
 @dataclass(frozen=True)
@@ -181,7 +233,8 @@ class Mechanism:
     springs: tuple[RotarySpring, ...]
     linear_springs: tuple[LinearSpring, ...]
     speed_motors: tuple[Motor, ...]
-    torque_motors: tuple[Motor, ...]
+    torque_motors: tuple[TorqueMotor, ...]
+    forces: tuple[PointForce, ...]
     contacts: tuple[FaceContact, ...]
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
@@ -190,6 +243,15 @@ class Mechanism:
     def attachments(self) -> tuple[Pin | Weld, ...]:
         """Pins and welds, in the order of their constraints."""
         return (*self.pins, *self.welds)
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which a drive, or a derivative of it, jumps; in order."""
+        sizes = [
+            *(motor.size for motor in self.torque_motors),
+            *(size for force in self.forces for size in force.sizes),
+        ]
+        courses = [*(motor.speed for motor in self.speed_motors), *(size.value for size in sizes)]
+        return sorted({knot for course in courses for knot in course.knots(end)})
 
     @property
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -16,8 +17,8 @@ class Ramp:
     value: float
     duration: float = 0.0
 
-    def at(self, time: float) -> float:
-        """Value at `time`."""
+    def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
+        """Value at `time`, whatever the state."""
         if time >= self.duration:
             return self.value
         x = max(time, 0.0) / self.duration
@@ -36,6 +37,14 @@ class Ramp:
             return self.value * (time - self.duration / 2)
         x = max(time, 0.0) / self.duration
         return self.value * self.duration * x**4 * (2.5 - 3 * x + x * x)
+
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
+        """Return nothing: it takes nothing of the state."""
+        return []
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which derivatives jump: where the ramp ends."""
+        return [self.duration] if 0 < self.duration < end else []
 
     def time_of(self, integral: float) -> float:
         """Time at which the integral reaches a value of the ramp's own sign, s."""

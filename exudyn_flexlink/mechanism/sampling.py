@@ -11,6 +11,7 @@ from math import floor, hypot, inf, isfinite, log10, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.channels import pairs
 from exudyn_flexlink.mechanism.contacts import swing_times
 from exudyn_flexlink.mechanism.model import Mechanism
@@ -21,6 +22,7 @@ FloatArray = NDArray[np.float64]
 FEWEST = 2000  # of a run, however short: enough for any figure
 PER_TURN = 500  # of a drive, or of what turns as the run starts
 PER_SWING = 20  # of a struck lever on its springs, and of a pendulum as long as a part
+LOOKS = 100  # at the speed of a drive, for its largest
 UNKNOWN = 10  # times as many in a run that turns end before its time, nobody knows when
 KEPT_MEMORY = 1e9  # bytes that samples may take where the scene does not say how many
 BYTES_OF_SAMPLE, BYTES_OF_PART, BYTES_OF_PAIR, BYTES_OF_CONTACT = 1500, 250, 40, 100
@@ -54,14 +56,17 @@ def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
 
 def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
     """Time between samples, s, that shows the motion, as far as one knows before a run."""
-    driven = {scene.drives[motor.name].joint for motor in mechanism.speed_motors}
-    unknown = scene.run.turns is not None and scene.run.of not in driven
-    needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism)]
+    steady = steady_drives(scene, mechanism)
+    unknown = scene.run.turns is not None and scene.run.of not in steady
+    needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism, end)]
     return min(needs)
 
 
-def _needs(scene: Scene, mechanism: Mechanism) -> Iterator[float]:
-    speeds = [motor.ramp.value for motor in mechanism.speed_motors]
+def _needs(scene: Scene, mechanism: Mechanism, end: float) -> Iterator[float]:
+    looks = np.linspace(0.0, end, LOOKS).tolist()
+    speeds = [
+        max((motor.speed.at(time) for time in looks), key=abs) for motor in mechanism.speed_motors
+    ]
     for speed in (*speeds, *scene.initial.speeds.values()):
         if speed:
             yield 2 * pi / abs(speed) / PER_TURN

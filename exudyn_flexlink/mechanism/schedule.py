@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf, pi
 
 from exudyn_flexlink.mechanism.assembly import Assembly
+from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import GROUND, Mechanism
 from exudyn_flexlink.scene import Scene
@@ -38,7 +39,7 @@ class TurnGoal:
 def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
     """Time at which a run ends at the latest, s: its duration, or when a drive has made its turns.
 
-    Turns of a joint without speed drive, or with one at rest, end at `at_most`.
+    Turns of a joint without speed drive, or with one that varies or is at rest, end at `at_most`.
     """
     run = scene.run
     if run.duration is not None:
@@ -55,17 +56,16 @@ def cut_short(scene: Scene, mechanism: Mechanism) -> bool:
 def _turns_made(scene: Scene, mechanism: Mechanism) -> float:
     """Time at which a speed drive has made the turns, s; inf if none ever has."""
     turned = 2 * pi * (scene.run.turns or 0.0)
-    for motor in mechanism.speed_motors:
-        if scene.drives[motor.name].joint == scene.run.of and motor.ramp.value:
-            return motor.ramp.time_of(turned if motor.ramp.value > 0 else -turned)
-    return inf
+    ramp = steady_drives(scene, mechanism).get(scene.run.of or "")
+    if ramp is None or not ramp.value:
+        return inf
+    return ramp.time_of(turned if ramp.value > 0 else -turned)
 
 
 def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     """Turns that end a run at a time nobody knows before; None if it is known."""
     run, mechanism = scene.run, assembly.mechanism
-    driven = {scene.drives[motor.name].joint for motor in mechanism.speed_motors}
-    if run.turns is None or run.of in driven:
+    if run.turns is None or run.of in steady_drives(scene, mechanism):
         return None
     pin = next(pin for pin in mechanism.pins if pin.name == run.of)
     first, second = pin.first.part, pin.second.part

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.mechanism import build_mechanism, turning
 from exudyn_flexlink.observables.points import part_of_point
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import RevoluteJoint, Scene, SpeedDrive
+from exudyn_flexlink.scene import ForceDrive, RevoluteJoint, Scene, SpeedDrive
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,8 @@ def crank_joint(scene: Scene) -> str | None:
     if scene.run.of is not None:
         return scene.run.of
     for drive in scene.drives.values():
-        return drive.joint
+        if not isinstance(drive, ForceDrive):
+            return drive.joint
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint):
             return name
@@ -65,7 +66,8 @@ def turns(result: Result) -> bool:
         return False
     drives = result.scene.drives.values()
     if name == result.scene.run.of or any(
-        isinstance(drive, SpeedDrive) and drive.joint == name for drive in drives
+        isinstance(drive, SpeedDrive) and drive.joint == name and isinstance(drive.value, float)
+        for drive in drives
     ):
         return True
     return float(np.ptp(crank_angle(result))) >= 2 * pi

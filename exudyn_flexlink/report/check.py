@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.branches import branch_lines
+from exudyn_flexlink.report.drives import drive_lines
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
 from exudyn_flexlink.report.text import number, table
@@ -36,7 +37,6 @@ from exudyn_flexlink.scene import (
     Scene,
     SleeveJoint,
     SlotJoint,
-    SpeedDrive,
     Spring,
     TorsionalSpring,
 )
@@ -49,7 +49,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _bodies(scene, assembly.mechanism),
         _joints(scene),
         _springs(scene, assembly.mechanism),
-        _drives(scene),
+        drive_lines(scene),
         _contacts(scene, assembly.mechanism),
         effects_lines(scene, assembly.mechanism),
         [f"Degrees of freedom: {assembly.degrees_of_freedom}"],
@@ -162,15 +162,6 @@ def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
         f"k {number(spring.stiffness)} {force}/{change}",
         f"c {number(spring.damping)} {force} s/{change}",
     ]
-
-
-def _drives(scene: Scene) -> list[str]:
-    rows = []
-    for name, drive in scene.drives.items():
-        unit = "rad/s" if isinstance(drive, SpeedDrive) else "N m"
-        ramp = f", reached within {number(drive.ramp)} s" if drive.ramp else ""
-        rows.append([name, drive.type, f"at {drive.joint}", f"{number(drive.value)} {unit}{ramp}"])
-    return ["Drives", *table(rows)] if rows else []
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:

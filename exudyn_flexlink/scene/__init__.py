@@ -25,12 +25,15 @@ from exudyn_flexlink.scene.curve_specs import (
 from exudyn_flexlink.scene.forces import (
     Contact,
     Drive,
+    ForceDrive,
     LinearSpring,
+    MotionDrive,
     PointOnLine,
     SpeedDrive,
     Spring,
     TorqueDrive,
     TorsionalSpring,
+    sensed_by,
 )
 from exudyn_flexlink.scene.joints import (
     Joint,
@@ -60,6 +63,7 @@ from exudyn_flexlink.scene.run import (
     Solver,
 )
 from exudyn_flexlink.scene.schema import is_schema, json_schema
+from exudyn_flexlink.scene.varying import Table, Value
 
 __all__ = [
     "EXCLUSIVE_KEYS",
@@ -76,6 +80,7 @@ __all__ = [
     "Drive",
     "EllipseSpec",
     "FlexibleBody",
+    "ForceDrive",
     "FrozenMapping",
     "GeneralSection",
     "Hinges",
@@ -88,6 +93,7 @@ __all__ = [
     "LineSpec",
     "LinearSpring",
     "Material",
+    "MotionDrive",
     "Outputs",
     "Part",
     "PointOnLine",
@@ -107,13 +113,16 @@ __all__ = [
     "SpeedDrive",
     "SplineSpec",
     "Spring",
+    "Table",
     "TorqueDrive",
     "TorsionalSpring",
+    "Value",
     "WeldJoint",
     "apply_settings",
     "check_document",
     "is_schema",
     "json_schema",
     "parse_scene",
+    "sensed_by",
     "split_point",
 ]

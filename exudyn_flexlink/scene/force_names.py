@@ -1,4 +1,4 @@
-"""Whether the names in springs, drives and contacts lead to parts of the kind needed there."""
+"""Whether the names in springs and contacts lead to parts of the kind needed there."""
 
 from __future__ import annotations
 
@@ -47,18 +47,6 @@ def _swings(look: Lookup, joint: RevoluteJoint) -> bool:
         return False
     moving = next(text for text in joint.points if text != GROUND)
     return not isinstance(look.get("bodies", split_point(moving)[0]), FlexibleBody)
-
-
-def drives(look: Lookup) -> Iterator[Mistake]:
-    """Refuse joints in drives that are none, or are driven twice."""
-    driven: dict[str, str] = {}
-    for name, drive in valid(look.parts.drives):
-        path = ("drives", name, "joint")
-        yield from look.revolute(path, drive.joint)
-        if drive.joint in driven:
-            message = f"the joint '{drive.joint}' is already driven by '{driven[drive.joint]}'"
-            yield Mistake(path, message)
-        driven.setdefault(drive.joint, name)
 
 
 def contacts(look: Lookup) -> Iterator[Mistake]:

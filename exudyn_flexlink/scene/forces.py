@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
 
+from exudyn_flexlink.expressions import Expression, Sensed
 from exudyn_flexlink.quantities import (
     Acceleration,
     Angle,
-    AngularSpeed,
     Coordinate,
     NonNegativeDamping,
     NonNegativeDuration,
@@ -21,9 +21,9 @@ from exudyn_flexlink.quantities import (
     Number,
     PositiveFrequency,
     Quantity,
-    Torque,
 )
 from exudyn_flexlink.scene.base import (
+    GROUND,
     ByType,
     MovingPointName,
     Name,
@@ -37,6 +37,7 @@ from exudyn_flexlink.scene.base import (
     split_point,
 )
 from exudyn_flexlink.scene.law_specs import Law
+from exudyn_flexlink.scene.varying import Table, Value, Varying
 from exudyn_flexlink.units import Dimension
 
 
@@ -129,22 +130,92 @@ class LinearSpring(Part):
         return self
 
 
-class SpeedDrive(Part):
+class _Ramped(Part):
+    """A drive whose value, a number, may be reached along a ramp."""
+
+    @model_validator(mode="after")
+    def _ramp_of_a_number(self) -> _Ramped:
+        if getattr(self, "ramp", 0.0) and not isinstance(getattr(self, "value", 0.0), float):
+            refuse(
+                "a ramp belongs to a number: an expression or a table says itself how it rises",
+                "leave the ramp out",
+                at="ramp",
+            )
+        return self
+
+
+class SpeedDrive(_Ramped):
     """Prescribes the speed of a revolute joint: its second body relative to its first."""
 
     type: Literal["speed"] = "speed"
     joint: Name = Field(description="name of a revolute joint")
-    value: AngularSpeed = Field(description="counter-clockwise speed of the second body")
+    value: Annotated[Value, Varying(Dimension.ANGULAR_SPEED)] = Field(
+        description="counter-clockwise speed of the second body; of time alone"
+    )
     ramp: NonNegativeDuration = Field(0.0, description="time from rest to the full speed")
 
+    @model_validator(mode="after")
+    def _of_time_alone(self) -> SpeedDrive:
+        _refuse_state(self.value, "speed")
+        if isinstance(self.value, Table) and self.value.rule == "step":
+            refuse("a speed can't jump", "rule: linear or cubic", at=("value", "rule"))
+        return self
 
-class TorqueDrive(Part):
+
+class MotionDrive(Part):
+    """Prescribes the angle of a revolute joint: its second body relative to its first."""
+
+    type: Literal["motion"] = "motion"
+    joint: Name = Field(description="name of a revolute joint")
+    value: Annotated[Value, Varying(Dimension.ANGLE, Dimension.LENGTH)] = Field(
+        description="angle of the second body, counter-clockwise; of time alone"
+    )
+
+    @model_validator(mode="after")
+    def _of_time_alone(self) -> MotionDrive:
+        _refuse_state(self.value, "motion")
+        if isinstance(self.value, Table) and self.value.rule != "cubic":
+            refuse("a motion's speed can't jump", "rule: cubic", at=("value", "rule"))
+        return self
+
+
+class TorqueDrive(_Ramped):
     """Applies a torque at a revolute joint: on its second body, back on its first."""
 
     type: Literal["torque"] = "torque"
     joint: Name = Field(description="name of a revolute joint")
-    value: Torque = Field(description="counter-clockwise torque on the second body")
+    value: Annotated[Value, Varying(Dimension.TORQUE)] = Field(
+        description="counter-clockwise torque on the second body; of time and state"
+    )
     ramp: NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
+
+
+ForceValue = Annotated[Value, Varying(Dimension.FORCE)]
+
+
+class ForceDrive(Part):
+    """Applies a force at a point of a body."""
+
+    type: Literal["force"] = "force"
+    point: MovingPointName = Field(description="point 'body.point' at which the force acts")
+    value: tuple[ForceValue, ForceValue] = Field(
+        description="[x, y] along the axes, each of time and state"
+    )
+    axes: Name = Field(
+        GROUND,
+        description="'ground', or the body with whose axes the force turns; of a flexible body's "
+        "own point, those of the rod there",
+    )
+
+
+def _refuse_state(value: Value, what: str) -> None:
+    if isinstance(value, Expression) and value.sensed:
+        sensed = value.sensed[0]
+        refuse(
+            f"a {what} is of t alone; '{sensed.kind}({sensed.of})' belongs to the state",
+            "a drive of type torque or force may depend on the state",
+            at="value",
+        )
 
 
 class PointOnLine(Part):
@@ -173,5 +244,11 @@ class PointOnLine(Part):
 
 
 Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]
-Drive = Annotated[SpeedDrive | TorqueDrive, ByType()]
+Drive = Annotated[SpeedDrive | MotionDrive | TorqueDrive | ForceDrive, ByType()]
 Contact = Annotated[PointOnLine, ByType()]
+
+
+def sensed_by(drive: Drive) -> tuple[Sensed, ...]:
+    """What a drive's expressions take of the state."""
+    values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
+    return tuple(one for value in values if isinstance(value, Expression) for one in value.sensed)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.curve_specs import CurveSpec
@@ -39,7 +40,7 @@ class Scene(Part):
         default_factory=FrozenMapping, description="springs and dampers at joints, by name"
     )
     drives: Named[Drive] = Field(
-        default_factory=FrozenMapping, description="motors at joints, by name"
+        default_factory=FrozenMapping, description="motors at joints and forces, by name"
     )
     contacts: Named[Contact] = Field(
         default_factory=FrozenMapping, description="pairs that may strike each other, by name"
@@ -122,4 +123,4 @@ def _plain(value: Any) -> Any:
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
-    return value
+    return value.text if isinstance(value, Expression) else value

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from exudyn_flexlink.scene.base import GROUND
 from exudyn_flexlink.scene.bodies import RigidBody
-from exudyn_flexlink.scene.force_names import contacts, drives, springs
+from exudyn_flexlink.scene.drive_names import drives
+from exudyn_flexlink.scene.force_names import contacts, springs
 from exudyn_flexlink.scene.joint_names import curves, joints
 from exudyn_flexlink.scene.lookup import Lookup, Parts, valid
 from exudyn_flexlink.scene.state_names import initial, outputs, run

@@ -36,6 +36,8 @@ EXCLUSIVE_KEYS: ExclusiveKeys = (
     (("springs", "*", "damping_ratio"), ("damping",)),
     (("curves", "*", "points"), ("file",)),
     (("curves", "*", "file"), ("points",)),
+    (("drives", "*", "value", "points"), ("file",)),
+    (("drives", "*", "value", "file"), ("points",)),
 )
 """Keys that exclude others beside them: a setting of the first removes the others of the file."""
 
@@ -118,9 +120,9 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     unknown = _unknown_sections(document.data)
     misspelt = [key for key in Scene.model_fields if any(f"'{key}'?" in x.message for x in unknown)]
     mistakes = unknown + _missing_sections(document.data, misspelt)
-    curves, file_mistakes = read_point_files(document, allow_outside)
-    mistakes += file_mistakes + _python_names(curves, ("curves",))
-    data = document.data | ({"curves": curves} if "curves" in document.data else {})
+    filled, file_mistakes = read_point_files(document, allow_outside)
+    mistakes += file_mistakes + _python_names(filled.get("curves"), ("curves",))
+    data = document.data | filled
     sections: dict[str, Any] = {}
     for key, annotation in _SINGLE.items():
         if data.get(key) is not None:

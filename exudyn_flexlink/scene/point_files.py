@@ -1,4 +1,4 @@
-"""Points of splines from CSV files: rows of x, y in metres."""
+"""Points of splines, and tables by time, from CSV files: rows of two numbers in SI units."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ class _BadFileError(Exception):
     """What is wrong with a file, in words."""
 
 
-def read_point_files(document: Document, allow_outside: bool = False) -> tuple[Any, list[Mistake]]:
-    """Return the document's curves with every spline's `file` replaced by its `points`.
+def read_point_files(
+    document: Document, allow_outside: bool = False
+) -> tuple[dict[str, Any], list[Mistake]]:
+    """Return the sections with files in which the `points` of each stand in the `file`'s place.
 
-    Files are looked for in the document's folder; outside it only with `allow_outside`. A file
-    that can't be used stays a `file`, and is a mistake at its value.
+    Those are curves, with splines, and drives, with tables. Files are looked for in the document's
+    folder; outside it only with `allow_outside`. A file that can't be used stays a `file`, and is a
+    mistake at its value.
     """
     mistakes: list[Mistake] = []
 
@@ -31,11 +34,16 @@ def read_point_files(document: Document, allow_outside: bool = False) -> tuple[A
         if not isinstance(value, dict):
             return value
         value = {key: filled(item, (*path, key)) for key, item in value.items()}
-        file = value.get("file")
-        if value.get("type") == "spline" and isinstance(file, str) and not value.get("points"):
+        file, spline = value.get("file"), value.get("type") == "spline"
+        table = path[0] == "drives" and "value" in path
+        if (spline or table) and isinstance(file, str) and not value.get("points"):
+            columns = "time, value" if table else "x, y"
             try:
-                points = _points(_located(document, file, allow_outside))
-                _check_distinct(points, closed=value.get("closed", True) is True)
+                points = _points(_located(document, file, allow_outside), columns)
+                if table:
+                    _check_rising(points)
+                else:
+                    _check_distinct(points, closed=value.get("closed", True) is True)
             except _BadFileError as error:
                 mistakes.append(Mistake((*path, "file"), str(error)))
             else:
@@ -43,7 +51,8 @@ def read_point_files(document: Document, allow_outside: bool = False) -> tuple[A
                 value["points"] = [point for _, point in points]
         return value
 
-    return filled(document.data.get("curves"), ("curves",)), mistakes
+    sections = {key: document.data[key] for key in ("curves", "drives") if key in document.data}
+    return {key: filled(value, (key,)) for key, value in sections.items()}, mistakes
 
 
 def _located(document: Document, file: str, allow_outside: bool) -> Path:
@@ -64,7 +73,7 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
     return path
 
 
-def _points(path: Path) -> list[tuple[int, list[float]]]:
+def _points(path: Path, columns: str) -> list[tuple[int, list[float]]]:
     """Return the rows of a file with the numbers of their lines."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -75,7 +84,7 @@ def _points(path: Path) -> list[tuple[int, list[float]]]:
     filled = [(line, row) for line, row in numbered if any(row) and not row[0].startswith("#")]
     if filled and not any(_is_number(cell) for cell in filled[0][1]):
         filled = filled[1:]  # its header
-    return [(line, _point(path.name, line, row)) for line, row in filled]
+    return [(line, _point(path.name, line, row, columns)) for line, row in filled]
 
 
 def _is_number(cell: str) -> bool:
@@ -86,9 +95,9 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _point(file: str, line: int, row: list[str]) -> list[float]:
+def _point(file: str, line: int, row: list[str], columns: str) -> list[float]:
     if len(row) != 2:
-        raise _BadFileError(f"{file} line {line}: expected x, y; got {len(row)} columns")
+        raise _BadFileError(f"{file} line {line}: expected {columns}; got {len(row)} columns")
     for cell in row:
         if not _is_number(cell):
             raise _BadFileError(f"{file} line {line}: '{cell[:40]}' is no number")
@@ -105,3 +114,13 @@ def _check_distinct(points: list[tuple[int, list[float]]], closed: bool) -> None
             raise _BadFileError(f"line {line}: the same point twice in a row")
     if closed and points[0][1] == points[-1][1]:
         raise _BadFileError(f"line {points[-1][0]}: repeats the first point of a closed spline")
+
+
+def _check_rising(points: list[tuple[int, list[float]]]) -> None:
+    if len(points) < 2:
+        raise _BadFileError(f"a table needs at least 2 rows, the file has {len(points)}")
+    for (_, (before, _)), (line, (after, _)) in pairwise(points):
+        if after <= before:
+            raise _BadFileError(f"line {line}: times must increase from row to row")
+    if points[0][1][0] > 0:
+        raise _BadFileError(f"line {points[0][0]}: must begin at time 0 or before")

@@ -31,14 +31,14 @@ def run(look: Lookup) -> Iterator[Mistake]:
     speeds = {
         drive.joint: (name, drive.value)
         for name, drive in valid(drives)
-        if isinstance(drive, SpeedDrive)
+        if isinstance(drive, SpeedDrive) and isinstance(drive.value, float)
     }
     driver, speed = speeds.get(run.of, (None, 0.0))
     if driver is not None and speed == 0:
         hint = f"another speed, or 'run: at_most' to end without the turns of '{run.of}'"
         yield Mistake(("drives", driver, "value"), "a joint at rest makes no turns", hint)
     if driver is None and isinstance(look.get("joints", run.of), RevoluteJoint):
-        hint = f"no drive sets the speed of '{run.of}', so the turns may never be reached"
+        hint = f"no drive gives '{run.of}' a constant speed, so the turns may never be reached"
         yield Mistake(("run",), "missing 'at_most'", hint, on_key=True)
 
 

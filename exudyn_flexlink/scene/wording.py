@@ -9,6 +9,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from exudyn_flexlink.expressions import looks_like_expression
 from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.scene.base import TAG, Part, type_of
 from exudyn_flexlink.source import KeyPath, Mistake, did_you_mean
@@ -92,7 +93,12 @@ def _reworded(path: KeyPath, error: dict[str, Any]) -> Mistake:
     if kind == "mistake":
         message = context["message"]
         on_key = not context["at"] and message.startswith(("missing", "needs '"))
-        return Mistake((*path, *context["at"]), message, context["hint"], on_key=on_key)
+        hint, value = context["hint"], error["input"]
+        given = isinstance(value, str) and path[0] != "drives" and looks_like_expression(value)
+        if given and message.startswith("expected"):
+            message += ": an expression can't stand here"
+            hint = "it can in the value of a drive"
+        return Mistake((*path, *context["at"]), message, hint, on_key=on_key)
     if kind.startswith("union_tag"):
         return _wrong_type(path, error)
     if kind == "missing":  # an entry of a list of fixed length, all of which are pairs

@@ -74,7 +74,8 @@ def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:
     """
     owners = (*scene.bodies, *scene.joints)
     _require("names", names["contacts"] == tuple(scene.contacts))
-    _require("names", set(names["drive_torques"]) <= set(scene.drives))
+    for kind in ("drive_torques", "drive_forces"):
+        _require("names", set(names[kind]) <= set(scene.drives))
     _require("names", all(name.startswith(owners) for name in names["joint_forces"]))
     _require("names", names["extremes"] == _extremes_of(scene))
     _require("names", set(names["spring_forces"]) <= set(scene.springs))

@@ -64,7 +64,8 @@ def shipped_texts() -> list[bytes]:
 @cache
 def shipped_data() -> list[dict[str, Any]]:
     """Return the shipped models as plain data."""
-    return [load_document(path).data for path in sorted(MODELS.glob("*.yaml"))]
+    paths = [*sorted(MODELS.glob("*.yaml")), MODELS / "textbook" / "pump.yaml"]
+    return [load_document(path).data for path in paths]
 
 
 def _paths(data: Any, path: Path_ = ()) -> Iterator[Path_]:
@@ -89,6 +90,8 @@ def _vocabulary() -> tuple[list[str], list[str]]:
     keys = {key for part in schema["$defs"].values() for key in part.get("properties", {})}
     keys |= set(schema["properties"])
     texts = {"ground", "link.end", "guide.start", "5 mm", "-90 deg", "3 N", "1e400 m", "1/s^9"}
+    texts |= {"2*sin(t)", "t**2 - angle(crank)", "where(t < 1, 1, log(t - 1))", "1/t", "1e300**t"}
+    texts |= {"speed(hub)*place(rod.big, y)", "max(0, abs(cos(9*t)))", "5 mm * t", "1/0", POINTS}
     for data in shipped_data():
         found = list(_paths(data))
         keys |= {step for path in found for step in path if isinstance(step, str)}

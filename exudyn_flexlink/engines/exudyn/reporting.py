@@ -28,6 +28,7 @@ FloatArray = NDArray[np.float64]
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
 NEAR_ROUNDING = 1e3  # times the least tolerance: from there on it is no help to tighten one
+NO_VALUE_ADVICE = "mend the expression: min and max, or where(t < 1, one, other), keep it in bounds"
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
 
 
@@ -40,6 +41,7 @@ class Report:
     poses: FloatArray
     rates: FloatArray
     drive_torques: Mapping[str, FloatArray]
+    drive_forces: Mapping[str, FloatArray]
     joint_forces: Mapping[str, FloatArray]
     slot_forces: Mapping[str, FloatArray]
     spring_forces: Mapping[str, FloatArray]

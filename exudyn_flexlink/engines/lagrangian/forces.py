@@ -67,8 +67,8 @@ class Forces:
         if motor is not None:
             sign = -1.0 if motor.second == GROUND else 1.0
             torques[motor.name] = sign * np.array([motion.motor for motion in self.motions])
-        for motor in self.model.mechanism.torque_motors:
-            torques[motor.name] = np.array([motor.ramp.at(t) for t in time])
+        for torque, ramp in self.model.layout.torques:
+            torques[torque.name] = np.array([ramp.at(t) for t in time])
         return torques
 
     @cached_property

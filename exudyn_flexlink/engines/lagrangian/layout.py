@@ -10,7 +10,17 @@ from dataclasses import dataclass
 from math import atan2, hypot
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, Motor, Pin
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Applied,
+    FaceContact,
+    Mechanism,
+    Motor,
+    Pin,
+    Ramp,
+    TorqueMotor,
+)
 from exudyn_flexlink.scene import (
     FlexibleBody,
     PrismaticJoint,
@@ -18,6 +28,7 @@ from exudyn_flexlink.scene import (
     Scene,
     SleeveJoint,
     SlotJoint,
+    SpeedDrive,
     WeldJoint,
 )
 
@@ -50,6 +61,8 @@ class Layout:
     rods: tuple[int, ...]
     levers: tuple[Pivot, ...]
     motor: Motor | None
+    ramp: Ramp | None  # of that motor
+    torques: tuple[tuple[TorqueMotor, Ramp], ...]
     play: bool
 
     @property
@@ -109,7 +122,14 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     guide = _guide(mechanism, joint.guide, sleeve, pivots)
     levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
     play = not mechanism.slides
-    layout = Layout(guide, rods, levers, _motor(scene, mechanism, guide), play)
+    for force in mechanism.forces:
+        raise NotRepresentableError(
+            ("drives", force.name), "the Lagrangian engine has no forces at points"
+        )
+    motor = _motor(scene, mechanism, guide)
+    ramp = None if motor is None else _ramp(motor.name, motor.speed)
+    torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
+    layout = Layout(guide, rods, levers, motor, ramp, torques, play)
     for contact in mechanism.contacts:
         _check_contact(contact, layout)
     return layout
@@ -184,11 +204,21 @@ def _levers(
     return tuple(levers)
 
 
+def _ramp(drive: str, value: Applied) -> Ramp:
+    if not isinstance(value, Ramp):
+        raise NotRepresentableError(
+            ("drives", drive, "value"), "the Lagrangian engine has numbers, with a ramp, alone"
+        )
+    return value
+
+
 def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
     """Motor that prescribes the guide's speed."""
     found = None
     for motor in mechanism.speed_motors:
-        if scene.drives[motor.name].joint != guide.joint or found is not None:
+        drive = scene.drives[motor.name]
+        own = isinstance(drive, SpeedDrive) and drive.joint == guide.joint
+        if not own or found is not None:
             raise NotRepresentableError(
                 ("drives", motor.name), "only the speed of the guide can be prescribed, once"
             )

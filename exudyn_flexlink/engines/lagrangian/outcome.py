@@ -83,6 +83,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         poses=poses,
         rates=rates,
         drive_torques=forces.drive_torques(time),
+        drive_forces={},
         joint_forces=forces.joints(),
         slot_forces={model.mechanism.slots[0].name: forces.slot},
         spring_forces={},  # linear springs are refused

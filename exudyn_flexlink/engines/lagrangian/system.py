@@ -65,8 +65,8 @@ class System:
         self.acting = np.zeros(len(self.contacts), dtype=np.int64)
         count = len(model.constants.inertias)
         self._motors = [
-            (motor.ramp, turning_row(model.layout, motor.first, motor.second))
-            for motor in mechanism.torque_motors
+            (ramp, turning_row(model.layout, motor.first, motor.second))
+            for motor, ramp in model.layout.torques
         ]
         self._still = np.zeros(count)
         self.trouble = ""
@@ -76,7 +76,7 @@ class System:
         motor = model.layout.motor
         if motor is not None and motor.second == GROUND:
             self._way = -1.0
-        self._ramp = None if motor is None else motor.ramp
+        self._ramp = model.layout.ramp
         self._turning = 0.0
         self._track_coordinate = model.layout.track_coordinate
         self._chain = chain_of(model.constants)

@@ -171,8 +171,8 @@ class ClosedCoordinates:
             self._gains = np.abs(inverse * lengths[:, None]).max((1, 2), initial=0.0)
         speeds, pushes = np.zeros(y.shape), np.zeros(y.shape)
         for link, motor, sign in self._motors:
-            speeds[:, link] = [sign * motor.ramp.at(a) for a in t.tolist()]
-            pushes[:, link] = [sign * motor.ramp.rate(a) for a in t.tolist()]
+            speeds[:, link] = [sign * motor.speed.at(a) for a in t.tolist()]
+            pushes[:, link] = [sign * motor.speed.rate(a) for a in t.tolist()]
         driven = (jacobian @ speeds[:, :, None])[:, :, 0] + self.closures.rates(t)[:, split.rows]
         speeds += (reach @ v[:, :, None])[:, :, 0]
         speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
@@ -203,7 +203,7 @@ class ClosedCoordinates:
             y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
-            turned = [sign * motor.ramp.integral(a) for a in t.tolist()]
+            turned = [sign * motor.speed.integral(a) for a in t.tolist()]
             y[:, link] = self._start[link] + np.array(turned)
         return np.asarray(y)
 
@@ -265,7 +265,7 @@ class ClosedCoordinates:
         return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
-        """How far a dependent coordinate ended a step from where its speeds take it.
+        """How far what follows others, or a motor, ended a step from where its speeds take it.
 
         It jumped to another way of closing the loops, or went round a bend that the step does not
         resolve: neither shows in the error of the coordinates solved for.
@@ -275,7 +275,8 @@ class ClosedCoordinates:
         off = np.abs(after - before - h * (weights @ speeds)) * self._scale(self._y)
         # Near a dead centre dependent coordinates are known to so much only.
         blur = ROUNDING * self._size * float(self._gains.max())
-        return max(0.0, float(off[self._split.dependent].max(initial=0.0)) - blur)
+        followed = np.concatenate([self._split.dependent, self._known])
+        return max(0.0, float(off[followed].max(initial=0.0)) - blur)
 
     def pushed(self, k: int, at: Held) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""

@@ -101,7 +101,7 @@ class Closures:
             first = self._first[closure.name]
             if isinstance(closure, Motor):
                 turned = x @ self._turns[closure.name] - self._rest[closure.name]
-                residual[:, rows.start] = turned - [closure.ramp.integral(a) for a in t.tolist()]
+                residual[:, rows.start] = turned - [closure.speed.integral(a) for a in t.tolist()]
                 continue
             if isinstance(closure, Slide):
                 across = self.axis(closure, places).conj() * (
@@ -168,7 +168,7 @@ class Closures:
         """Derivatives of the residuals by time alone (instants, rows)."""
         found = np.zeros((len(t), self.count))
         for closure, rows in self._motors():
-            found[:, rows.start] = [-closure.ramp.at(a) for a in t.tolist()]
+            found[:, rows.start] = [-closure.speed.at(a) for a in t.tolist()]
         return found
 
     def bends(self, t: FloatArray, at: Closing, v: FloatArray, a: FloatArray) -> FloatArray:
@@ -184,7 +184,7 @@ class Closures:
             first = self._first[closure.name]
             if isinstance(closure, Motor):
                 turned = a[:, :count] @ self._turns[closure.name]
-                found[:, rows.start] = turned - [closure.ramp.rate(b) for b in t.tolist()]
+                found[:, rows.start] = turned - [closure.speed.rate(b) for b in t.tolist()]
                 continue
             if isinstance(closure, Slide):
                 link = self._bases[closure.name].link

@@ -105,8 +105,13 @@ class OpenCoordinates:
         start: tuple[FloatArray, FloatArray],
         guides: Sequence[SlotGuide],
         riders: Sequence[TrackPoint],
+        lengths: FloatArray,
     ) -> None:
-        """`riders` are the points of the layout's rides, `guides` those of its guided slots."""
+        """`riders` are the points of the layout's rides, `guides` those of its guided slots.
+
+        `lengths` (links,) are how far (m) a unit of each coordinate moves anything, at most.
+        """
+        self._lengths = lengths
         self.free = np.array(layout.free, dtype=int)
         self._guides, self._riders = list(guides), list(riders)
         self._rides = [ride.along for ride in layout.rides]
@@ -168,10 +173,10 @@ class OpenCoordinates:
             return self._driven[1]
         x, speed, b = np.zeros((3, len(t), self._links))
         for link, motor, sign in self._motors:
-            ramp, times = motor.ramp, t.tolist()
-            x[:, link] = [self._start[0][link] + sign * ramp.integral(at) for at in times]
-            speed[:, link] = [sign * ramp.at(at) for at in times]
-            b[:, link] = [sign * ramp.rate(at) for at in times]
+            course, times = motor.speed, t.tolist()
+            x[:, link] = [self._start[0][link] + sign * course.integral(at) for at in times]
+            speed[:, link] = [sign * course.at(at) for at in times]
+            b[:, link] = [sign * course.rate(at) for at in times]
         held = Held(x, speed, b, *np.zeros((2, len(t), self._slots)))
         if not self._follows:
             self._slide(held)
@@ -231,16 +236,18 @@ class OpenCoordinates:
         return min((LARGEST_TURN / speed for speed in speeds if speed > 0), default=np.inf)
 
     def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
-        """How far a slide ended a step from where its speeds take it.
+        """How far a slide, or what a motor drives, ended a step from where its speeds take it.
 
-        It jumped to another place where the guide's axis crosses the track, or went round a bend
-        that the step does not resolve: neither shows in the error of the coordinates solved for.
+        It jumped to another place where the guide's axis crosses the track, or its course has a
+        bend that the step does not resolve: neither shows in the error of the coordinates solved
+        for.
         """
+        lengths = {link: float(self._lengths[link]) for link, _, _ in self._motors}
+        lengths |= {guide.guided.sliding: 1.0 for guide in self._guides}
         off = 0.0
-        for guide in self._guides:
-            k = guide.guided.sliding
+        for k, length in lengths.items():
             gone = stages.x[-1, k] - start.x[k]
-            off = max(off, abs(float(gone - h * (weights @ stages.v[:, k]))))
+            off = max(off, length * abs(float(gone - h * (weights @ stages.v[:, k]))))
         return off
 
     def pushed(self, k: int, at: Held) -> FloatArray:

@@ -140,6 +140,13 @@ class Reaches:
         moved = self._kinematics.moves(at, self._ends.links, self._ends.places(at)).T
         return np.hstack([moved.real, moved.imag])
 
+    def lengths(self, x: FloatArray) -> FloatArray:
+        """How far (m) a unit of each coordinate (links,) moves any end, at coordinates (links,)."""
+        moves = self.moves(x)
+        ends = moves.reshape(len(moves), 2, -1)
+        lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
+        return np.asarray(np.maximum(lengths, 1e-3 * lengths.max(initial=1.0)))
+
 
 def motions(
     layout: TreeLayout, kinematics: LinkKinematics, x: FloatArray, v: FloatArray, a: FloatArray

@@ -24,12 +24,16 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     Reaches,
     start_coordinates,
 )
+from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
+from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.problem import Evaluation, Press
-from exudyn_flexlink.mechanism import Assembly, Mechanism
-from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, TreeLayout
+from exudyn_flexlink.integrate.window import Window
+from exudyn_flexlink.mechanism import Assembly
+from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +48,7 @@ class Whole(NamedTuple):
     force: FloatArray  # (links,)
     pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
     wall: WallPush | None  # what pairs of link and guide do that press
+    supply: FloatArray  # power of torques and forces, W
 
     def pick(self, which: int | slice | None) -> Whole:
         """Return one of several instants, or some of them: see `coordinates.Held`."""
@@ -55,6 +60,7 @@ class Whole(NamedTuple):
             self.force[which],
             self.pushes[which],
             wall,
+            self.supply[which],
         )
 
 
@@ -70,10 +76,9 @@ class MinimalModel:
         self._reaches = Reaches(layout, self.kinematics, [part.reach for part in mechanism.parts])
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
-        self.torques = [
-            (motor, layout.turning_row(motor.first, motor.second))
-            for motor in mechanism.torque_motors
-        ]
+        self.loads = Loads(layout, self.kinematics, mechanism)
+        self.window = Window()
+        self.trouble: NoValueError | None = None  # of the last evaluation that failed
         self._springy: tuple[FloatArray, FloatArray] | None = None
         self.contacts = [MinimalContact(layout, contact) for contact in mechanism.contacts]
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
@@ -84,18 +89,15 @@ class MinimalModel:
     def _coordinates(self, events: list[Event]) -> Coordinates:
         layout, slots = self.layout, self.assembly.mechanism.slots
         places = {s.name: float(p) for s, p in zip(slots, self.assembly.state.places, strict=True)}
+        lengths = self._reaches.lengths(self.start[0])
         if not layout.closures:
             guides = [
                 SlotGuide(g, places[g.slot.name], float(self.start[0][g.turning]), events)
                 for g in layout.slots
             ]
             riders = [TrackPoint(r.slot, places[r.slot.name], events) for r in layout.rides]
-            return OpenCoordinates(layout, self.start, guides, riders)
+            return OpenCoordinates(layout, self.start, guides, riders, lengths)
         points = [TrackPoint(slot, places[slot.name], events) for slot in slots]
-        moves = self._reaches.moves(self.start[0])
-        ends = moves.reshape(len(moves), 2, -1)
-        lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
-        lengths = np.maximum(lengths, 1e-3 * lengths.max(initial=1.0))
         return ClosedCoordinates(layout, self.kinematics, self.start, points, lengths)
 
     def _build(self, count: int) -> None:
@@ -110,7 +112,7 @@ class MinimalModel:
                 initialCoordinates_t=v,
             )
         )
-        self._mbs.AddObject(items.ObjectKinematicTree(nodeNumber=node, **self._tree(count)))
+        self._mbs.AddObject(items.ObjectKinematicTree(nodeNumber=node, **self._item()))
         self._mbs.Assemble()
         settings = Engine.SimulationSettings()
         settings.timeIntegration.verboseMode = 0
@@ -120,36 +122,16 @@ class MinimalModel:
         self._solver.InitializeSolver(self._mbs, settings)
         self._data = self._mbs.systemData
 
-    def _tree(self, count: int) -> dict[str, Any]:
-        types = {
-            HINGE: Engine.JointType.RevoluteZ,
-            ALONG_X: Engine.JointType.PrismaticX,
-            ALONG_Y: Engine.JointType.PrismaticY,
-        }
-        links = self.layout.links
-        bodies = [_body_of(self.assembly.mechanism, self.layout, link.parts) for link in links]
-        return {
-            "jointTypes": [types[link.kind] for link in links],
-            "linkParents": [link.parent for link in links],
-            "jointTransformations": Engine.Matrix3DList([_turned(link.turn) for link in links]),
-            "jointOffsets": Engine.Vector3DList([[*link.offset, 0.0] for link in links]),
-            "linkInertiasCOM": Engine.Matrix3DList(
-                [np.diag([0.0, 0.0, body.inertia]) for body in bodies]
-            ),
-            "linkCOMs": Engine.Vector3DList([[*body.centre, 0.0] for body in bodies]),
-            "linkMasses": [body.mass for body in bodies],
-            "gravity": [*self.assembly.mechanism.gravity, 0.0],
-            "jointPControlVector": self.all_springs.stiffness,
-            "jointDControlVector": self.all_springs.damping,
-            "jointPositionOffsetVector": self.all_springs.rest,
-            "jointVelocityOffsetVector": np.zeros(count),
-        }
+    def _item(self) -> dict[str, Any]:
+        springs = self.all_springs.stiffness, self.all_springs.damping, self.all_springs.rest
+        return tree_item(self.assembly.mechanism, self.layout, springs)
 
     # --- coordinates --------------------------------------------------------------------------
 
     def whole(self, t: float, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates, speeds, and accelerations but for those of the independent ones."""
-        return self.coordinates.hold(np.array([t]), z[None], v[None]).pick(0)
+        times = self.window.all_inside(np.array([t]))
+        return self.coordinates.hold(times, z[None], v[None]).pick(0)
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -159,17 +141,25 @@ class MinimalModel:
 
     def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
+        try:
+            return self._evaluated(self.window.all_inside(t), q, v)
+        except NoValueError as error:
+            self.trouble = error
+            raise
+
+    def _evaluated(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         held = self.coordinates.hold(t, q, v)
         mass, force = self._ask(held.x, held.v)
         if self.all_springs.pulls:
             force += self.all_springs.pull(held.x, held.v)
-        for motor, row in self.torques:
-            force += np.outer([motor.ramp.at(at) for at in t.tolist()], row)
+        applied = self.loads.push(t, held.x, held.v)
+        force += applied
         pushes, touching = self._push(held.x, held.v, force)
         wall = self.walls.push(held.x, held.v)
         if wall is not None:
             force += wall.force
-        kept = Whole(t, held, mass, force, pushes, wall)
+        supply = np.sum(applied * held.v, axis=1)
+        kept = Whole(t, held, mass, force, pushes, wall, supply)
         left = force - (mass @ held.b[:, :, None])[:, :, 0]
         return Evaluation(*self._reduced(held.reach, mass, left), kept, touching)
 
@@ -220,16 +210,22 @@ class MinimalModel:
         return pushes, touching
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs, dampers and walls; what turns with the mechanism is left to the iteration."""
+        """Springs, dampers, loads, walls; what turns with the mechanism is for the iteration."""
         stiffness, damping = self.springs(at)
         whole: Whole = at.kept
-        if whole.wall is None:
+        if whole.wall is None and not self.loads.stiff:
             return stiffness, damping
         reach = whole.held.reach
         if reach is None:
             reach = np.eye(len(whole.held.x))[:, self._picked]
-        of_walls = self.walls.slopes(whole.wall, reach)
-        return stiffness + of_walls[0], damping + of_walls[1]
+        if self.loads.stiff:
+            of_loads = self.loads.slopes(float(whole.t), whole.held.x, whole.held.v)
+            stiffness = stiffness + reach.T @ of_loads[0] @ reach
+            damping = damping + reach.T @ of_loads[1] @ reach
+        if whole.wall is not None:
+            of_walls = self.walls.slopes(whole.wall, reach)
+            stiffness, damping = stiffness + of_walls[0], damping + of_walls[1]
+        return stiffness, damping
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
@@ -298,32 +294,3 @@ class MinimalModel:
         mass = np.concatenate([whole.mass for whole in instants])
         force = np.concatenate([whole.force for whole in instants])
         return np.asarray((mass @ accelerations[:, :, None])[:, :, 0] - force)
-
-
-class _Body(NamedTuple):
-    """Mass (kg), centre of mass (m, in the link's axes) and inertia about it (kg m^2)."""
-
-    mass: float
-    centre: tuple[float, float]
-    inertia: float
-
-
-def _body_of(mechanism: Mechanism, layout: TreeLayout, parts: tuple[int, ...]) -> _Body:
-    """Rigid parts that move as one."""
-    masses = [mechanism.parts[part].mass for part in parts]
-    total = sum(masses)
-    if total == 0:
-        return _Body(0.0, (0.0, 0.0), 0.0)
-    centres = [layout.frames[part].place(*mechanism.parts[part].centre) for part in parts]
-    weighted = list(zip(masses, centres, strict=True))
-    x = sum(m * c[0] for m, c in weighted) / total
-    y = sum(m * c[1] for m, c in weighted) / total
-    inertia = sum(mechanism.parts[part].inertia for part in parts)
-    inertia += sum(m * ((c[0] - x) ** 2 + (c[1] - y) ** 2) for m, c in weighted)
-    return _Body(total, (x, y), inertia)
-
-
-def _turned(angle: float) -> FloatArray:
-    """Rotation (3, 3) about z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

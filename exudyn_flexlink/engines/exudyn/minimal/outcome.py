@@ -25,6 +25,8 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     approach,
     face_length,
+    force_at,
+    sizes_at,
     spring_force,
 )
 from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event
@@ -79,6 +81,11 @@ class _Reading:
         }
         self.pressing = np.zeros(self.pressed.shape)
         self.on_points = self._pressing()
+        self.forces = {
+            force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
+            for force in self.mechanism.forces
+        }
+        self.force_parts = {force.name: force.point.part for force in self.mechanism.forces}
         self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
 
     def _pressing(self) -> list[tuple[FaceContact, FloatArray]]:
@@ -116,6 +123,7 @@ class _Reading:
             poses=poses,
             rates=rates,
             drive_torques=self._torques(),
+            drive_forces=self.forces,
             joint_forces=self._joint_forces(),
             slot_forces={s.name: self.reactions.forces[s.name] for s in self.mechanism.slots},
             spring_forces={
@@ -162,8 +170,9 @@ class _Reading:
     def _torques(self) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
         torques = dict(self.reactions.torques)
-        for motor, _ in self.model.torques:
-            torques[motor.name] = np.array([motor.ramp.at(t) for t in self.time])
+        state = self.time, self.moved.poses, self.moved.rates
+        for motor in self.mechanism.torque_motors:
+            torques[motor.name] = sizes_at(motor.size, *state)
         return torques
 
     def _joint_forces(self) -> dict[str, FloatArray]:
@@ -200,7 +209,7 @@ class _Reading:
         return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
 
     def _given(self) -> list[FloatArray]:
-        """Forces of slots, closed loops, springs and contacts on each part, N."""
+        """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
         given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
         for spring, force in self.pulls.items():
             for part, sign in ((spring.second.part, 1.0), (spring.first.part, -1.0)):
@@ -209,6 +218,8 @@ class _Reading:
         for part, force in self.reactions.on_parts:
             if part >= 0:
                 given[part] += force
+        for name, push in self.forces.items():
+            given[self.force_parts[name]] += push
         for contact, push in self.on_points:
             if contact.point.part >= 0:
                 given[contact.point.part] += push

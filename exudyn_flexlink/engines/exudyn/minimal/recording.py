@@ -208,9 +208,7 @@ class Recorder:
         rates = np.zeros((len(v), 2 + 2 * count))
         rates[:, 0] = self.model.all_springs.lost(held.x, v)
         rates[:, 1] = np.sum(left * v, axis=1)
-        times = np.concatenate([whole.t for whole in nodes]).tolist()
-        for motor, row in self.model.torques:
-            rates[:, 1] += [motor.ramp.at(t) for t in times] * (v @ row)
+        rates[:, 1] += np.concatenate([whole.supply for whole in nodes])
         forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
         pushes = np.concatenate([whole.pushes for whole in nodes])
         forces[:, :first], powers[:, :first] = pushes[..., 0], pushes[..., 1]

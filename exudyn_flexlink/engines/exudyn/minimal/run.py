@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from threading import Event as Asked
 
 import numpy as np
@@ -21,6 +22,7 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
+    NO_VALUE_ADVICE,
     no_solution_advice,
     result_of,
 )
@@ -48,6 +50,7 @@ from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
+NEAR = 1e-6  # of the run: where it ends, and where an expression was found to have no value
 FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
 
 
@@ -77,8 +80,10 @@ def prepare(
     tolerance = resolving(accuracy.tolerance or smallest, mechanism.channels)
     control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(problem, control, lasting, end)
+    model.window.go_on(0.0, min(mechanism.knots(end), default=inf))
     asked = Asked()
-    solution = Solution(stepper, problem, stops(mechanism, end), progress, asked.is_set)
+    instants, leap = stops(mechanism, end), model.window.go_on
+    solution = Solution(stepper, problem, instants, progress, asked.is_set, leap)
     return MinimalRun(scene, model, problem, stepper, solution, asked, recorder, events)
 
 
@@ -104,6 +109,9 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
     if locked:
         return locked, LOCKED_ADVICE
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
+    trouble = run.model.trouble
+    if trouble is not None and abs(trouble.time - time) < NEAR * run.problem.end:
+        return str(trouble), NO_VALUE_ADVICE
     shortest = instant(time, EVENT_TIME)
     advice = no_solution_advice(run.model.assembly, tolerance, shortest, time)
     return f"{NO_SOLUTION} ({error})", advice

@@ -108,7 +108,7 @@ class BeamCoordinates:
             weight = shape.elastic.mass * np.outer(shape.weight_rows(), self._gravity)
             forces[beam.columns] += weight.ravel()
         right = -rate_of_jacobian_times_velocity(lambda at: self._joints(at) @ v, q, v)
-        motors = [motor.ramp.rate(0.0) for motor in self.mechanism.speed_motors]
+        motors = [motor.speed.rate(0.0) for motor in self.mechanism.speed_motors]
         if motors:
             right[-len(motors) :] += motors
         solved = solve_saddle(self._mass(q), self._joints(q), forces, right)

@@ -14,12 +14,20 @@ from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
+    NO_VALUE_ADVICE,
     Report,
     no_solution_advice,
     result_of,
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
-from exudyn_flexlink.mechanism import angle_of, approach, cut_short, spring_force
+from exudyn_flexlink.mechanism import (
+    angle_of,
+    approach,
+    cut_short,
+    force_at,
+    sizes_at,
+    spring_force,
+)
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
@@ -52,7 +60,11 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         time=kept["time"],
         poses=poses,
         rates=rates,
-        drive_torques=_torques(prepared, kept["time"], kept["multipliers"]),
+        drive_torques=_torques(prepared, kept, kept["multipliers"]),
+        drive_forces={
+            force.name: force_at(force, kept["time"], poses, rates)
+            for force in prepared.assembly.mechanism.forces
+        },
         joint_forces=_joint_forces(prepared, poses, kept["multipliers"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         spring_forces={
@@ -106,17 +118,18 @@ def _written(prepared: Prepared) -> Written:
 
 
 def _torques(
-    prepared: Prepared, time: FloatArray, multipliers: FloatArray
+    prepared: Prepared, kept: dict[str, FloatArray], multipliers: FloatArray
 ) -> dict[str, FloatArray]:
     """Torque of each drive on its joint's second part, N m."""
     mechanism = prepared.assembly.mechanism
+    time, poses, rates = (kept[key] for key in ("time", "poses", "rates"))
     rows = prepared.recorder.motor_rows
     torques = {
         motor.name: -multipliers[:, row]
         for motor, row in zip(mechanism.speed_motors, rows, strict=True)
     }
-    for motor in mechanism.torque_motors:
-        torques[motor.name] = np.array([motor.ramp.at(t) for t in time])
+    for torque in mechanism.torque_motors:
+        torques[torque.name] = sizes_at(torque.size, time, poses, rates)
     return torques
 
 
@@ -217,6 +230,8 @@ def _plain(complaint: str) -> str:
 
 
 def _advice(prepared: Prepared, complaint: str) -> str:
+    if prepared.load_errors:
+        return NO_VALUE_ADVICE
     if "singular" in complaint:
         return LOCKED_ADVICE
     return no_solution_advice(prepared.assembly, prepared.scene.accuracy.tolerance)

@@ -13,14 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.redundant.between import Between
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import approach, turning
+from exudyn_flexlink.mechanism import anchor_velocity, approach, force_at, sizes_at, turning
 
 FloatArray = NDArray[np.float64]
 
 BLOCK = 1024  # steps
+BESIDE = (-2e-12, 2e-12)  # s: twice as near as steps end at the knots of a drive
 
 
 @dataclass
@@ -244,12 +246,20 @@ class Recorder:
             turned = np.diff(turning(motor.first, motor.second, q))
             work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * turned)
             supply -= np.interp(time, at, rows[:, row]) * turning(motor.first, motor.second, v)
-        for motor in self.mechanism.torque_motors:
-            torque = np.array([motor.ramp.at(t) for t in time])
-            power = torque * turning(motor.first, motor.second, v)
-            work += _running_integral(time, power)
-            supply += power
-        return work, supply
+        # Where a drive jumps, one step ends with what was before, the next begins with what comes.
+        ends, begins = (self._load_power(np.maximum(time + away, 0), q, v) for away in BESIDE)
+        work[1:] += np.cumsum(0.5 * np.diff(time) * (begins[:-1] + ends[1:]))
+        return work, supply + begins
+
+    def _load_power(self, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Power of torques and forces (instants,), W."""
+        power = np.zeros(len(time))
+        for torque in self.mechanism.torque_motors:
+            power += sizes_at(torque.size, time, q, v) * turning(torque.first, torque.second, v)
+        for force in self.mechanism.forces:
+            pushed = force_at(force, time, q, v) * anchor_velocity(force.point, q, v)
+            power += pushed.sum(axis=1)
+        return power
 
     def _check(self, block: _Block) -> None:
         q, flow = block.q, block.flow
@@ -271,7 +281,7 @@ class Recorder:
         if not len(wanted):
             return
         self._sampled_to = float(wanted[-1])
-        between = _Between.of(time, wanted)
+        between = Between.of(time, wanted)
         position, velocity = between.cubic(block.q, block.v)
         poses, rates = self.coordinates.shown(position, velocity)
         kept.time.append(wanted)
@@ -285,7 +295,7 @@ class Recorder:
         kept.places.append(self._places[: len(time)][between.nearer])
 
     def _energies_at(
-        self, between: _Between, block: _Block, q: FloatArray, v: FloatArray
+        self, between: Between, block: _Block, q: FloatArray, v: FloatArray
     ) -> FloatArray:
         """Energies of sampled states: as smooth between steps as the states themselves."""
         flow = block.flow
@@ -308,42 +318,3 @@ def _running_integral(time: FloatArray, values: FloatArray) -> FloatArray:
     steps = np.diff(time).reshape(-1, *([1] * (values.ndim - 1)))
     np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=total[1:])
     return total
-
-
-@dataclass(frozen=True)
-class _Between:
-    """Instants between steps: the steps around each, their length and the part of it gone by."""
-
-    before: NDArray[np.intp]
-    after: NDArray[np.intp]
-    span: FloatArray
-    part: FloatArray
-
-    @classmethod
-    def of(cls, time: FloatArray, wanted: FloatArray) -> _Between:
-        """Find the steps around instants that lie within `time`."""
-        last = len(time) - 1
-        before = np.clip(np.searchsorted(time, wanted, side="left") - 1, 0, max(last - 1, 0))
-        after = np.minimum(before + 1, last)
-        span = time[after] - time[before]
-        part = np.divide(wanted - time[before], span, out=np.zeros_like(wanted), where=span > 0)
-        return cls(before, after, span, part)
-
-    @property
-    def nearer(self) -> NDArray[np.intp]:
-        """The nearer of both steps: for what may jump, such as a place on a closed curve."""
-        return np.where(self.part < 0.5, self.before, self.after)
-
-    def linear(self, values: FloatArray) -> FloatArray:
-        """Values (steps, ...) on the straight line between both steps."""
-        part = self.part.reshape(-1, *([1] * (values.ndim - 1)))
-        return np.asarray(values[self.before] + part * (values[self.after] - values[self.before]))
-
-    def cubic(self, values: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (steps, ...) and rates on the cubic through values and rates of both steps."""
-        shape = (-1, *([1] * (values.ndim - 1)))
-        h, x = self.span.reshape(shape), self.part.reshape(shape)
-        y0, y1, v0, v1 = (a[i] for a in (values, rates) for i in (self.before, self.after))
-        slope = np.divide(y1 - y0, h, out=np.array(v0), where=h > 0)
-        b, c = 3 * slope - 2 * v0 - v1, v0 + v1 - 2 * slope
-        return y0 + h * x * (v0 + x * (b + x * c)), v0 + x * (2 * b + 3 * x * c)

@@ -16,6 +16,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import (
@@ -55,6 +56,7 @@ class Prepared:
     recorder: Recorder
     loop: Loop
     resolutions: list[Resolution]  # of contacts and channels
+    load_errors: list[ArithmeticError]
 
 
 def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
@@ -68,6 +70,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     as_beam = scene.solver.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
+    errors = add_loads(system)
     events: list[Event] = []
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events) for i in range(count)]
@@ -85,8 +88,9 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
+    loop.knots, loop.window = assembly.mechanism.knots(end), system.window
     resolutions = [*(x.resolution for x in contacts), *(x.resolution for x in channels)]
-    return Prepared(scene, assembly, system, slots, recorder, loop, resolutions)
+    return Prepared(scene, assembly, system, slots, recorder, loop, resolutions, errors)
 
 
 def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
@@ -148,6 +152,8 @@ def _solve(prepared: Prepared) -> tuple[str, int]:
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
+    if prepared.load_errors and complaint:
+        complaint = str(prepared.load_errors[-1])
     if loop.error is not None:
         raise loop.error
     return complaint, int(system.mbs.sys["dynamicSolver"].it.newtonStepsCount)
@@ -168,6 +174,7 @@ def _settings(prepared: Prepared, first: float) -> Any:
     time.generalizedAlpha.computeInitialAccelerations = False
     time.newton.useModifiedNewton = True
     time.newton.modifiedNewtonJacUpdatePerStep = True
+    time.computeLoadsJacobian = int(sense(prepared.system))
     time.newton.relativeTolerance, time.newton.absoluteTolerance = prepared.system.newton
     time.verboseMode = 0
     settings.solution.file.write = False

@@ -7,7 +7,8 @@ events (a track's pieces, contacts, the end) and resolve contacts.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import ceil, inf, log2
 from time import monotonic
@@ -28,6 +29,8 @@ from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
@@ -36,6 +39,7 @@ FloatArray = NDArray[np.float64]
 SECONDS_BETWEEN_REPORTS = 0.1
 ROUNDING_OF_TURNS = 1e-9  # rad
 STEPS_PER_SAMPLE_IN_CONTACT = 4
+KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
 
 
@@ -157,6 +161,8 @@ class Loop:
     end: float
     goal: TurnGoal | None = None
     progress: Callable[[float], None] | None = None
+    knots: Sequence[float] = ()  # instants (s) at which drives jump or bend: steps end there
+    window: Window = field(default_factory=Window)
     time: float = 0.0
     largest_step: float = 0.0
     smallest_step: float = inf
@@ -261,7 +267,24 @@ class Loop:
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
             step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
+        step = self._to_knot(now.time, step)
         return end_on(step, max(self.end - now.time, 0.0))
+
+    def _to_knot(self, time: float, step: float) -> float:
+        """Shorten a step so that it ends on the next knot of a drive.
+
+        From a knot on the steps are at first as short as at time 0: the method carries the last
+        acceleration into the next step, where it may be another.
+        """
+        near = instant(time, KNOT_TIME)
+        passed = bisect_right(self.knots, time + near)
+        last = self.knots[passed - 1] if passed else 0.0
+        ahead = self.knots[passed] if passed < len(self.knots) else inf
+        if last > 0 and time - last < near:
+            step = min(step, self.chooser.first)
+            self.chooser.restart_from(step)
+        self.window.go_on(last, ahead)
+        return end_on(step, ahead - time)
 
     def _contacts(self, now: StepEnd, step: float) -> float:
         """Let contacts shorten the step, and walls that are broken end the run."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import cos, sin
 from typing import Any
@@ -12,6 +11,7 @@ from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight, wi
 from exudyn_flexlink.engines.exudyn.redundant.beam_coordinates import BeamCoordinates
 from exudyn_flexlink.engines.exudyn.redundant.beam_items import add_beam, add_beam_weight
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates, PartCoordinates
+from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -50,6 +50,7 @@ class System:
     joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
     slides: dict[str, int] = field(default_factory=dict)
     motors: dict[str, int] = field(default_factory=dict)  # speed motors
+    window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
 
     @property
@@ -145,8 +146,6 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System
         _add_linear_spring(system, linear)
     for motor in mechanism.speed_motors:
         system.motors[motor.name] = _add_speed_motor(system, motor)
-    for motor in mechanism.torque_motors:
-        _add_torque_motor(system, motor)
     if any(mechanism.gravity):
         _add_weight(system)
     return system
@@ -249,13 +248,13 @@ def _add_speed_motor(system: System, motor: Motor) -> int:
         for part, sign in ((motor.second, 1.0), (motor.first, -1.0))
         if part != GROUND
     )
-    ramp = motor.ramp
+    course = motor.speed
 
     def angle(_mbs: Any, time: float, _item: int, _offset: float) -> float:
-        return start + ramp.integral(time)
+        return start + course.integral(system.window.inside(time))
 
     def speed(_mbs: Any, time: float, _item: int, _offset: float) -> float:
-        return ramp.at(time)
+        return course.at(system.window.inside(time))
 
     markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
     return int(
@@ -265,31 +264,6 @@ def _add_speed_motor(system: System, motor: Motor) -> int:
             )
         )
     )
-
-
-def _add_torque_motor(system: System, motor: Motor) -> None:
-    for part, sign in ((motor.second, 1.0), (motor.first, -1.0)):
-        if part == GROUND:
-            continue
-        function: Callable[..., float] | int = 0
-        if motor.ramp.duration > 0:
-            function = _torque_function(motor, sign)
-        system.mbs.AddLoad(
-            items.LoadCoordinate(
-                markerNumber=system.angle_marker(part),
-                load=sign * motor.ramp.value,
-                loadUserFunction=function,
-            )
-        )
-
-
-def _torque_function(motor: Motor, sign: float) -> Callable[[Any, float, float], float]:
-    ramp = motor.ramp
-
-    def torque(_mbs: Any, time: float, _load: float) -> float:
-        return sign * ramp.at(time)
-
-    return torque
 
 
 def _add_weight(system: System) -> None:

@@ -1,0 +1,202 @@
+"""Torques at joints and forces at points, on the coordinates of a tree, with exact derivatives.
+
+With P the point of a force F, both complex, and m_k = dP/dx_k, the force on coordinate k is
+``Re(conj(F) m_k)``. Where j is the one of two coordinates of P's path that is nearer to the ground,
+``dm_k/dx_j = i m_k`` if j is a hinge, and 0 if it is a slide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
+from exudyn_flexlink.mechanism import Mechanism, Placed, PointForce, Size, TorqueMotor, Turning
+from exudyn_flexlink.mechanism.tree import TreeLayout
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+class _Now(NamedTuple):
+    """One instant: time (s), coordinates and speeds (links,), where the links are."""
+
+    t: float
+    x: FloatArray
+    v: FloatArray
+    places: Places
+
+
+class _Angle:
+    """An angle between two parts, or its speed."""
+
+    def __init__(self, layout: TreeLayout, sense: Turning) -> None:
+        self._row = layout.turning_row(sense.first, sense.second)
+        self._rest = layout.turn(sense.second) - layout.turn(sense.first)
+        self._is_speed = sense.is_speed
+
+    def value(self, now: _Now) -> float:
+        return float(self._row @ now.v if self._is_speed else self._row @ now.x + self._rest)
+
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+        """Derivatives (links,) by coordinates and by speeds."""
+        none = np.zeros_like(now.x)
+        return (none, self._row) if self._is_speed else (self._row, none)
+
+
+class _Place:
+    """A coordinate of a point."""
+
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, sense: Placed) -> None:
+        self._points = Points(layout, [sense.point])
+        self._kinematics, self._axis = kinematics, sense.axis
+
+    def value(self, now: _Now) -> float:
+        place = self._points.places(now.places)[0]
+        return float(place.imag if self._axis else place.real)
+
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+        """Derivatives (links,) by coordinates and by speeds."""
+        points = self._points.places(now.places)
+        moved = self._kinematics.moves(now.places, self._points.links, points)[0]
+        return np.asarray(moved.imag if self._axis else moved.real), np.zeros_like(now.x)
+
+
+class _Size:
+    """A torque, or a component of a force, by time and what it senses."""
+
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, size: Size) -> None:
+        self._applied = size.value
+        self._senses = [
+            _Angle(layout, sense)
+            if isinstance(sense, Turning)
+            else _Place(layout, kinematics, sense)
+            for sense in size.senses
+        ]
+
+    def value(self, now: _Now) -> float:
+        """Size, N m or N; ArithmeticError where there is none."""
+        return self._applied.at(now.t, [sense.value(now) for sense in self._senses])
+
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+        """Derivatives (links,) by coordinates and by speeds."""
+        by_place, by_speed = np.zeros((2, len(now.x)))
+        seen = [sense.value(now) for sense in self._senses]
+        slopes = self._applied.slopes(now.t, seen) if seen else []
+        for sense, slope in zip(self._senses, slopes, strict=True):
+            place, speed = sense.slopes(now)
+            by_place += slope * place
+            by_speed += slope * speed
+        return by_place, by_speed
+
+
+class _Torque:
+    """A torque between two parts."""
+
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, motor: TorqueMotor) -> None:
+        self._row = layout.turning_row(motor.first, motor.second)
+        self._size = _Size(layout, kinematics, motor.size)
+
+    def push(self, now: _Now) -> FloatArray:
+        return self._size.value(now) * self._row
+
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+        by_place, by_speed = self._size.slopes(now)
+        return np.outer(self._row, by_place), np.outer(self._row, by_speed)
+
+
+class _Force:
+    """A force at a point, in the axes of the ground or of a part."""
+
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, force: PointForce) -> None:
+        self._kinematics = kinematics
+        self._points = Points(layout, [force.point])
+        self._path = np.array(layout.path(int(self._points.links[0])), dtype=int)
+        frame = layout.frame(force.axes)
+        self._axes, self._turn = frame.link, complex(np.exp(1j * frame.angle))
+        self._turned_by = np.zeros(len(layout.links))
+        self._turned_by[layout.hinges(force.axes)] = 1.0
+        self._sizes = [_Size(layout, kinematics, size) for size in force.sizes]
+
+    def _direction(self, now: _Now) -> complex:
+        """Where the x-axis of the force's axes points."""
+        return complex(now.places.axis[self._axes]) * self._turn
+
+    def _moved(self, now: _Now) -> ComplexArray:
+        points = self._points.places(now.places)
+        return np.asarray(self._kinematics.moves(now.places, self._points.links, points)[0])
+
+    def push(self, now: _Now) -> FloatArray:
+        x, y = (size.value(now) for size in self._sizes)
+        force = self._direction(now) * complex(x, y)
+        return np.asarray((np.conj(force) * self._moved(now)).real)
+
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+        x, y = (size.value(now) for size in self._sizes)
+        (x_by_place, x_by_speed), (y_by_place, y_by_speed) = (
+            size.slopes(now) for size in self._sizes
+        )
+        direction, moved = self._direction(now), self._moved(now)
+        force = direction * complex(x, y)
+        by_place = direction * (x_by_place + 1j * y_by_place) + 1j * force * self._turned_by
+        by_speed = direction * (x_by_speed + 1j * y_by_speed)
+        of_place = np.outer(moved, np.conj(by_place)).real + self._bent(force, moved)
+        return of_place, np.outer(moved, np.conj(by_speed)).real
+
+    def _bent(self, force: complex, moved: ComplexArray) -> FloatArray:
+        """Share (links, links) of a force that stays, at a point that moves on a bend."""
+        found = np.zeros((len(moved), len(moved)))
+        path = self._path  # from the ground outwards, as links are numbered
+        near, far = np.minimum.outer(path, path), np.maximum.outer(path, path)
+        bends = np.where(self._kinematics.hinge[near], 1j * moved[far], 0.0)
+        found[np.ix_(path, path)] = (np.conj(force) * bends).real
+        return found
+
+
+class Loads:
+    """All torques and forces that drives apply to a tree."""
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
+    ) -> None:
+        self._kinematics = kinematics
+        self._all: Sequence[_Torque | _Force] = [
+            *(_Torque(layout, kinematics, motor) for motor in mechanism.torque_motors),
+            *(_Force(layout, kinematics, force) for force in mechanism.forces),
+        ]
+        sizes = [
+            *(motor.size for motor in mechanism.torque_motors),
+            *(size for force in mechanism.forces for size in force.sizes),
+        ]
+        self.stiff = bool(mechanism.forces) or any(size.senses for size in sizes)
+
+    def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Generalised forces (n, links) at instants (n,), coordinates and speeds (n, links).
+
+        Raises:
+            ArithmeticError: one has no value there.
+
+        """
+        found = np.zeros(x.shape)
+        if self._all:
+            for i, time in enumerate(t.tolist()):
+                now = self._now(time, x[i], v[i])
+                for load in self._all:
+                    found[i] += load.push(now)
+        return found
+
+    def slopes(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How forces fall (links, links) with coordinates, and with speeds."""
+        now = self._now(t, x, v)
+        stiffness, damping = np.zeros((2, len(x), len(x)))
+        for load in self._all:
+            by_place, by_speed = load.slopes(now)
+            stiffness -= by_place
+            damping -= by_speed
+        return stiffness, damping
+
+    def _now(self, t: float, x: FloatArray, v: FloatArray) -> _Now:
+        return _Now(t, x, v, self._kinematics.places(x))

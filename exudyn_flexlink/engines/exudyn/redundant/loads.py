@@ -1,0 +1,92 @@
+"""Torques and forces of drives as Exudyn's loads; what varies is asked of Python in every round."""
+
+from __future__ import annotations
+
+from math import nan
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.engines.exudyn.engine import items
+from exudyn_flexlink.engines.exudyn.redundant.system import System
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    PointForce,
+    Ramp,
+    Size,
+    TorqueMotor,
+    force_at,
+    size_at,
+)
+
+
+def add_loads(system: System) -> list[ArithmeticError]:
+    """Add all torques and forces; return where the errors of values that there are not gather.
+
+    Nothing may be raised through the solver.
+    """
+    errors: list[ArithmeticError] = []
+    for motor in system.mechanism.torque_motors:
+        _add_torque(system, motor, errors)
+    for force in system.mechanism.forces:
+        _add_force(system, force, errors)
+    return errors
+
+
+def sense(system: System) -> bool:
+    """Tell whether a load depends on the state, so that Newton's matrix needs its slopes."""
+    mechanism = system.mechanism
+    sizes = [size for force in mechanism.forces for size in force.sizes]
+    turned = any(force.axes != GROUND for force in mechanism.forces)
+    sizes += [motor.size for motor in mechanism.torque_motors]
+    return turned or any(size.senses for size in sizes)
+
+
+def _constant(size: Size) -> float | None:
+    """Return a number that stays; None if it varies."""
+    ramp = size.value
+    return ramp.value if isinstance(ramp, Ramp) and ramp.duration == 0 else None
+
+
+def _add_torque(system: System, motor: TorqueMotor, errors: list[ArithmeticError]) -> None:
+    constant = _constant(motor.size)
+    for part, sign in ((motor.second, 1.0), (motor.first, -1.0)):
+        if part == GROUND:
+            continue
+
+        def torque(mbs: Any, time: float, _load: float, sign: float = sign) -> float:
+            try:
+                return sign * size_at(motor.size, system.window.inside(time), *_state(system, mbs))
+            except ArithmeticError as error:
+                errors.append(error)
+                return nan
+
+        load = {"loadUserFunction": torque} if constant is None else {"load": sign * constant}
+        marker = system.angle_marker(part)
+        system.mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, **load))
+
+
+def _add_force(system: System, force: PointForce, errors: list[ArithmeticError]) -> None:
+    x, y = (_constant(size) for size in force.sizes)
+
+    def push(mbs: Any, time: float, _load: list[float]) -> list[float]:
+        q, v = _state(system, mbs)
+        at = np.array([system.window.inside(time)])
+        try:
+            return [*force_at(force, at, q[None], v[None])[0].tolist(), 0.0]
+        except ArithmeticError as error:
+            errors.append(error)
+            return [nan] * 3
+
+    load: dict[str, Any] = {"loadVectorUserFunction": push}
+    if force.axes == GROUND and x is not None and y is not None:
+        load = {"loadVector": [x, y, 0.0]}
+    marker = system.point_marker(force.point)
+    system.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, **load))
+
+
+def _state(system: System, mbs: Any) -> tuple[Any, Any]:
+    """Coordinates and speeds (parts, 3) of the parts, as the solver has them now."""
+    data = mbs.systemData
+    q, v = data.GetODE2Coordinates().tolist(), data.GetODE2Coordinates_t().tolist()
+    return tuple(np.reshape(x, (-1, 3)) for x in system.coordinates.plain(q, v))  # type: ignore[return-value]

@@ -1,0 +1,185 @@
+"""A formula that was read: its values, its derivatives, and where it bends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+from exudyn_flexlink.expressions.tape import TIME, Program, Tape
+from exudyn_flexlink.expressions.tokens import Sensed
+from exudyn_flexlink.units import Powers
+
+LOOKS = 10_000  # at where a condition of time changes, over a run
+HALVINGS = 60  # of the time between two looks, down to rounding
+
+
+class NoValueError(ArithmeticError):
+    """A formula, `text`, has no value at a time (s): a logarithm of a negative number, say.
+
+    `what` it lacks may be a derivative.
+    """
+
+    def __init__(self, text: str, time: float, what: str = "value") -> None:
+        super().__init__(f"'{text}' has no {what} at t = {time:.6g} s")
+        self.text = text
+        self.time = time
+
+
+class Plan(NamedTuple):
+    """The operations behind a `result`, and those at whose zeros it bends."""
+
+    tape: Tape
+    result: int
+    switches: Sequence[int]
+
+
+class Expression:
+    """A formula of t (s) and of what it senses; equal if its text is.
+
+    `powers` is its dimension as far as its units tell, angles counting as numbers; None if they
+    don't. `sensed` is what the state has to supply, in this order.
+    """
+
+    def __init__(
+        self, text: str, plan: Plan, sensed: Sequence[Sensed], powers: Powers | None
+    ) -> None:
+        self.text = text
+        self.sensed = tuple(sensed)
+        self.powers = powers
+        self._tape, self._result = plan.tape, plan.result
+        self._switches = tuple(dict.fromkeys(plan.switches))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Expression) and self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+    def __repr__(self) -> str:
+        return f"Expression({self.text!r})"
+
+    def __str__(self) -> str:
+        return self.text
+
+    @property
+    def constant(self) -> float | None:
+        """Its value if it is a number; None if it depends on anything."""
+        return self._tape.number_of(self._result)
+
+    # --- values -------------------------------------------------------------------------------
+
+    def at(self, time: float, state: Sequence[float] = ()) -> float:
+        """Value at a time (s) and values of what is sensed.
+
+        Raises:
+            NoValueError: there is none.
+
+        """
+        return self._run(self._value, time, state)[0]
+
+    def rate(self, time: float) -> float:
+        """First derivative by time, of one that senses nothing.
+
+        Raises:
+            NoValueError: there is none.
+
+        """
+        return self._run(self._rate, time, what="derivative")[0]
+
+    def bend(self, time: float) -> float:
+        """Second derivative by time, of one that senses nothing.
+
+        Raises:
+            NoValueError: there is none.
+
+        """
+        return self._run(self._bend, time, what="second derivative")[0]
+
+    def slopes(self, time: float, state: Sequence[float]) -> list[float]:
+        """Derivatives by each of what is sensed.
+
+        Raises:
+            NoValueError: there are none.
+
+        """
+        return self._run(self._slopes, time, state, "derivative")
+
+    def _run(
+        self, program: Program, time: float, state: Sequence[float] = (), what: str = "value"
+    ) -> list[float]:
+        found = program.run(time, state)
+        if not all(map(math.isfinite, found)):
+            raise NoValueError(self.text, time, what)
+        return found
+
+    @cached_property
+    def _value(self) -> Program:
+        return Program(self._tape, [self._result])
+
+    @cached_property
+    def _rate(self) -> Program:
+        return Program(self._tape, [self._tape.slope(self._result, TIME)])
+
+    @cached_property
+    def _bend(self) -> Program:
+        first = self._tape.slope(self._result, TIME)
+        return Program(self._tape, [self._tape.slope(first, TIME)])
+
+    @cached_property
+    def _slopes(self) -> Program:
+        slopes = [self._tape.slope(self._result, k) for k in range(len(self.sensed))]
+        return Program(self._tape, slopes)
+
+    # --- bends --------------------------------------------------------------------------------
+
+    @cached_property
+    def linear_bends(self) -> list[float]:
+        """Instants (s) at which a condition that is linear in t changes, in order."""
+        found = []
+        for switch in self._of_time:
+            rate = self._tape.number_of(self._tape.slope(switch, TIME))
+            if rate:
+                found.append(-Program(self._tape, [switch]).run(0.0)[0] / rate)
+        return sorted(found)
+
+    def bends(self, end: float) -> list[float]:
+        """Instants (s) up to `end` at which a condition of time alone changes, in order.
+
+        One that is linear in t is solved exactly; others are found where they change their sign
+        between two of many instants.
+        """
+        found = set(self.linear_bends)
+        for switch in self._of_time:
+            if self._tape.number_of(self._tape.slope(switch, TIME)) is None:
+                found.update(self._zeros(switch, end))
+        return sorted(time for time in found if 0 < time < end)
+
+    @property
+    def _of_time(self) -> list[int]:
+        return [one for one in self._switches if self._tape.variables(one) == {TIME}]
+
+    def _zeros(self, switch: int, end: float) -> list[float]:
+        program = Program(self._tape, [switch])
+
+        def value(time: float) -> float:
+            return program.run(time)[0]
+
+        times = [end * k / LOOKS for k in range(LOOKS + 1)]
+        values = [value(time) for time in times]
+        zeros = [time for time, found in zip(times, values, strict=True) if found == 0]
+        for k, (one, other) in enumerate(pairwise(values)):
+            if one * other < 0:
+                zeros.append(_zero(value, times[k], times[k + 1]))
+        return zeros
+
+
+def _zero(value: Callable[[float], float], begin: float, end: float) -> float:
+    """Instant at which a value changes its sign, to rounding, by halving."""
+    falls = value(begin) > 0
+    for _ in range(HALVINGS):
+        middle = (begin + end) / 2
+        begin, end = (middle, end) if (value(middle) > 0) == falls else (begin, middle)
+    return end

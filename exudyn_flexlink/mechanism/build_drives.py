@@ -1,0 +1,96 @@
+"""Drives of a scene, between parts."""
+
+from __future__ import annotations
+
+from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
+from exudyn_flexlink.mechanism.bodies import Bodies
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Mechanism,
+    Motor,
+    Placed,
+    PointForce,
+    Sense,
+    Size,
+    TorqueMotor,
+    Turning,
+)
+from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.scene import (
+    ForceDrive,
+    MotionDrive,
+    Scene,
+    SpeedDrive,
+    Table,
+    TorqueDrive,
+    Value,
+    split_point,
+)
+
+
+def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Motor:
+    """Return a drive that prescribes how a revolute joint moves."""
+    first, second = bodies.joint_parts(drive.joint)
+    if isinstance(drive, SpeedDrive):
+        return Motor(name, first, second, _number_or_course(drive.value, drive.ramp))
+    motion = _course(_as_expression(drive.value))
+    return Motor(name, first, second, SpeedOf(motion), motion.at(0.0))
+
+
+def steady_drives(scene: Scene, mechanism: Mechanism) -> dict[str, Ramp]:
+    """By their joints, the drives that bring them to one speed: turns end at a time known before.
+
+    Others may never make them.
+    """
+    found = {}
+    for motor in mechanism.speed_motors:
+        drive = scene.drives[motor.name]
+        if isinstance(motor.speed, Ramp) and isinstance(drive, SpeedDrive):
+            found[drive.joint] = motor.speed
+    return found
+
+
+def torque_of(bodies: Bodies, name: str, drive: TorqueDrive) -> TorqueMotor:
+    """Return a torque at a revolute joint."""
+    return TorqueMotor(
+        name, *bodies.joint_parts(drive.joint), _size(bodies, drive.value, drive.ramp)
+    )
+
+
+def force_of(bodies: Bodies, name: str, drive: ForceDrive) -> PointForce:
+    """Return a force at a point."""
+    point = bodies.anchor(drive.point)
+    axes = GROUND
+    if drive.axes == split_point(drive.point)[0]:
+        axes = point.part
+    elif drive.axes in bodies.scene.bodies:
+        axes = bodies.first_part(drive.axes)
+    x, y = (_size(bodies, value) for value in drive.value)
+    return PointForce(name, point, axes, (x, y))
+
+
+def _size(bodies: Bodies, value: Value, ramp: float = 0.0) -> Size:
+    sensed = value.sensed if isinstance(value, Expression) else ()
+    return Size(_number_or_course(value, ramp), tuple(_sense(bodies, one) for one in sensed))
+
+
+def _number_or_course(value: Value, ramp: float) -> Ramp | Formula | Tabled:
+    return Ramp(value, ramp) if isinstance(value, float) else _course(value)
+
+
+def _course(value: Expression | Table) -> Formula | Tabled:
+    if isinstance(value, Expression):
+        return Formula(value)
+    assert value.points is not None  # its file was read
+    return Tabled(value.points, value.rule)
+
+
+def _as_expression(value: Value) -> Expression | Table:
+    return parse_expression(repr(value)) if isinstance(value, float) else value
+
+
+def _sense(bodies: Bodies, sensed: Sensed) -> Sense:
+    if sensed.axis:
+        return Placed(bodies.anchor(sensed.of), "xy".index(sensed.axis))
+    return Turning(*bodies.joint_parts(sensed.of), sensed.kind == "speed")

@@ -1,0 +1,81 @@
+"""Whether drives have values as long as a run lasts, and do not ask for jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+
+import numpy as np
+
+from exudyn_flexlink.expressions import NoValueError
+from exudyn_flexlink.mechanism.model import Mechanism, Motor
+from exudyn_flexlink.mechanism.prescribed import Applied, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.ramps import Ramp
+from exudyn_flexlink.source import KeyPath, Mistake
+
+LOOKS = 200  # at a value over a run
+BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
+JUMP = 1e-6  # of the largest value: a difference that is no rounding
+
+
+def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
+    """Return the drives of time alone that have no value up to `end` (s), or jump where none may.
+
+    `end` is that of the run at the latest.
+    """
+    found: list[Mistake] = []
+    for motor in mechanism.speed_motors:
+        path = ("drives", motor.name, "value")
+        missing = list(_missing(path, motor.speed, end))
+        found += missing or _jumps(path, motor, end)
+    for torque in mechanism.torque_motors:
+        if not torque.size.senses:
+            found += _missing(("drives", torque.name, "value"), torque.size.value, end)
+    for force in mechanism.forces:
+        for i, size in enumerate(force.sizes):
+            if not size.senses:
+                found += _missing(("drives", force.name, "value", i), size.value, end)
+    return found
+
+
+def _missing(path: KeyPath, course: Applied, end: float) -> Iterator[Mistake]:
+    if isinstance(course, Ramp) or end == inf:
+        return
+    table = course.motion if isinstance(course, SpeedOf) else course
+    if isinstance(table, Tabled):
+        last = table.times[-1]
+        if last < end * (1 - 1e-12):
+            message = f"the table ends at {last:g} s, the run at {end:g} s"
+            yield Mistake(path, message, "more rows, or a shorter run")
+        return
+    try:
+        for time in np.linspace(0.0, end, LOOKS).tolist():
+            course.at(time)
+            if isinstance(course, SpeedOf):
+                course.integral(time)
+    except NoValueError as error:
+        yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
+
+
+def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
+    """A speed can't jump, nor can an angle: no finite force would do that."""
+    speed = motor.speed
+    if isinstance(speed, (Ramp, Tabled)):
+        return
+    kinds = [("speed", speed.at, speed.rate)]
+    if isinstance(speed, SpeedOf):
+        kinds = [("value", speed.motion.at, speed.at), *kinds]
+    looks = np.linspace(0.0, end, LOOKS).tolist()
+    for knot in speed.knots(end):
+        for name, value, rate in kinds:
+            beside = max(BESIDE, BESIDE * knot)
+            before, after = value(knot - beside), value(knot + beside)
+            steep = max(abs(rate(knot - beside)), abs(rate(knot + beside)))
+            largest = max(abs(value(time)) for time in looks)
+            if abs(after - before) > 4 * beside * steep + JUMP * largest:
+                yield Mistake(
+                    path,
+                    f"the {name} jumps from {before:.6g} to {after:.6g} at t = {knot:.6g} s",
+                    "formulas must meet where one follows the other",
+                )
+                return

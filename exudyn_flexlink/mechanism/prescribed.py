@@ -1,0 +1,141 @@
+"""What a drive prescribes or applies, by time and state: one form for numbers, formulas, tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.interpolate import CubicSpline, PPoly
+
+from exudyn_flexlink.expressions import Expression
+from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+
+
+class Applied(Protocol):
+    """A torque or force (N m or N) of time and of values that are sensed."""
+
+    def at(self, time: float, sensed: Sequence[float] = ()) -> float:
+        """Value at a time (s) and values sensed; ArithmeticError where there is none."""
+
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
+        """Derivatives by the values sensed."""
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which the value, or a derivative of it, jumps; in order."""
+
+
+class Prescribed(Applied, Protocol):
+    """A speed (rad/s or m/s) of time alone."""
+
+    def rate(self, time: float) -> float:
+        """Time derivative of the value."""
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time` (s)."""
+
+
+class Motion(Applied, Protocol):
+    """An angle or a length (rad or m) of time alone, with two derivatives."""
+
+    def rate(self, time: float) -> float:
+        """First time derivative of the value."""
+
+    def bend(self, time: float) -> float:
+        """Second time derivative of the value."""
+
+
+class SpeedOf:
+    """The speed of a motion: its integral is known without integrating."""
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+        self._start = motion.at(0.0)
+
+    def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
+        """Value at a time (s)."""
+        return self.motion.rate(time)
+
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
+        """Return nothing: it takes nothing of the state."""
+        return []
+
+    def rate(self, time: float) -> float:
+        """Time derivative of the value."""
+        return self.motion.bend(time)
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time` (s)."""
+        return self.motion.at(time) - self._start
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which a derivative jumps."""
+        return self.motion.knots(end)
+
+
+class Formula:
+    """An expression of the scene."""
+
+    def __init__(self, expression: Expression) -> None:
+        self.expression = expression
+        self.at = expression.at
+        self.rate = expression.rate
+        self.bend = expression.bend
+        self.slopes = expression.slopes
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time` (s)."""
+        return self._integral(time)
+
+    @cached_property
+    def _integral(self) -> Antiderivative:
+        return Antiderivative(self.expression.at, self.expression.linear_bends)
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which the value, or a derivative, jumps."""
+        return self.expression.bends(end)
+
+
+class Tabled:
+    """Values by time, from a table of the scene: `rule` linear, cubic or step."""
+
+    def __init__(self, rows: Sequence[tuple[float, float]], rule: str) -> None:
+        times, values = np.array(rows, dtype=float).T
+        self.times: list[float] = times.tolist()
+        self._values: PPoly
+        if rule == "cubic":
+            self._values = CubicSpline(times, values)
+        elif rule == "linear":
+            slopes = np.diff(values) / np.diff(times)
+            self._values = PPoly(np.array([slopes, values[:-1]]), times)
+        else:
+            self._values = PPoly(values[None, :-1], times)
+        self._rates = self._values.derivative()
+        self._bends = self._rates.derivative()
+        self._integrals = self._values.antiderivative()
+        self._before = float(self._integrals(0.0))
+
+    def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
+        """Value at a time (s)."""
+        return float(self._values(time))
+
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
+        """Return nothing: it takes nothing of the state."""
+        return []
+
+    def rate(self, time: float) -> float:
+        """First time derivative of the value."""
+        return float(self._rates(time))
+
+    def bend(self, time: float) -> float:
+        """Second time derivative of the value."""
+        return float(self._bends(time))
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time` (s)."""
+        return float(self._integrals(time)) - self._before
+
+    def knots(self, end: float) -> list[float]:
+        """Instants of rows before `end` (s): a derivative jumps at each."""
+        return [time for time in self.times if 0 < time < end]

@@ -1,0 +1,44 @@
+"""What torques and forces sense of states, and how large they are there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
+from exudyn_flexlink.mechanism.model import PointForce, Sense, Size, Turning
+
+FloatArray = NDArray[np.float64]
+
+
+def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Value that is sensed at states (..., parts, 3): (...,)."""
+    if isinstance(sense, Turning):
+        x = v if sense.is_speed else q
+        return np.asarray(angle_of(sense.second, x) - angle_of(sense.first, x))
+    return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
+
+
+def size_at(size: Size, time: float, q: FloatArray, v: FloatArray) -> float:
+    """Size (N m or N) at one state (parts, 3).
+
+    Raises:
+        ArithmeticError: it has none there.
+
+    """
+    return size.value.at(time, [float(sensed(sense, q, v)) for sense in size.senses])
+
+
+def sizes_at(size: Size, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+    """As `size_at`, at instants (n,) and states (n, parts, 3)."""
+    seen = np.array([sensed(sense, q, v) for sense in size.senses]).reshape(-1, len(time))
+    pairs = zip(time.tolist(), seen.T.tolist(), strict=True)
+    return np.array([size.value.at(t, values) for t, values in pairs])
+
+
+def force_at(force: PointForce, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Force (n, 2) along the ground's axes at instants (n,) and states (n, parts, 3), N."""
+    x, y = (sizes_at(size, time, q, v) for size in force.sizes)
+    angle = angle_of(force.axes, q)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

@@ -1,0 +1,396 @@
+"""Drives by expressions, tables, motions, forces: closed forms, and the same written otherwise."""
+
+from itertools import pairwise
+from math import pi, radians
+
+import numpy as np
+import pytest
+from scipy.special import beta
+from test_physics_tools import MODELS, angle, run, scene, speed, where
+
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+from exudyn_flexlink.mechanism.tree import tree_layout
+from exudyn_flexlink.source import Document, SceneError
+
+G, MASS, ARM = 9.81, 2.0, 0.5
+J = 0.3 + MASS * ARM**2  # about the hook
+BOB = """
+bodies:
+  bob: {type: rigid, mass: 2, inertia: 0.3, points: {hook: [0, 0]}, centre_of_mass: [0.5, 0]}
+joints: {pivot: {type: revolute, points: [ground, bob.hook], at: [0, 0]}}
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-8}
+"""
+HANGING = BOB + "gravity: [0, -9.81]\n"
+REDUNDANT = ("accuracy.tolerance=1e-5", "solver.formulation=redundant")
+BOTH = pytest.mark.parametrize(
+    ("settings", "off"), [((), 1e-8), (REDUNDANT, 1e-5)], ids=["minimal", "redundant"]
+)
+
+
+def driven(drive, text=BOB, *settings):
+    return run(f"{text}drives: {{m: {drive}}}\n", *settings)
+
+
+# --- motions --------------------------------------------------------------------------------
+
+
+@BOTH
+def test_a_pendulum_swung_by_a_motion_takes_the_torque_of_newton(settings, off):
+    """J theta'' + m g a cos(theta), with theta = 0.3 + 20 deg sin(w t)."""
+    swing = "{type: motion, joint: pivot, value: 0.3 + 20 deg * sin(2*pi*t / 1.5 s)}"
+    result = driven(swing, HANGING, *settings)
+    w, size, t = 2 * pi / 1.5, radians(20), result.time
+    turned = 0.3 + size * np.sin(w * t)
+    np.testing.assert_allclose(angle(result, "bob"), turned, atol=off)
+    np.testing.assert_allclose(speed(result, "bob"), size * w * np.cos(w * t), atol=10 * off)
+    torque = -J * size * w * w * np.sin(w * t) + MASS * G * ARM * np.cos(turned)
+    np.testing.assert_allclose(result.drive_torques["m"], torque, atol=1e-12 if not settings else
+                               2e-2)  # fmt: skip
+    assert result.checks.energy_residual < 1e-4
+
+
+def test_a_motion_and_its_speed_move_alike():
+    """The integral of a speed is no source of error: both follow one course to 1e-12 rad."""
+    motion = "exp(-t/2)*sin(3*t)*(1 + t**2)"
+    course = "exp(-t/2)*((3*cos(3*t) - sin(3*t)/2)*(1 + t**2) + 2*t*sin(3*t))"
+    one = driven(f"{{type: motion, joint: pivot, value: '{motion}'}}", HANGING)
+    other = driven(f"{{type: speed, joint: pivot, value: '{course}'}}", HANGING)
+    for result in (one, other):
+        t = result.time
+        exact = np.exp(-t / 2) * np.sin(3 * t) * (1 + t**2)
+        np.testing.assert_allclose(angle(result, "bob"), exact, atol=1e-12)
+
+
+SPIN_UP = "where(t < 15, 0.4*(t**2/2 + (15/(2*pi))**2*(cos(2*pi*t/15) - 1)), 6*t - 45)"
+
+
+def test_a_spin_up_of_two_formulas():
+    """Simo and Vu-Quoc's course: up to 15 s one formula, from then on another."""
+    result = driven(f"{{type: motion, joint: pivot, value: '{SPIN_UP}'}}", BOB, "run.duration=20")
+    t = result.time
+    rise = 0.4 * (t**2 / 2 + (15 / (2 * pi)) ** 2 * (np.cos(2 * pi * t / 15) - 1))
+    np.testing.assert_allclose(angle(result, "bob"), np.where(t < 15, rise, 6 * t - 45), atol=1e-12)
+    late = t > 15 + 1e-9
+    np.testing.assert_allclose(result.drive_torques["m"][late], 0, atol=1e-12)
+
+
+def test_a_step_ends_where_a_speed_bends():
+    """Of a speed that rises and then stays, the acceleration jumps: torque on either side."""
+    result = driven("{type: speed, joint: pivot, value: 'min(4*t, 4.4)'}")
+    t = result.time
+    turned = np.where(t < 1.1, 2 * t**2, 2.42 + 4.4 * (t - 1.1))
+    np.testing.assert_allclose(angle(result, "bob"), turned, atol=1e-12)
+    np.testing.assert_allclose(result.drive_torques["m"][t < 1.1 - 1e-9], 4 * J, atol=1e-12)
+    np.testing.assert_allclose(result.drive_torques["m"][t > 1.1 + 1e-9], 0, atol=1e-12)
+    assert result.checks.energy_residual < 1e-10
+
+
+FOUR_BAR = """
+bodies:
+  crank: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], a: [1, 0]}}
+  coupler: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [2, 0]}}
+  rocker: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], b: [1, 0]}}
+joints:
+  in: {type: revolute, points: [ground, crank.o], at: [0, 0]}
+  a: {type: revolute, points: [crank.a, coupler.a]}
+  b: {type: revolute, points: [coupler.b, rocker.b]}
+  out: {type: revolute, points: [ground, rocker.o], at: [2, 0]}
+run: {duration: 2}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@pytest.mark.parametrize("joint", ["in", "out", "a"])
+def test_a_motion_of_any_joint_of_a_loop(joint):
+    """A parallelogram: crank and rocker turn alike, the coupler not, whoever is driven."""
+    sign = -1 if joint == "a" else 1
+    value = f"{sign}*(1 + 0.5*sin(3*t))"
+    guesses = "initial: {guesses: {crank: 1.1, coupler: 0.1, rocker: 0.9}}\n"
+    result = driven(f"{{type: motion, joint: {joint}, value: '{value}'}}", FOUR_BAR + guesses)
+    turned = 1 + 0.5 * np.sin(3 * result.time)
+    np.testing.assert_allclose(angle(result, "crank"), turned, atol=1e-8)
+    np.testing.assert_allclose(angle(result, "rocker"), turned, atol=1e-8)
+    np.testing.assert_allclose(angle(result, "coupler"), 0, atol=1e-8)
+    # Both cranks turn about their centres; the coupler, of 1 kg, goes round with 1 m.
+    torque = (2 * 0.1 + 1.0) * 4.5 * np.sin(3 * result.time)
+    np.testing.assert_allclose(abs(result.drive_torques["m"]), abs(torque), atol=1e-6)
+
+
+def test_a_motion_the_joints_can_not_have_is_refused_at_the_drive():
+    text = (
+        "drives: {m: {type: motion, joint: pivot, value: pi + 0*t}}\n"
+        "initial: {angles: {bob: 0.3}}\n"
+    )
+    with pytest.raises(SceneError) as raised:
+        scene(BOB + text)
+    assert "drives.m: the joint can't have the angle that this drive gives it" in str(raised.value)
+
+
+# --- torques --------------------------------------------------------------------------------
+
+
+@BOTH
+def test_a_governed_crank_comes_to_its_speed_as_an_exponential(settings, off):
+    """J w' = -k (w - w0): w = w0 (1 - exp(-k t/J))."""
+    result = driven("{type: torque, joint: pivot, value: '-2*(speed(pivot) - 14)'}", BOB, *settings)
+    t, rate = result.time, 2 / J
+    turned = 14 * (t - (1 - np.exp(-rate * t)) / rate)
+    np.testing.assert_allclose(angle(result, "bob"), turned, atol=off)
+    torque = 28 * np.exp(-rate * t)
+    np.testing.assert_allclose(result.drive_torques["m"], torque, atol=100 * off)
+    np.testing.assert_allclose(
+        result.energy.supplied, J * speed(result, "bob") ** 2 / 2, atol=1e-7 if not settings else
+        1e-3)  # fmt: skip
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_a_sprung_crank_keeps_the_tolerance(tolerance):
+    """A torque -k angle is a torsional spring: a swing of frequency sqrt(k/J)."""
+    result = driven(
+        "{type: torque, joint: pivot, value: '-50 N m/rad * angle(pivot)'}",
+        BOB + "initial: {angles: {bob: 0.2}}\n", f"accuracy.tolerance={tolerance}",
+    )  # fmt: skip
+    exact = 0.2 * np.cos(np.sqrt(50 / J) * result.time)
+    assert abs(angle(result, "bob") - exact).max() * ARM < tolerance
+
+
+@BOTH
+def test_a_torque_in_steps(settings, off):
+    """J w' = T, T of a table with rule step: w is piecewise linear, whatever the steps."""
+    table = "{points: [[0, 2], [1, -3], [1.5, 0.5], [3, 7]], rule: step}"
+    settings = [setting.replace("1e-5", "1e-6") for setting in settings]
+    result = driven(f"{{type: torque, joint: pivot, value: {table}}}", BOB, *settings)
+    knots = np.array([0, 1, 1.5, 3])
+    exact = np.interp(result.time, knots, np.cumsum([0, 2, -1.5, 0.75]) / J)
+    np.testing.assert_allclose(speed(result, "bob"), exact, atol=1e-12 if off == 1e-8 else 1e-3)
+    assert result.checks.energy_residual < (1e-12 if off == 1e-8 else 1e-3)
+
+
+def test_a_torque_that_senses_a_point_is_a_spring_to_it():
+    """A point at arm r lifted by y: the torque -k x y is that of a spring k along y."""
+    sensed = "-30*place(bob.centre, y)*place(bob.centre, x)"
+    one = driven(f"{{type: torque, joint: pivot, value: '{sensed}'}}",
+                 BOB + "initial: {angles: {bob: 0.7}}\n")  # fmt: skip
+    force = "{type: force, point: bob.centre, value: [0, '-30*place(bob.centre, y)']}"
+    other = driven(force, BOB + "initial: {angles: {bob: 0.7}}\n")
+    y = where(one, "bob.centre")[:, 1]
+    stored = J * speed(one, "bob") ** 2 / 2 + 30 * y**2 / 2
+    np.testing.assert_allclose(stored, stored[0], atol=1e-7)
+    assert abs(angle(one, "bob")[-1] - angle(other, "bob")[-1]) < 1e-8
+
+
+# --- forces ---------------------------------------------------------------------------------
+
+BALL = """
+bodies: {ball: {type: rigid, mass: 2, inertia: 0.1}}
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@BOTH
+def test_a_force_by_a_table_throws_a_ball(settings, off, tmp_path):
+    """m x'' = F(t), F linear between rows: x is a cubic on each; the file is CSV."""
+    rows = [(0, 0), (1, 4), (1.8, -3), (3, -1)]
+    (tmp_path / "push.csv").write_text("t, F\n" + "\n".join(f"{t}, {f}" for t, f in rows))
+    text = f"title: push{BALL}drives: {{f: {{type: force, point: ball.centre, " \
+           "value: [{file: push.csv, rule: linear}, '-1 N']}}\n"  # fmt: skip
+    model = tmp_path / "push.yaml"
+    model.write_text(text)
+    result = simulate(load_scene(model, settings))
+    assert result.outcome.completed
+    x = v = 0.0
+    for (begin, f0), (end, f1) in pairwise(rows):
+        inside = (result.time >= begin) & (result.time <= end)
+        t, k = result.time[inside] - begin, (f1 - f0) / (end - begin)
+        place = where(result, "ball.centre")[inside, 0]
+        np.testing.assert_allclose(place, x + v * t + f0 * t**2 / 4 + k * t**3 / 12, atol=off)
+        h = end - begin
+        x, v = x + v * h + f0 * h**2 / 4 + k * h**3 / 12, v + f0 * h / 2 + k * h**2 / 4
+    np.testing.assert_allclose(where(result, "ball.centre")[:, 1], -(result.time**2) / 4, atol=off)
+    np.testing.assert_allclose(
+        result.drive_forces["f"][:, 0], np.interp(result.time, *np.transpose(rows)), atol=1e-9
+    )
+
+
+@BOTH
+def test_a_force_that_turns_with_its_body(settings, off):
+    """Across the body it is a torque about the pivot: J theta'' = r 3 t."""
+    result = driven(
+        "{type: force, point: bob.centre, axes: bob, value: [5, '3*t']}", BOB, *settings
+    )
+    turned = ARM * 3 * result.time**3 / 6 / J
+    np.testing.assert_allclose(angle(result, "bob"), turned, atol=off)
+    expected = 5 + 3j * result.time
+    found = result.drive_forces["m"] @ [1, 1j] * np.exp(-1j * turned)
+    np.testing.assert_allclose(found, expected, atol=1e3 * off)
+
+
+def test_a_constant_force_at_the_centre_is_a_weight():
+    one = driven("{type: force, point: bob.centre, value: [0, -19.62 N]}")
+    other = run(HANGING)
+    assert abs(angle(one, "bob")[-1] - angle(other, "bob")[-1]) < 1e-10
+    np.testing.assert_allclose(
+        one.joint_forces["pivot"][-1], other.joint_forces["pivot"][-1], atol=1e-7
+    )
+
+
+CHAIN = """
+bodies:
+  upper: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [1, 0]}}
+  lower: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], tip: [0.7, 0.1]}}
+joints:
+  shoulder: {type: revolute, points: [ground, upper.a], at: [0, 0]}
+  elbow: {type: revolute, points: [upper.b, lower.a]}
+drives:
+  t:
+    type: torque
+    joint: elbow
+    value: -3*speed(elbow)*place(lower.tip, x) + sin(angle(shoulder))
+  f:
+    type: force
+    point: lower.tip
+    axes: lower
+    value: ["4 + place(upper.b, y)", "tanh(speed(shoulder))"]
+  g: {type: force, point: lower.centre, value: [2, "t"]}
+initial: {angles: {upper: 0.4, lower: -0.8}, speeds: {upper: 1, lower: 2}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def test_slopes_of_torques_and_forces_are_those_of_differences():
+    """Newton's matrix has every derivative: central differences of the forces themselves."""
+    assembly = assemble_scene(scene(CHAIN))
+    model = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
+    x, v = (np.array([0.4, -1.2]), np.array([1.0, 1.0]))
+    stiffness, damping = model.loads.slopes(0.3, x, v)
+    h = 1e-6
+
+    def push(x, v):
+        return model.loads.push(np.array([0.3]), x[None], v[None])[0]
+
+    for k, e in enumerate(np.eye(2) * h):
+        by_place = push(x + e, v) - push(x - e, v)
+        by_speed = push(x, v + e) - push(x, v - e)
+        np.testing.assert_allclose(stiffness[:, k], -by_place / (2 * h), atol=1e-8)
+        np.testing.assert_allclose(damping[:, k], -by_speed / (2 * h), atol=1e-8)
+
+
+def test_engines_agree_on_a_chain_with_every_kind_of_load():
+    fine, coarse = run(CHAIN), simulate(scene(CHAIN, *REDUNDANT))
+    ends = [where(result, "lower.tip")[-1] for result in (fine, coarse)]
+    np.testing.assert_allclose(*ends, atol=2e-5)
+    assert fine.checks.energy_residual < 1e-7
+
+
+def test_a_scene_with_drives_survives_being_written():
+    table = "{points: [[0, 2], [3, 1]], rule: step}"
+    first = scene(CHAIN.replace('value: [2, "t"]', f"value: [2, {table}]"))
+    again = scene_of(Document("again", data=first.to_data()))
+    assert again == first
+    assert hash(again) == hash(first)
+
+
+# --- what is refused ------------------------------------------------------------------------
+
+
+def mistake(drive, *settings, text=BOB):
+    with pytest.raises(SceneError) as raised:
+        scene(f"{text}drives: {{m: {drive}}}\n", *settings)
+    return str(raised.value)
+
+
+@pytest.mark.parametrize(("drive", "words"), [
+    ("{type: speed, joint: pivot, value: 'where(t < 1, 2, 3)'}", "jumps from 2 to 3 at t = 1 s"),
+    ("{type: motion, joint: pivot, value: 'abs(t - 1)'}", "the speed jumps from -1 to 1"),
+    ("{type: motion, joint: pivot, value: 'sqrt(t)'}", "no derivative at t = 0 s"),
+    ("{type: motion, joint: pivot, value: 'log(t)'}", "no value at t = 0 s"),
+    ("{type: torque, joint: pivot, value: 'sqrt(1 - t)'}", "no value at t = 1.01"),
+    ("{type: torque, joint: pivot, value: 'log(speed(pivot))'}", "no value at t = 0 s"),
+    ("{type: speed, joint: pivot, value: 'angle(pivot)'}", "a speed is of t alone"),
+    ("{type: speed, joint: pivot, value: '2*t', ramp: 1}", "a ramp belongs to a number"),
+    ("{type: speed, joint: pivot, value: {points: [[0, 1], [2, 2]], rule: linear}}",
+     "the table ends at 2 s, the run at 3 s"),
+    ("{type: speed, joint: pivot, value: {points: [[0, 1], [0, 2]], rule: linear}}",
+     "times must increase"),
+    ("{type: speed, joint: pivot, value: {points: [[1, 1], [4, 2]], rule: linear}}",
+     "must begin at time 0"),
+    ("{type: speed, joint: pivot, value: {points: [[0, 1], [4, 2]], rule: step}}", "can't jump"),
+    ("{type: motion, joint: pivot, value: {points: [[0, 1], [4, 2]], rule: linear}}", "can't jump"),
+    ("{type: motion, joint: pivot, value: 5 mm}", "expected an angle"),
+    ("{type: torque, joint: pivot, value: '5 mm * sin(t)'}", "expected a torque, got a length"),
+    ("{type: torque, joint: pivot, value: '2*speed(pvot)'}", "did you mean 'pivot'"),
+    ("{type: torque, joint: pivot, value: 'place(bob.hok, x)'}", "has no point 'hok'"),
+    ("{type: torque, joint: pivot, value: 'place(pivot)'}", "needs a point and its coordinate"),
+    ("{type: force, point: bob.hook, axes: bab, value: [0, 1]}", "unknown body 'bab'"),
+    ("{type: force, point: bob.hook, value: [0, sn(t)]}", "did you mean 'sin'"),
+    ("{type: torque, joint: pivot, value: {file: ../x.csv, rule: step}}", "in the model's folder"),
+])  # fmt: skip
+def test_mistakes_stand_at_the_drive(drive, words):
+    text = mistake(drive)
+    assert words in text
+    assert "law.yaml:" in text
+
+
+def test_an_expression_elsewhere_is_called_one():
+    assert "an expression can't stand here" in mistake(
+        "{type: torque, joint: pivot, value: 1}", "run.duration=2*3 s"
+    )
+
+
+def test_turns_of_a_drive_that_varies_need_an_end():
+    """Its turns may never be made; with at_most the run ends when they are."""
+    turns = BOB.replace("duration: 3", "turns: 1, of: pivot")
+    drive = "{type: motion, joint: pivot, value: t**2}"
+    assert "missing 'at_most'" in mistake(drive, text=turns)
+    result = driven(drive, turns.replace("of: pivot", "of: pivot, at_most: 9"))
+    assert result.time[-1] == pytest.approx((2 * pi) ** 0.5, abs=1e-12)
+
+
+def test_a_formula_that_ends_within_a_run_is_named():
+    """J a'' = sqrt(1 - a) comes to a = 1, where the root ends, after sqrt(J/3) B(2/3, 1/2)."""
+    text = f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: 'sqrt(1 - angle(pivot))'}}}}\n"
+    for settings in ((), REDUNDANT):
+        outcome = simulate(scene(text, *settings)).outcome
+        assert not outcome.completed
+        assert "'sqrt(1 - angle(pivot))' has no value at t = 1.3" in outcome.reason
+        assert outcome.time == pytest.approx(np.sqrt(J / 3) * beta(2 / 3, 1 / 2), abs=1e-4)
+
+
+def test_the_lagrangian_takes_numbers_alone():
+    rigid = load_scene(MODELS / "no_clearance.yaml", ["drives.motor.value=12 + sin(t)",
+                                                      "run.at_most=1"])  # fmt: skip
+    with pytest.raises(NotRepresentableError) as raised:
+        simulate(rigid, engine="lagrangian")
+    assert "numbers" in str(raised.value)
+
+
+# --- integrals ------------------------------------------------------------------------------
+
+
+def test_integrals_to_rounding():
+    """Over pieces of very different lengths, and past bends that nothing tells of."""
+    fast = Antiderivative(lambda t: 40 * np.cos(40 * t) + 1e-3 * np.exp(t))
+    bent = Antiderivative(lambda t: abs(t - 0.7))
+    for t in (0.0, 1e-5, 0.3, 2.0, 7.7):
+        assert fast(t) == pytest.approx(np.sin(40 * t) + 1e-3 * (np.exp(t) - 1), abs=2e-13)
+        exact = 0.245 + np.sign(t - 0.7) * (t - 0.7) ** 2 / 2
+        assert bent(t) == pytest.approx(exact, abs=1e-12)
+
+
+def test_integrals_late_in_a_long_run():
+    """At t = 100 s a phase is rounded to 4e-12: pieces are not halved to resolve that."""
+    late = Antiderivative(lambda t: np.cos(100 * pi * t))
+    assert late(100.3) == pytest.approx(np.sin(100 * pi * 100.3) / (100 * pi), abs=1e-10)
+    assert len(late._pieces) < 3 * 50 * 100  # three in each period
+
+
+def test_knots_of_drives_are_told():
+    text = f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: 'where(t < 2, 1, 0)'}}}}\n"
+    assert build_mechanism(scene(text)).knots(3.0) == [2.0]

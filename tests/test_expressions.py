@@ -1,0 +1,219 @@
+"""Expressions: values and derivatives against Python's own arithmetic, units, every mistake."""
+
+import cmath
+import math
+import pickle
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exudyn_flexlink.expressions import (
+    ExpressionError,
+    NoValueError,
+    Sensed,
+    looks_like_expression,
+    parse_expression,
+)
+from exudyn_flexlink.units import Powers
+
+SMOOTH = ("sin", "cos", "tan", "atan", "exp", "log", "sqrt", "tanh", "asin", "acos")
+
+
+def by_python(text, t, state=()):
+    """Value of a formula without units, by Python; complex numbers give derivatives."""
+    names = {name: getattr(cmath, name) for name in SMOOTH}
+    names |= {"t": t, "pi": math.pi, "a": state[0] if state else 0, "w": state[-1] if state else 0}
+    return eval(text, {"__builtins__": {}}, names)
+
+
+def formulas():
+    """Formulas that Python and cmath understand, too."""
+    atoms = st.one_of(
+        st.sampled_from(["t", "pi", "a", "w", "0.5", "2", "1.7e-1"]),
+        st.integers(0, 9).map(str),
+    )
+
+    def grown(inner):
+        return st.one_of(
+            st.builds("({} {} {})".format, inner, st.sampled_from("+-*/"), inner),
+            st.builds("(-{})".format, inner),
+            st.builds("{}({})".format, st.sampled_from(SMOOTH), inner),
+            st.builds("({} ** {})".format, inner, st.integers(0, 3)),
+            st.builds("({} * {} - {})".format, inner, inner, inner),
+        )
+
+    return st.recursive(atoms, grown, max_leaves=8)
+
+
+@settings(max_examples=400, deadline=None)
+@given(formulas(), st.floats(0.1, 3), st.floats(-2, 2), st.floats(-2, 2))
+def test_values_and_slopes_are_those_of_complex_steps(text, t, a, w):
+    """``f(x + i h)`` has the derivative as its imaginary part over h, without cancellation."""
+    written = _with_state(text)
+    try:
+        found = parse_expression(written)
+        state = [{"angle": a, "speed": w}[one.kind] for one in found.sensed]
+        value = found.at(t, state)
+        slopes = found.slopes(t, state)
+        expected = complex(by_python(text, t, (a, w)))
+        if abs(expected.imag) > 0:
+            return  # Python found a complex root where there is no real one
+    except (ExpressionError, NoValueError, ArithmeticError, ValueError):
+        return
+    assert value == pytest.approx(expected.real, rel=1e-9, abs=1e-12)
+    step = 1e-30
+    for one, slope in zip(found.sensed, slopes, strict=True):
+        moved = (a + 1j * step, w) if one.kind == "angle" else (a, w + 1j * step)
+        assert slope == pytest.approx(
+            complex(by_python(text, t, moved)).imag / step, rel=1e-7, abs=1e-9
+        )
+    if not found.sensed:
+        rate = complex(by_python(text, t + 1j * step)).imag / step
+        assert found.rate(t) == pytest.approx(rate, rel=1e-7, abs=1e-9)
+
+
+def _with_state(text):
+    """Write a and w, where they are names, as an angle and a speed."""
+    for name, word in (("a", "angle(o)"), ("w", "speed(o)")):
+        padded = f" {text} "
+        for before in " (":
+            for after in " )":
+                padded = padded.replace(f"{before}{name}{after}", f"{before}{word}{after}")
+        text = padded.strip()
+    return text
+
+
+def test_second_derivatives_of_a_swing():
+    found = parse_expression("20 deg * sin(2*pi*t / 1.5 s)")
+    w, size = 2 * math.pi / 1.5, math.radians(20)
+    for t in (0.0, 0.3, 7.1):
+        assert found.at(t) == pytest.approx(size * math.sin(w * t), abs=1e-15)
+        assert found.rate(t) == pytest.approx(size * w * math.cos(w * t), abs=1e-14)
+        assert found.bend(t) == pytest.approx(-size * w * w * math.sin(w * t), abs=1e-13)
+
+
+@pytest.mark.parametrize(("text", "value"), [
+    ("-2**2", -4), ("2**-1", 0.5), ("2**3**2", 512), ("1 - 2 - 3", -4), ("8/4/2", 1),
+    ("--3", 3), ("min(3, 2) + max(3, 2)", 5), ("abs(-2)", 2), ("sign(-3)*sign(0)", 0),
+    ("atan2(1, -1)", 3 * math.pi / 4), ("where(1 < 2, 3, 4)", 3), ("where(2 <= 2, 3, 4)", 3),
+    ("where(2 > 2, 3, 4)", 4), ("where(2 >= 2, 3, 4)", 3), ("where(1 < 2, 1, sqrt(-1))", 1),
+    ("5 mm", 5e-3), ("1/2 mm", 500), ("3 N m + 2 N mm", 3.002), ("5Nm*2", 10), ("2e3 µm", 2e-3),
+    ("90 deg / pi", 0.5), ("2 kg m / s^2 + 3 N", 5),
+    ("0.8 N m s/rad", 0.8), ("6 N mm s", 6e-3), ("5 1/s", 5), ("3 m/min", 0.05),
+    ("2 m / min(4, 5)", 0.5), ("95 rpm", 95 * math.pi / 30),
+])  # fmt: skip
+def test_arithmetic_and_units(text, value):
+    assert parse_expression(text).at(0.0) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "powers"), [
+    ("5 mm * sin(2*pi*t / 3 s)", Powers(m=1)),
+    ("5 mm * t", None),
+    ("5 mm * sin(2)", Powers(m=1)),
+    ("sqrt(4 m^2)", Powers(m=1)),
+    ("(3 s)**2 * 2 m/s^2", Powers(m=1)),
+    ("20 deg", None),
+    ("3 N + 5*t", Powers(m=1, kg=1, s=-2)),
+])  # fmt: skip
+def test_dimensions_as_far_as_units_tell(text, powers):
+    assert parse_expression(text).powers == powers
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("sn(t)", "unknown name 'sn'; did you mean 'sin'?"),
+    ("spedd(o)", "did you mean 'speed'?"),
+    ("t^2", "'^' can't stand"),
+    ("t.real", "'.' can't stand"),
+    ("t[0]", "'[' can't stand"),
+    ("'t'", "can't stand"),
+    ("__import__(t)", "unknown name '__import__'"),
+    ("lambda: t", "':' can't stand"),
+    ("sin", "expected '('"),
+    ("sin(t", "expected ')', got the end"),
+    ("sin()", "expected a number or a name, got ')'"),
+    ("sin(t, 2)", "sin takes 1 argument"),
+    ("min(t)", "min takes 2 arguments"),
+    ("where(t, 1, 2)", "expected a condition"),
+    ("t < 2", "compares only in where"),
+    ("2 t", "expected an operator before 't'"),
+    ("", "got the end"),
+    ("t/s", "the unit 's' follows no number"),
+    ("5 1/2", "expected an operator before '1'"),
+    ("5 m/s**2 * t", "the unit 's' follows no number"),
+    ("5 mm + 3 s", "a length and a time can't go together"),
+    ("sin(3 s)", "sin of a time"),
+    ("where(t < 5 mm, 1 s, 2 N)", "a time and a force can't go together"),
+    ("angle()", "expected the name of a joint"),
+    ("place(rod.end)", "expected a point and its coordinate"),
+    ("place(rod.end, z)", "expected a point and its coordinate"),
+    ("sign(speed(o))", "sign may depend on t alone"),
+    ("where(angle(o) < 1, 1, 2)", "where may depend on t alone"),
+    ("(" * 50 + "t" + ")" * 50, "40 deep"),
+    ("1+" * 300 + "1", "601 letters"),
+])  # fmt: skip
+def test_mistakes_name_the_piece(text, words):
+    with pytest.raises(ExpressionError) as raised:
+        parse_expression(text)
+    assert words in str(raised.value)
+
+
+def test_what_is_sensed_in_order():
+    found = parse_expression("angle(crank pin) - 2*speed(o-1) + place(rod.end, x)*angle(crank pin)")
+    assert found.sensed == (
+        Sensed("angle", "crank pin"), Sensed("speed", "o-1"), Sensed("place", "rod.end", "x"),
+    )  # fmt: skip
+    assert found.at(0.0, [2, 3, 4]) == 2 - 6 + 8
+    assert found.slopes(0.0, [2, 3, 4]) == [1 + 4, -2, 2]
+
+
+def test_conditions_bend_at_their_instants():
+    assert parse_expression("where(2*t < 3, t, 1)*abs(t - 0.5)").bends(9.0) == [0.5, 1.5]
+    found = parse_expression("abs(sin(2*pi*t))").bends(2.2)
+    assert found == pytest.approx([0.5, 1.0, 1.5, 2.0], abs=1e-15)
+    assert parse_expression("max(speed(o), 0)*t").bends(9.0) == []
+
+
+def test_only_what_computes_looks_like_an_expression():
+    assert looks_like_expression("2*3")
+    assert looks_like_expression("t")
+    assert not looks_like_expression("5 mm")
+    assert not looks_like_expression("-5 mm")
+    assert not looks_like_expression("95 rmp")
+
+
+def test_derivatives_do_not_explode():
+    """Each derivative of a product of n factors shares its pieces: n squared pieces, not 2^n."""
+    found = parse_expression("*".join(["sin(t)"] * 60))
+    assert found.bend(0.3) == pytest.approx(
+        60 * 59 * math.sin(0.3) ** 58 * math.cos(0.3) ** 2 - 60 * math.sin(0.3) ** 60
+    )
+    assert len(found._tape.operations) < 2000
+
+
+def test_an_expression_survives_pickling():
+    found = pickle.loads(pickle.dumps(parse_expression("2*sin(t) + angle(o)")))
+    assert found == parse_expression("2*sin(t) + angle(o)")
+    assert found.at(1.0, [3.0]) == 2 * math.sin(1.0) + 3
+
+
+PIECES = st.sampled_from([
+    "t", "pi", "sin", "(", ")", "+", "-", "*", "/", "**", ",", "<", "where", "5 mm", "2", "1e9",
+    "angle(o)", "place(b.p, x)", " ", ".", "_", "s", "deg", "min(", "__class__", "'", "[",
+])  # fmt: skip
+
+
+@settings(max_examples=800, deadline=None)
+@given(st.one_of(st.text(max_size=60), st.lists(PIECES, max_size=14).map("".join)), st.floats())
+def test_any_text_is_an_expression_or_a_mistake(text, t):
+    try:
+        found = parse_expression(text)
+    except ExpressionError:
+        return
+    try:
+        assert math.isfinite(found.at(t, [0.5] * len(found.sensed)))
+        assert all(map(math.isfinite, found.slopes(t, [0.5] * len(found.sensed))))
+        if not found.sensed:
+            assert math.isfinite(found.bend(t))
+    except NoValueError:
+        return
