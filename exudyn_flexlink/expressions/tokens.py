@@ -24,7 +24,7 @@ class ExpressionError(ValueError):
 
 @dataclass(frozen=True)
 class Sensed:
-    """What a formula takes of the state: `angle`, `speed`, or `place`, of a joint or a point.
+    """What a formula takes of the state: `angle` or `speed` of a joint, `place` of a point.
 
     `of` is the joint, or the point 'body.point' of which `axis` is the coordinate 'x' or 'y'.
     """
@@ -111,15 +111,14 @@ def _quantity(text: str, number: re.Match[str]) -> tuple[Token, int]:
 def _sensed(found: re.Match[str]) -> Sensed:
     """Read what stands in the brackets of angle, speed and place."""
     kind, names = found[1], [name.strip() for name in found[2].split(",")]
-    if len(names) == 1 and names[0] and not (kind == "place" and "." in names[0]):
+    if kind != "place" and len(names) == 1 and names[0]:
         return Sensed(kind, names[0])
     if kind == "place" and len(names) == 2 and names[1] in ("x", "y") and "." in names[0]:
         return Sensed(kind, *names)
     if kind != "place":
         raise ExpressionError(f"'{found[0]}': expected the name of a joint", f"e.g. {kind}(crank)")
     raise ExpressionError(
-        f"'{found[0]}': expected a point and its coordinate, or a joint",
-        "e.g. place(rod.end, x), or place(way) along a prismatic joint",
+        f"'{found[0]}': expected a point and its coordinate", "e.g. place(rod.end, x)"
     )
 
 

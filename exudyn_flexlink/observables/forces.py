@@ -45,7 +45,7 @@ class Force:
 
 
 def forces_of(result: Result) -> dict[str, Force]:
-    """Torques of drives; forces of slots, joints, walls and contacts; by what they are called.
+    """Torques and forces of drives; forces of slots, joints, walls and contacts; by their names.
 
     Without the hinges inside a flexible body.
     """
@@ -56,6 +56,7 @@ def forces_of(result: Result) -> dict[str, Force]:
     }
     kinds: tuple[tuple[str, str, Mapping[str, FloatArray]], ...] = (
         ("drive torque", "N m", result.drive_torques),
+        ("drive force", "N", result.drive_forces),
         ("slot force", "N", result.slot_forces),
         ("joint force", "N", joints),
         ("wall force", "N", _wall_forces(result)),

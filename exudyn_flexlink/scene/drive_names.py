@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from exudyn_flexlink.expressions import Expression, Sensed
 from exudyn_flexlink.scene.base import GROUND, split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody
-from exudyn_flexlink.scene.forces import Drive, ForceDrive, MotionDrive
+from exudyn_flexlink.scene.forces import Drive, ForceDrive
 from exudyn_flexlink.scene.lookup import Lookup, valid
 from exudyn_flexlink.source import KeyPath, Mistake
-from exudyn_flexlink.units import Dimension
 
 
 def drives(look: Lookup) -> Iterator[Mistake]:
@@ -28,11 +27,6 @@ def drives(look: Lookup) -> Iterator[Mistake]:
             message = f"the joint '{drive.joint}' is already driven by '{driven[drive.joint]}'"
             yield Mistake((*path, "joint"), message)
         driven.setdefault(drive.joint, name)
-        if isinstance(drive, MotionDrive) and isinstance(drive.value, Expression):
-            powers = drive.value.powers
-            if powers is not None and powers != Dimension.ANGLE.powers._replace(rad=0):
-                message = f"'{drive.joint}' is a revolute joint: expected an angle"
-                yield Mistake((*path, "value"), message, Dimension.ANGLE.hint)
 
 
 def _axes(look: Lookup, path: KeyPath, drive: ForceDrive) -> Iterator[Mistake]:
@@ -61,8 +55,5 @@ def _sensed(look: Lookup, path: KeyPath, sensed: Sensed) -> Iterator[Mistake]:
             yield from look.point(path, sensed.of)
         except ValueError as error:
             yield Mistake(path, str(error))
-    elif sensed.kind == "place":
-        yield Mistake(path, f"place({sensed.of}): needs a point and its coordinate",
-                      "e.g. place(rod.end, x)")  # fmt: skip
     else:
         yield from look.revolute(path, sensed.of)

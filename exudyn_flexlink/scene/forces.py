@@ -167,7 +167,7 @@ class MotionDrive(Part):
 
     type: Literal["motion"] = "motion"
     joint: Name = Field(description="name of a revolute joint")
-    value: Annotated[Value, Varying(Dimension.ANGLE, Dimension.LENGTH)] = Field(
+    value: Annotated[Value, Varying(Dimension.ANGLE)] = Field(
         description="angle of the second body, counter-clockwise; of time alone"
     )
 

@@ -57,22 +57,21 @@ Value: TypeAlias = float | Expression | Table
 
 
 class Varying:
-    """Annotation of a value of one of these dimensions that may be an expression or a table.
+    """Annotation of a value of a dimension that may be an expression or a table.
 
-    An expression without t and state is a number. With more than one dimension it stays one, since
-    its unit is still to tell which is meant.
+    An expression without t and state is a number.
     """
 
-    def __init__(self, *dimensions: Dimension) -> None:
-        self.dimensions = dimensions
+    def __init__(self, dimension: Dimension) -> None:
+        self.dimension = dimension
 
     def read(self, value: object) -> float | Expression:
         """Return a number in SI or an expression; raise pydantic's error if it is neither."""
         if isinstance(value, Expression):
             return value
-        if isinstance(value, str) and (len(self.dimensions) > 1 or _is_meant_as_one(value)):
+        if isinstance(value, str) and _is_meant_as_one(value):
             return self._expression(value)
-        found = Quantity(self.dimensions[0]).read(value)
+        found = Quantity(self.dimension).read(value)
         assert not isinstance(found, str)  # there are no words to be read
         return found
 
@@ -81,16 +80,13 @@ class Varying:
             found = parse_expression(text)
         except ExpressionError as error:
             raise _mistake(f"'{text}': {error.message}", error.hint) from None
-        known = {one.powers._replace(rad=0) for one in self.dimensions}
-        if found.powers is not None and found.powers not in known:
-            wanted = " or ".join(one.words for one in self.dimensions)
-            raise _mistake(
-                f"expected {wanted}, got {in_words(found.powers)}: '{text}'",
-                self.dimensions[0].hint,
-            )
-        if found.constant is None or len(self.dimensions) > 1:
+        wanted = self.dimension
+        if found.powers is not None and found.powers != wanted.powers._replace(rad=0):
+            message = f"expected {wanted.words}, got {in_words(found.powers)}: '{text}'"
+            raise _mistake(message, wanted.hint)
+        if found.constant is None:
             return found
-        return float(Quantity(self.dimensions[0]).read(found.constant))
+        return float(Quantity(self.dimension).read(found.constant))
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -105,9 +101,9 @@ class Varying:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         table = handler(schema["choices"][TAG + "table"])
-        words = " or ".join(one.words.split(" ", 1)[1] for one in self.dimensions)
-        si = " or ".join(one.si for one in self.dimensions)
-        unit = f"{words}; {si}, e.g. '{self.dimensions[0].example}', or an expression or a table"
+        own = self.dimension
+        words = own.words.split(" ", 1)[1]
+        unit = f"{words}; {own.si}, e.g. '{own.example}', or an expression or a table"
         return {"anyOf": [{"type": "number"}, {"type": "string"}, table], "$comment": unit}
 
 
