@@ -29,12 +29,12 @@ from exudyn_flexlink.observables import (
     farthest,
     force_deviations,
     horizon,
+    joints_with_play,
     lever_response,
     parting_limit,
     positions,
     separation,
     separations,
-    sleeves_with_play,
     strikes,
     struck_bodies,
     watched_point,
@@ -56,7 +56,7 @@ class Seen:
 
     `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `levers` are the
     struck bodies' responses at the run's own samples, `angles` (N,) rad at the instants compared;
-    `contact` is by sleeve with clearance, up to the last of them.
+    `contact` is by joint with clearance, up to the last of them.
     """
 
     name: str
@@ -152,8 +152,8 @@ class Comparison:
         return tuple(self.first.angles)
 
     @property
-    def sleeves(self) -> tuple[str, ...]:
-        """Names of the sleeves with clearance in either run."""
+    def with_clearance(self) -> tuple[str, ...]:
+        """Names of the joints with clearance in either run."""
         return tuple(dict.fromkeys([*self.first.contact, *self.second.contact]))
 
     @property
@@ -294,7 +294,7 @@ def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) 
         strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
         contact={
             joint: contact_totals(result, joint, end=float(time[-1]))
-            for joint in sleeves_with_play(result)
+            for joint in joints_with_play(result)
         },
     )
 

@@ -7,14 +7,16 @@ from typing import Any
 
 from exudyn_flexlink.scene import (
     GROUND,
+    Contact,
     ContactLaw,
     FlexibleBody,
     ForceDrive,
     ImpulseLaw,
+    Joint,
     Law,
     LinearSpring,
-    PointOnLine,
     PointsJoint,
+    RevoluteJoint,
     RodBody,
     Scene,
     SleeveJoint,
@@ -31,11 +33,13 @@ IMPACTS = ("penalty", "impulse")
 def idealise(scene: Scene, without: Iterable[str]) -> Scene:
     """Return the scene without some of its effects; what it does not have stays away.
 
-    - ``clearance``: sleeves are ideal, the link slides on its guide's axis.
+    - ``clearance``: sleeves and revolute joints are ideal: the link slides on its guide's axis, the
+      journal stays in the middle of its bearing.
     - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
     - ``impact``: contacts go, and the bodies that are there only to be struck, with their joints,
-      springs and initial values. Walls of a sleeve stay: they go with the clearance.
-    - ``friction``: contacts and walls are smooth.
+      springs and initial values. Walls and bearings stay: they go with the
+      clearance.
+    - ``friction``: contacts, walls and bearings are smooth.
     - ``damping``: hinges and springs lose nothing; contacts and walls keep their restitution, as
       part of the impact.
 
@@ -64,13 +68,14 @@ def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
 
 
 def _without_clearance(scene: Scene) -> dict[str, Any]:
-    return {"joints": _each(scene.joints, SleeveJoint, _ideal)}
+    return {"joints": {name: _ideal(joint) for name, joint in scene.joints.items()}}
 
 
-def _ideal(sleeve: SleeveJoint) -> SleeveJoint:
-    if sleeve.clearance == 0:
-        return sleeve
-    return sleeve.model_copy(update={"clearance": 0.0, "law": None})
+def _ideal(joint: Joint) -> Joint:
+    if not isinstance(joint, (SleeveJoint, RevoluteJoint)) or joint.clearance == 0:
+        return joint
+    of_journal = {"radius": None} if isinstance(joint, RevoluteJoint) else {}
+    return joint.model_copy(update={"clearance": 0.0, "law": None} | of_journal)
 
 
 def _without_flexibility(scene: Scene) -> dict[str, Any]:
@@ -89,8 +94,8 @@ def _rigid(body: FlexibleBody) -> RodBody:
 
 def _without_friction(scene: Scene) -> dict[str, Any]:
     return {
-        "joints": _each(scene.joints, SleeveJoint, _smooth),
-        "contacts": _each(scene.contacts, PointOnLine, _smooth),
+        "joints": _each(scene.joints, (SleeveJoint, RevoluteJoint), _smooth),
+        "contacts": {name: _smooth(contact) for name, contact in scene.contacts.items()},
     }
 
 
@@ -120,7 +125,9 @@ def _lossless(spring: Spring) -> Spring:
     return spring.model_copy(update={"damping": None, "damping_ratio": None})
 
 
-def _each(parts: Mapping[str, Any], kind: type, change: Callable[[Any], Any]) -> dict[str, Any]:
+def _each(
+    parts: Mapping[str, Any], kind: type | tuple[type, ...], change: Callable[[Any], Any]
+) -> dict[str, Any]:
     """Change the parts of a kind, and keep the others."""
     return {name: change(part) if isinstance(part, kind) else part for name, part in parts.items()}
 
@@ -156,8 +163,8 @@ def _only_struck(scene: Scene) -> set[str]:
     The body whose point strikes is the subject of the contact: it stays. So does everything where
     nothing else would be left.
     """
-    struck = {split_point(contact.line[0])[0] for contact in scene.contacts.values()}
-    gone = {body for body in struck if _hangs_on_the_ground_alone(scene, body)}
+    struck = {contact.struck for contact in scene.contacts.values()}
+    gone = {body for body in struck if body and _hangs_on_the_ground_alone(scene, body)}
     return gone if len(gone) < len(scene.bodies) else set()
 
 
@@ -230,7 +237,7 @@ def _require_stiffness(scene: Scene) -> None:
         raise SceneError(scene.document, mistakes)
 
 
-def _changed(contact: PointOnLine, impact: str) -> PointOnLine:
+def _changed(contact: Contact, impact: str) -> Contact:
     law: Law = contact.law
     if impact == "impulse":
         law = ImpulseLaw(restitution=contact.law.restitution)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import degrees
+from math import degrees, inf
 from pathlib import Path
 
 from exudyn_flexlink.expressions import Expression, NoValueError
@@ -12,6 +12,8 @@ from exudyn_flexlink.mechanism import (
     CannotAssembleError,
     CannotMoveError,
     Channel,
+    CircleContact,
+    Contact,
     Mechanism,
     Start,
     always_redundant,
@@ -26,6 +28,7 @@ from exudyn_flexlink.mechanism import (
     face_length,
     formulation,
     least_tolerance,
+    on_the_contact,
     other_branches,
     pairs,
     sample_bytes,
@@ -262,22 +265,30 @@ def _speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
 
 
 def _penetrations(assembly: Assembly) -> list[Mistake]:
-    """Contacts whose point starts beyond its face: a start that no step size can mend."""
+    """Contacts and bearings that start pressed: a start that no step size can mend."""
     found = []
     state = assembly.state
     for contact in assembly.mechanism.contacts:
         at = approach(contact, state.q, state.v)
-        inside = 0 <= at.place <= face_length(contact)
-        # Farther behind than the face is long, the point is beside it and may come round its end.
-        if inside and -face_length(contact) < at.gap < -TOUCHING:
-            found.append(
-                Mistake(
-                    ("contacts", contact.name),
-                    f"starts with a penetration of {-float(at.gap):.3g} m",
-                    "move the body away, or choose the other 'side' of the line",
-                )
-            )
+        deepest, hint = _deepest_start(contact)
+        if on_the_contact(contact, float(at.place)) and -deepest < at.gap < -TOUCHING:
+            message = f"starts with a penetration of {-float(at.gap):.3g} m"
+            found.append(Mistake(("contacts", contact.name), message, hint))
+    for bearing in assembly.mechanism.bearings:
+        gap = float(approach(bearing, state.q, state.v).gap)
+        if gap < -TOUCHING:
+            message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
+            hint = "check lengths and 'initial', or widen the clearance"
+            found.append(Mistake(("joints", bearing.name), message, hint))
     return found
+
+
+def _deepest_start(contact: Contact) -> tuple[float, str]:
+    """Penetration (m) from which on a start is no slip, and what to do about one that is."""
+    if isinstance(contact, CircleContact):
+        return inf, "move one of the bodies, or make a radius smaller"
+    # Farther behind than the face is long, it is beside it and may come round its end.
+    return face_length(contact), "move the body away, or choose the other 'side' of the line"
 
 
 def _pressed_walls(assembly: Assembly) -> list[Mistake]:

@@ -59,13 +59,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class ContactHistory:
-    """How a point met a face: when it touched, and samples of its motion.
+    """How a point met a face, or a circle another: when it touched, and samples of its motion.
 
-    Gap (m, positive when apart), place along the face (m) and force (N) at the samples.
+    Gap (m, positive when apart), place along the face, or around the second circle, (m) and force
+    (N) at the samples.
     """
 
-    gap: Annotated[FloatArray, Variable("time", "m", "gap between point and face")]
-    place: Annotated[FloatArray, Variable("time", "m", "place along the face")]
+    gap: Annotated[FloatArray, Variable("time", "m", "gap between what may touch")]
+    place: Annotated[FloatArray, Variable("time", "m", "place along the face or the circle")]
     force: Annotated[FloatArray, Variable("time", "N", "normal force")]
     touches: Intervals
 
@@ -239,9 +240,10 @@ class Result:
     time derivatives; `part_names` names the parts, a flexible body's rods in order.
     `drive_torques` (N m, on the second part of each drive's joint), `drive_forces` (N, (N, 2),
     global axes, at the point of each drive that has one), `joint_forces` (N, (N, 2), global axes,
-    on the second point's body of a revolute or prismatic joint), `slot_forces` (N, (N, 2), global
-    axes, on the point that runs in the slot) and `spring_forces` (N, (N, 2), global axes, of linear
-    springs with their dampers on the second point) are by the scene's names.
+    on the second point's body of a revolute joint, also with clearance, or a prismatic one),
+    `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
+    (N, (N, 2), global axes, of linear springs with their dampers on the second point) are by the
+    scene's names.
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
@@ -275,6 +277,7 @@ class Result:
         Mapping[str, FloatArray], Variable("time", None, "force of a spring", components=FORCES)
     ]
     contacts: Mapping[str, ContactHistory]
+    bearings: Mapping[str, ContactHistory]  # of the revolute joints with clearance
     sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
     energy: EnergyHistory
     extremes: Mapping[str, Extremes]
@@ -286,9 +289,9 @@ class Result:
 
     @property
     def intervals(self) -> dict[str, Intervals]:
-        """Every contact, by the names of the scene's contacts and then of its sleeves."""
-        found = {name: contact.touches for name, contact in self.contacts.items()}
-        return found | {name: sleeve.touches for name, sleeve in self.sleeves.items()}
+        """Every contact, by the names of the scene's contacts and then of its joints."""
+        histories = (self.contacts, self.bearings, self.sleeves)
+        return {name: own.touches for kind in histories for name, own in kind.items()}
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

@@ -22,6 +22,7 @@ from exudyn_flexlink.observables import (
     farthest,
     force_deviations,
     horizon,
+    joints_with_play,
     judged_points,
     lever_response,
     name_of,
@@ -29,7 +30,6 @@ from exudyn_flexlink.observables import (
     perturbation,
     room,
     separations,
-    sleeves_with_play,
     struck_bodies,
     watched_point,
 )
@@ -67,7 +67,7 @@ class RunStatistics:
     """A run as a whole: what neighbouring runs must share.
 
     `perturbed` is None where no ideal path is known; `levers` are the least and greatest angle of
-    struck bodies, rad; `contact` is by sleeve.
+    struck bodies, rad; `contact` is by joint with clearance.
     """
 
     perturbed: Perturbed | None
@@ -217,7 +217,7 @@ def run_statistics(
     return RunStatistics(
         _perturbed(result, smooth, end),
         {body: (seen.least[0], seen.greatest[0]) for body, seen in levers.items()},
-        {joint: contact_totals(result, joint, end=end) for joint in sleeves_with_play(result)},
+        {joint: contact_totals(result, joint, end=end) for joint in joints_with_play(result)},
     )
 
 

@@ -184,6 +184,7 @@ def result_of(
             s.name: np.stack([0 * time, time], axis=-1) for s in mechanism.linear_springs
         },
         contacts=contacts,
+        bearings={},
         sleeves={c.name: _sleeve(c, q, v, time) for c in mechanism.channels},
         energy=energy,
         extremes=_extremes(scene, time, (q, v), contacts),

@@ -76,7 +76,7 @@ def test_rates_are_those_of_the_gaps(model):
         ahead, behind = approach(contact, q + h * v, v), approach(contact, q - h * v, v)
         at = approach(contact, q, v)
         assert at.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * h), abs=1e-8)
-        assert at.place_rate == pytest.approx((ahead.place - behind.place) / (2 * h), abs=1e-8)
+        assert at.slip == pytest.approx((ahead.place - behind.place) / (2 * h), abs=1e-8)
 
 
 def test_a_given_angle_or_velocity_is_kept():
@@ -133,11 +133,11 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
     for k, (at, contact) in enumerate(zip(touches(q, v), pairs(channel), strict=True)):
         length = np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y)
         press = channel.law.force(-at.gap, -at.gap_rate) if 0 <= at.place <= length else 0.0
-        rub = channel.friction.force(press, at.place_rate)
+        rub = channel.friction.force(press, at.slip)
         assert states[k, walls.PRESS] == pytest.approx(float(press), rel=1e-9, abs=1e-9)
         assert states[k, walls.RUB] == pytest.approx(float(rub), rel=1e-9, abs=1e-9)
         touching[k] = press > 0
-        power -= float(press) * at.gap_rate + float(rub) * at.place_rate
+        power -= float(press) * at.gap_rate + float(rub) * at.slip
         along = anchor_position(contact.end, poses) - anchor_position(contact.start, poses)
         push = press * at.normal + rub * along / length
         sums += push if contact.point.part in channel.rods else -push
@@ -295,5 +295,5 @@ def test_the_slip_along_a_wall_is_that_of_the_points_that_touch():
     # The guide's own point at the node, 3 mm above its axis and 20 mm from its start, moves by
     # -10 * 3e-3 m/s along the axis and 10 * 20e-3 m/s across it.
     assert node.gap == pytest.approx(2e-3, abs=1e-15)
-    assert node.place_rate == pytest.approx(0.03)
+    assert node.slip == pytest.approx(0.03)
     assert node.gap_rate == pytest.approx(0.2)  # the upper wall lifts off

@@ -297,7 +297,7 @@ def test_contacts_of_both_runs_stand_side_by_side(tilting, tmp_path):
     assert [cell.strip() for cell in touches if cell.strip()][1:] == ["2", "2"]
     save_comparison(found, tmp_path)
     data = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
-    assert data["sleeves"]["sleeve"]["exudyn 1"]["touches"] == 2
+    assert data["clearances"]["sleeve"]["exudyn 1"]["touches"] == 2
 
 
 @pytest.mark.parametrize("first", [True, False])
@@ -305,7 +305,7 @@ def test_a_run_with_clearance_beside_one_without(tilting, tmp_path, first):
     names = ("without", "with") if first else ("with", "without")
     runs = (straight(tilting), tilting) if first else (tilting, straight(tilting))
     found = compare_variants(*runs, names)
-    assert found.sleeves == ("sleeve",)
+    assert found.with_clearance == ("sleeve",)
     # Largest where it tilts most, by 0.06 over 70 mm; off the axis its start is in both.
     assert found.deviation.largest == pytest.approx(0.07 * 0.06, rel=2e-3)
     (row,) = rows_of(comparison_text(found), "sleeve: impacts")
@@ -313,13 +313,13 @@ def test_a_run_with_clearance_beside_one_without(tilting, tmp_path, first):
     assert told == (["no clearance", "6"] if first else ["6", "no clearance"])
     save_comparison(found, tmp_path)
     data = json.loads((tmp_path / "comparison.json").read_text(encoding="utf-8"))
-    assert data["sleeves"]["sleeve"]["without"] is None
+    assert data["clearances"]["sleeve"]["without"] is None
     assert comparison(found) is not None
 
 
 def test_runs_without_clearance_have_no_such_table(both):
-    assert both.sleeves == ()
-    assert "Link in its guide" not in comparison_text(both)
+    assert both.with_clearance == ()
+    assert "Joints with clearance" not in comparison_text(both)
 
 
 # --- between samples

@@ -63,7 +63,7 @@ def on_guide(result):
         press = history.force[:, k]
         push = press[:, None] * at.normal
         if channel.friction is not None:
-            push += channel.friction.force(press, at.place_rate)[:, None] * along
+            push += channel.friction.force(press, at.slip)[:, None] * along
         # The force acts on the contact's point, and back on its face: one of the two is the guide.
         push = push if contact.point.part == channel.guide.part else -push
         x, y = (anchor_position(contact.point, result.poses) - PIVOT).T
@@ -108,7 +108,7 @@ def test_impulse_loss_peak_and_speed_of_each_touch(case):
         during = (result.time >= begin) & (result.time <= end)
         press, time = history.force[during, k], result.time[during]
         at = approach(contacts[k], result.poses[during], result.rates[during])
-        power = press * at.gap_rate + channel.friction.force(press, at.place_rate) * at.place_rate
+        power = press * at.gap_rate + channel.friction.force(press, at.slip) * at.slip
         # A touch may begin and end by a jump, within a sample.
         impulse, jump = np.trapezoid(press, time), SAMPLE * press.max()
         assert touches.impulse[i] == pytest.approx(impulse, rel=1e-4, abs=jump)

@@ -229,7 +229,7 @@ def test_friction_of_a_strike_acts_on_link_and_lever():
     result, mechanism = simulate(scene, "lagrangian"), assemble_scene(scene).mechanism
     (contact,), press = mechanism.contacts, result.contacts["strike"].force
     at = approach(contact, result.poses, result.rates)
-    rub = contact.friction.force(press, at.place_rate)
+    rub = contact.friction.force(press, at.slip)
     assert np.abs(rub).max() > 0.2  # N
     part = contact.start.part
     lever, psi, rate = mechanism.parts[part], result.poses[:, part, 2], result.rates[:, part, 2]

@@ -172,7 +172,7 @@ def test_rates_of_a_contact_are_derivatives(mechanism: Mechanism, seed: int) -> 
     here = approach(contact, q, v)
     ahead, behind = (approach(contact, q + dt * v, v) for dt in (step, -step))
     assert here.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * step), abs=1e-8)
-    assert here.place_rate == pytest.approx((ahead.place - behind.place) / (2 * step), abs=1e-8)
+    assert here.slip == pytest.approx((ahead.place - behind.place) / (2 * step), abs=1e-8)
     assert np.hypot(*here.normal) == pytest.approx(1, abs=1e-14)
 
 

@@ -144,7 +144,7 @@ def test_round_trip_of_a_sleeve_nothing_touches(tilting, tmp_path):
 
 
 def test_summary_tells_how_much_a_link_touched(tilting, tilted):
-    told = json.loads((tilted / "summary.json").read_text(encoding="utf-8"))["sleeves"]["sleeve"]
+    told = json.loads((tilted / "summary.json").read_text(encoding="utf-8"))["clearances"]["sleeve"]
     touches = tilting.sleeves["sleeve"].touches
     assert told["touches"] == len(touches.begin) == 10
     assert told["impacts"] == 6

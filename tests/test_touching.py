@@ -150,7 +150,7 @@ def test_a_run_of_one_instant_has_no_state(tilting):
 
 def test_a_result_without_such_a_sleeve(tilting):
     for look in (contact_states, contact_totals, lap_contacts, pair_totals):
-        with pytest.raises(ValueError, match="no sleeve 'tube'"):
+        with pytest.raises(ValueError, match="no joint 'tube'"):
             look(tilting, "tube")
 
 

@@ -8,7 +8,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from exudyn_flexlink.scene import ContactLaw, FlexibleBody, PointOnLine, Scene, SleeveJoint
+from exudyn_flexlink.scene import (
+    Contact,
+    ContactLaw,
+    FlexibleBody,
+    RevoluteJoint,
+    Scene,
+    SleeveJoint,
+)
+
+WalledJoint = SleeveJoint | RevoluteJoint
 
 MORE_RODS = 2
 STIFFER = 4.0
@@ -61,8 +70,8 @@ def _finer(body: FlexibleBody) -> FlexibleBody:
 
 
 def stiffnesses(scene: Scene) -> dict[str, float]:
-    """Stiffness (N/m) of every penalty contact, and of the walls of every sleeve, by name."""
-    found: dict[str, PointOnLine | SleeveJoint] = {**scene.contacts, **_walls(scene)}
+    """Stiffness (N/m) of every penalty contact, and of all that presses in joints, by name."""
+    found: dict[str, Contact | WalledJoint] = {**scene.contacts, **_walls(scene)}
     return {n: p.law.stiffness for n, p in found.items() if isinstance(p.law, ContactLaw)}
 
 
@@ -75,15 +84,16 @@ def with_stiffer_contacts(scene: Scene) -> Scene | None:
     )
 
 
-def _walls(scene: Scene) -> dict[str, SleeveJoint]:
-    return {n: j for n, j in scene.joints.items() if isinstance(j, SleeveJoint) and j.law}
+def _walls(scene: Scene) -> dict[str, WalledJoint]:
+    joints = scene.joints.items()
+    return {n: j for n, j in joints if isinstance(j, (SleeveJoint, RevoluteJoint)) and j.law}
 
 
-def _stiffer(parts: Mapping[str, PointOnLine] | Mapping[str, SleeveJoint]) -> dict[str, Any]:
+def _stiffer(parts: Mapping[str, Contact] | Mapping[str, WalledJoint]) -> dict[str, Any]:
     return {name: _stiffened(part) for name, part in parts.items()}
 
 
-def _stiffened(part: PointOnLine | SleeveJoint) -> PointOnLine | SleeveJoint:
+def _stiffened(part: Contact | WalledJoint) -> Contact | WalledJoint:
     if not isinstance(part.law, ContactLaw):
         return part
     law = part.law.model_copy(update={"stiffness": STIFFER * part.law.stiffness})

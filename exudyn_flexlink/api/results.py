@@ -63,13 +63,13 @@ class Result(PlainResult):
         return observables.lever_response(self, struck[body])
 
     def touches(self, name: str) -> Intervals:
-        """Return every contact of a sleeve's walls, or of one contact of the scene, as columns.
+        """Return every contact of a joint with clearance, or of one of the scene's, as columns.
 
         Of a sleeve `pair` says which point met which wall: an index into
         ``result.sleeves[name].pairs``.
 
         Raises:
-            ValueError: the scene has neither a sleeve with clearance nor a contact of that name.
+            ValueError: the scene has neither a joint with clearance nor a contact of that name.
 
         """
         known = self.intervals

@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 
 def data_frame(result: Result, name: str) -> DataFrame:
-    """Return what is known of a point, a struck body, a contact or a sleeve as a table.
+    """Return what is known of a point, a struck body, a contact or a joint as a table.
 
     Raises:
         ImportError: pandas is not installed.
@@ -43,10 +43,10 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
     struck = struck_bodies(result.scene)
     if name in struck:
         return lever_columns(result, struck[name])
-    if name in result.sleeves or name in result.contacts:
+    if name in result.intervals:
         return touch_columns(result, name)
     if "." not in name:
-        known = [*struck, *result.contacts, *result.sleeves]
+        known = [*struck, *result.intervals]
         raise ValueError(
             f"nothing to tell of '{name}'; there are points such as 'link.end', and: "
             f"{', '.join(known) or 'nothing else'}"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact, Mechanism, approach
+from exudyn_flexlink.mechanism import Contact, Mechanism, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
 from exudyn_flexlink.scene import Scene
@@ -29,7 +29,7 @@ class ExtremeSeeker:
     """
 
     def __init__(
-        self, scene: Scene, mechanism: Mechanism, contacts: Sequence[FaceContact], nodes: FloatArray
+        self, scene: Scene, mechanism: Mechanism, contacts: Sequence[Contact], nodes: FloatArray
     ) -> None:
         self.contacts = contacts
         self.nodes = nodes

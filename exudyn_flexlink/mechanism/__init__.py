@@ -14,7 +14,13 @@ from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
-from exudyn_flexlink.mechanism.contacts import Approach, approach, face_length, swing_times
+from exudyn_flexlink.mechanism.contacts import (
+    Approach,
+    approach,
+    face_length,
+    on_the_contact,
+    swing_times,
+)
 from exudyn_flexlink.mechanism.drive_checks import drive_mistakes
 from exudyn_flexlink.mechanism.dynamics import (
     accelerations,
@@ -40,6 +46,8 @@ from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
     Channel,
+    CircleContact,
+    Contact,
     FaceContact,
     LinearSpring,
     Mechanism,
@@ -93,6 +101,8 @@ __all__ = [
     "CannotAssembleError",
     "CannotMoveError",
     "Channel",
+    "CircleContact",
+    "Contact",
     "EnergyMeter",
     "FaceContact",
     "LinearSpring",
@@ -146,6 +156,7 @@ __all__ = [
     "mass_matrix",
     "mobility",
     "node_anchor",
+    "on_the_contact",
     "other_branches",
     "pair_sides",
     "pairs",

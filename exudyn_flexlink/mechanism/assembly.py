@@ -20,7 +20,7 @@ from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, RotarySpring, Slide
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
@@ -82,23 +82,24 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     """Put the mechanism together at time 0.
 
     A link with clearance starts on its guide's axis, unless its angle is given, and moves with the
-    guide, as if there were none, unless its motion is given. Angles in `start.angles` and those of
-    motor-driven parts are held; everything else starts from `start.guesses` (0 where nothing is
-    given) and moves as little as the joints demand. A flexible body starts straight and at one
-    angular speed, unless the joints can't have that.
+    guide, as if there were none, unless its motion is given. A journal starts in the middle of its
+    bearing, and moves with it, unless what is given does not allow that. Angles in `start.angles`
+    and those of motor-driven parts are held; everything else starts from `start.guesses` (0 where
+    nothing is given) and moves as little as the joints demand. A flexible body starts straight and
+    at one angular speed, unless the joints can't have that.
 
     Raises:
         CannotAssembleError: a joint can't close.
         CannotMoveError: a drive or a speed given contradicts the joints.
 
     """
-    q, places = positions(without_play(mechanism, set(start.angles)), start)
+    q, places = _places(without_play(mechanism, set(start.angles)), start)
     mechanism = mechanism.with_springs(
         tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
         tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
     )
     moved = {*start.speeds, *start.velocities}
-    v = _velocities(without_play(mechanism, moved), q, places, start)
+    v = _speeds(without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
     rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
@@ -132,6 +133,36 @@ def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
         if channel.clearance > 0 and not given & set(channel.rods)
     )
     return replace(mechanism, slides=mechanism.slides + slides)
+
+
+def _concentric(mechanism: Mechanism) -> tuple[Pin, ...]:
+    """Joints with clearance as if there were none."""
+    return tuple(Pin(own.name, own.first, own.second) for own in mechanism.bearings)
+
+
+def _places(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and slot places with journals in the middle of their bearings, or near it."""
+    pins = _concentric(mechanism)
+    try:
+        return positions(replace(mechanism, pins=mechanism.pins + pins), start)
+    except CannotAssembleError as error:
+        if not pins:
+            raise
+        try:
+            return positions(mechanism, start, laid_out_by=pins)
+        except CannotAssembleError:
+            raise error from None
+
+
+def _speeds(mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start) -> FloatArray:
+    """Velocities with journals that move as their bearings, or where that can't be, freely."""
+    pinned = replace(mechanism, pins=mechanism.pins + _concentric(mechanism))
+    try:
+        return _velocities(pinned, q, places, start)
+    except CannotMoveError:
+        if not mechanism.bearings:
+            raise
+        return _velocities(mechanism, q, places, start)
 
 
 # --- velocities -----------------------------------------------------------------------------

@@ -11,7 +11,15 @@ from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
 from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, spring_of
 from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
-from exudyn_flexlink.mechanism.model import Channel, Mechanism, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import (
+    Channel,
+    CircleContact,
+    Mechanism,
+    Pin,
+    Slide,
+    Slot,
+    Weld,
+)
 from exudyn_flexlink.mechanism.tracks import build_curves
 from exudyn_flexlink.scene import (
     ContactLaw,
@@ -63,7 +71,11 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
     return Mechanism(
         parts=tuple(bodies.parts),
         pins=(
-            *(_pin(bodies, n, j) for n, j in joints if isinstance(j, RevoluteJoint)),
+            *(
+                _pin(bodies, n, j)
+                for n, j in joints
+                if isinstance(j, RevoluteJoint) and j.clearance == 0
+            ),
             *bodies.pins,
         ),
         welds=tuple(_weld(bodies, n, j) for n, j in joints if isinstance(j, WeldJoint)),
@@ -97,6 +109,11 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
         ),
         forces=tuple(force_of(bodies, n, d) for n, d in drives if isinstance(d, ForceDrive)),
         contacts=tuple(contact_of(bodies, n, c) for n, c in scene.contacts.items()),
+        bearings=tuple(
+            _bearing(bodies, n, j, j.law)
+            for n, j in joints
+            if isinstance(j, RevoluteJoint) and j.law is not None
+        ),
         channels=tuple(
             _channel(bodies, n, j, j.law)
             for n, j in joints
@@ -109,6 +126,21 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
 def _pin(bodies: Bodies, name: str, joint: RevoluteJoint) -> Pin:
     first, second = (bodies.anchor(point, joint.at) for point in joint.points)
     return Pin(name, first, second)
+
+
+def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -> CircleContact:
+    """Return a journal in its bearing; without a radius the journal is a point."""
+    journal, bearing = (bodies.anchor(point, joint.at) for point in joint.points)
+    radius = joint.radius or 0.0
+    return CircleContact(
+        name,
+        journal,
+        bearing,
+        (radius, radius + joint.clearance),
+        inside=True,
+        law=penalty_of(law),
+        friction=friction_of(law),
+    )
 
 
 def _weld(bodies: Bodies, name: str, joint: WeldJoint) -> Weld:

@@ -8,8 +8,16 @@ from math import hypot, pi
 from exudyn_flexlink import scene
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_laws import friction_of, law_of
-from exudyn_flexlink.mechanism.model import GROUND, FaceContact, LinearSpring, RotarySpring
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    CircleContact,
+    Contact,
+    FaceContact,
+    LinearSpring,
+    RotarySpring,
+)
 from exudyn_flexlink.scene import (
+    CircleOnCircle,
     PointOnLine,
     RevoluteJoint,
     TorsionalSpring,
@@ -46,8 +54,19 @@ def linear_spring_of(bodies: Bodies, name: str, spec: scene.LinearSpring) -> Lin
     return LinearSpring(name, first, second, stiffness, damping, length, along_slide=True)
 
 
-def contact_of(bodies: Bodies, name: str, contact: PointOnLine) -> FaceContact:
-    """Return a point and a face that may strike each other."""
+def contact_of(bodies: Bodies, name: str, contact: PointOnLine | CircleOnCircle) -> Contact:
+    """Return a point and a face, or two circles, that may strike each other."""
+    if isinstance(contact, CircleOnCircle):
+        first, second = contact.inner_and_outer
+        return CircleContact(
+            name,
+            bodies.anchor(first.at, first.place),
+            bodies.anchor(second.at, second.place),
+            (first.radius, second.radius),
+            second.inside,
+            law_of(contact.law),
+            friction_of(contact.law),
+        )
     start, end = (bodies.anchor(point) for point in contact.line)
     return FaceContact(
         name,

@@ -65,18 +65,21 @@ class CannotAssembleError(ValueError):
         self.turn = turn
 
 
-def positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
+def positions(
+    mechanism: Mechanism, start: Start, laid_out_by: Sequence[Pin] = ()
+) -> tuple[FloatArray, FloatArray]:
     """Coordinates and slot places that close all joints: bodies straight, or else bent.
 
     Each is searched from the start given and, since parts in one line are a dead end of the search,
-    from a few where those parts are turned whose angle nothing tells.
+    from a few where those parts are turned whose angle nothing tells. Parts are laid out by more
+    pins than need close, if there are any in `laid_out_by`.
     """
     held = _held(mechanism, start)
     flexible = len(mechanism.bodies) < len(mechanism.parts)
     errors: list[CannotAssembleError] = []
     for straight in (True, False) if flexible else (True,):
         for turned in (0.0, *KICKS):
-            q = _place(mechanism, _kicked(mechanism, start, turned, straight))
+            q = _place(mechanism, _kicked(mechanism, start, turned, straight), laid_out_by)
             try:
                 return _close(mechanism, q, held, straight)
             except CannotAssembleError as error:
@@ -163,7 +166,7 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
     return _Held(held, start.positions)
 
 
-def _place(mechanism: Mechanism, start: Start) -> FloatArray:
+def _place(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> FloatArray:
     """Lay the parts out joint by joint from the ground, as a start for closing the loops."""
     q = np.zeros((len(mechanism.parts), 3))
     turned = _known_angles(mechanism, start)
@@ -171,7 +174,8 @@ def _place(mechanism: Mechanism, start: Start) -> FloatArray:
     placed = {GROUND, *start.positions}
     for part, place in start.positions.items():
         q[part, :2] = place
-    pinned = _Loose([(j.first, j.second) for j in (*_inner(mechanism), *mechanism.attachments)])
+    joints = (*_inner(mechanism), *mechanism.attachments, *more)
+    pinned = _Loose([(joint.first, joint.second) for joint in joints])
     in_channels = (Slide(c.name, c.guide, node_anchor(c, 0)) for c in mechanism.channels)
     slides = [*mechanism.slides, *in_channels]
     while True:

@@ -1,4 +1,4 @@
-"""Geometry of a point near a face: gap, place along the face, rates."""
+"""Geometry of a contact: gap and place, their rates, and the directions in which it acts."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity, angle_of
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    CircleContact,
+    Contact,
+    FaceContact,
+    Mechanism,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -17,23 +24,31 @@ HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 
 @dataclass(frozen=True)
 class Approach:
-    """Where the point stands against the face; arrays of one shape.
+    """How near a contact is; arrays of one shape.
 
-    `gap` (m) is positive on the free side, `place` (m) counts along the face from its start,
-    `gap_rate` and `place_rate` (m/s) are their time derivatives, `normal` (..., 2) points to the
-    free side.
+    `gap` (m) is positive while apart, `gap_rate` (m/s) its derivative by time. `place` (m) counts
+    along the face from its start, or around the second circle from the x-axis of its part. `slip`
+    (m/s) is the speed of the first part's material against that of the second. `normal` (..., 2)
+    is the direction in which the contact pushes the first part, `along` (..., 2) that of places
+    and slip.
     """
 
     gap: FloatArray
     place: FloatArray
     gap_rate: FloatArray
-    place_rate: FloatArray
+    slip: FloatArray
     normal: FloatArray
+    along: FloatArray
 
 
 def face_length(contact: FaceContact) -> float:
     """Length of the face, m."""
     return float(np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y))
+
+
+def on_the_contact(contact: Contact, place: float) -> bool:
+    """Tell whether a place is one where the contact can act: circles have no ends."""
+    return isinstance(contact, CircleContact) or 0 <= place <= face_length(contact)
 
 
 def swing_times(mechanism: Mechanism) -> dict[str, float]:
@@ -44,7 +59,7 @@ def swing_times(mechanism: Mechanism) -> dict[str, float]:
     """
     times, all_mass = {}, sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
-        lever = contact.start.part
+        lever = contact.parts[1]
         pivot = _pivot(mechanism, lever)
         if pivot is None:
             continue
@@ -68,11 +83,15 @@ def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
     return None
 
 
-def approach(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
-    """Gap and place of the contact's point at coordinates and velocities (..., parts, 3).
+def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
+    """Gap, place, rates and directions at coordinates and velocities (..., parts, 3)."""
+    if isinstance(contact, CircleContact):
+        return _of_circles(contact, q, v)
+    return _of_face(contact, q, v)
 
-    Where the point is held on the line, the gap is minus its distance from it.
-    """
+
+def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
+    """Where the point is held on the line, the gap is minus its distance from it."""
     start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
     along = (end - start) / face_length(contact)
     left = np.stack([-along[..., 1], along[..., 0]], axis=-1)
@@ -84,8 +103,8 @@ def approach(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
     turning = v[..., contact.start.part, 2]
     # The face turns under the point: what is along it becomes normal to it and the reverse.
     gap_rate = np.sum(normal * relative, axis=-1) - side * turning * place
-    place_rate = np.sum(along * relative, axis=-1) + side * turning * gap
-    return Approach(gap, place, gap_rate, place_rate, normal)
+    slip = np.sum(along * relative, axis=-1) + side * turning * gap
+    return Approach(gap, place, gap_rate, slip, normal, along)
 
 
 def _side(contact: FaceContact, lateral: FloatArray) -> FloatArray:
@@ -93,3 +112,34 @@ def _side(contact: FaceContact, lateral: FloatArray) -> FloatArray:
     if contact.side != 0:
         return np.full_like(lateral, contact.side)
     return np.where(lateral > 0, -1.0, 1.0)
+
+
+def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approach:
+    """The circles touch on the line through their centres, at the second one's edge."""
+    between = anchor_position(contact.first, q) - anchor_position(contact.second, q)
+    relative = anchor_velocity(contact.first, q, v) - anchor_velocity(contact.second, q, v)
+    outward, far = _direction(between, relative)
+    along = np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
+    way = -1.0 if contact.inside else 1.0
+    gap = way * (far - contact.distance)
+    gap_rate = way * np.sum(outward * relative, axis=-1)
+    edge = contact.radii[1]
+    first, second = (angle_of(part, v) for part in contact.parts)
+    # The first circle's centre is `far` from the second's, its edge turns under the place itself.
+    slip = np.sum(along * relative, axis=-1) + first * (edge - far) - second * edge
+    turned = np.arctan2(outward[..., 1], outward[..., 0]) - angle_of(contact.second.part, q)
+    place = edge * np.mod(turned, 2 * np.pi)
+    return Approach(gap, place, gap_rate, slip, way * outward, along)
+
+
+def _direction(between: FloatArray, relative: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors (..., 2) from the second centre to the first, and distances (...), m.
+
+    Concentric circles part the way they move, or along x.
+    """
+    far = np.hypot(between[..., 0], between[..., 1])
+    speed = np.hypot(relative[..., 0], relative[..., 1])
+    ahead = np.where((speed > 0)[..., None], relative, np.array([1.0, 0.0]))
+    ahead = ahead / np.where(speed > 0, speed, 1.0)[..., None]
+    outward = between / np.where(far > 0, far, 1.0)[..., None]
+    return np.where((far > 0)[..., None], outward, ahead), far

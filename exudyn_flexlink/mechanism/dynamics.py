@@ -18,7 +18,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.linear_springs import spring_force
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, FaceContact, Mechanism
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, Contact, Mechanism
 from exudyn_flexlink.mechanism.sensing import force_at, size_at
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 
@@ -129,17 +129,17 @@ def _moving(
 
 
 def contact_mass(
-    mechanism: Mechanism, contact: FaceContact, q: FloatArray, places: FloatArray
+    mechanism: Mechanism, contact: Contact, q: FloatArray, places: FloatArray
 ) -> float:
     """Least mass in kg that the two bodies oppose to a contact anywhere along its face.
 
-    ``1 / (largest mobility of the point + largest mobility of the face)`` with every joint kept,
+    ``1 / (largest mobility of the first part + that of the second)`` with every joint kept,
     whatever the direction: it bounds the duration of an impact from below, hence the step.
     """
-    anchors = (contact.point, contact.start, contact.end)
-    rows = [anchor_jacobian(anchor, q) for anchor in anchors]
-    point, start, end = _moving(mechanism, q, places).mobilities(rows)
-    return 1.0 / max(point + max(start, end), 1e-300)
+    first, second = contact.anchors
+    rows = [anchor_jacobian(anchor, q) for anchor in (*first, *second)]
+    found = _moving(mechanism, q, places).mobilities(rows)
+    return 1.0 / max(max(found[: len(first)]) + max(found[len(first) :]), 1e-300)
 
 
 def channel_mass(

@@ -202,6 +202,52 @@ class FaceContact:
     friction: Friction | None = None
     walled: bool = False
 
+    @property
+    def parts(self) -> tuple[int, int]:
+        """Part that the contact pushes, and the one that it pushes back."""
+        return self.point.part, self.start.part
+
+    @property
+    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+        """Anchors of both parts between which the contact may push."""
+        return (self.point,), (self.start, self.end)
+
+
+@dataclass(frozen=True)
+class CircleContact:
+    """Two circles that cannot cross, the first outside or `inside` the second.
+
+    By the anchors of their centres and their radii, m; one of 0 is a point. A journal in the
+    bearing of a revolute joint with clearance is one, too: that is the difference of the radii.
+    """
+
+    name: str
+    first: Anchor
+    second: Anchor
+    radii: tuple[float, float]
+    inside: bool
+    law: RestitutionPenalty | Impulse
+    friction: Friction | None = None
+
+    @property
+    def distance(self) -> float:
+        """Distance (m) of the centres at which the circles touch."""
+        first, second = self.radii
+        return second - first if self.inside else second + first
+
+    @property
+    def parts(self) -> tuple[int, int]:
+        """Part that the contact pushes, and the one that it pushes back."""
+        return self.first.part, self.second.part
+
+    @property
+    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+        """Anchors of both parts between which the contact may push."""
+        return (self.first,), (self.second,)
+
+
+Contact = FaceContact | CircleContact
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -235,9 +281,15 @@ class Mechanism:
     speed_motors: tuple[Motor, ...]
     torque_motors: tuple[TorqueMotor, ...]
     forces: tuple[PointForce, ...]
-    contacts: tuple[FaceContact, ...]
+    contacts: tuple[Contact, ...]
+    bearings: tuple[CircleContact, ...]
     channels: tuple[Channel, ...]
     gravity: tuple[float, float]
+
+    @property
+    def hinges(self) -> tuple[Pin | CircleContact, ...]:
+        """Joints that parts turn about, without clearance and with."""
+        return (*self.pins, *self.bearings)
 
     @property
     def attachments(self) -> tuple[Pin | Weld, ...]:
@@ -252,6 +304,11 @@ class Mechanism:
         ]
         courses = [*(motor.speed for motor in self.speed_motors), *(size.value for size in sizes)]
         return sorted({knot for course in courses for knot in course.knots(end)})
+
+    @property
+    def touching(self) -> tuple[Contact, ...]:
+        """Contacts of the scene, then those of its joints with clearance: the order of arrays."""
+        return (*self.contacts, *self.bearings)
 
     @property
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:

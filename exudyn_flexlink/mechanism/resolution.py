@@ -8,7 +8,7 @@ from math import inf
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
-from exudyn_flexlink.mechanism.model import Channel, FaceContact
+from exudyn_flexlink.mechanism.model import Channel, Contact
 from exudyn_flexlink.scene import Scene
 
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
@@ -43,11 +43,11 @@ def resolution_of_wall(half_period: float, asked: int) -> Resolution:
 
 
 def resolutions(scene: Scene, assembly: Assembly) -> list[Resolution]:
-    """Resolutions of contacts, then of sleeves; none of contacts that take no time."""
+    """Resolutions of contacts and bearings, then of sleeves; none of contacts that take no time."""
     mechanism, asked = assembly.mechanism, scene.solver.steps_per_contact
     strikes = [
         resolution_of_strike(half_period(assembly, contact), contact.law, asked)
-        for contact in mechanism.contacts
+        for contact in mechanism.touching
         if isinstance(contact.law, RestitutionPenalty)
     ]
     walls = [resolution_of_wall(wall_half_period(assembly, c), asked) for c in mechanism.channels]
@@ -59,7 +59,7 @@ def contact_step(scene: Scene, assembly: Assembly) -> float:
     return min((own.step for own in resolutions(scene, assembly)), default=inf)
 
 
-def half_period(assembly: Assembly, contact: FaceContact) -> float:
+def half_period(assembly: Assembly, contact: Contact) -> float:
     """Half the period of the contact's stiffness with the least mass behind it, s; inf if rigid."""
     if isinstance(contact.law, Impulse):
         return inf

@@ -44,7 +44,7 @@ def sample_bytes(mechanism: Mechanism) -> int:
     """
     walls = sum(len(pairs(channel)) for channel in mechanism.channels)
     kept = BYTES_OF_PART * len(mechanism.parts) + BYTES_OF_PAIR * walls
-    return BYTES_OF_SAMPLE + kept + BYTES_OF_CONTACT * len(mechanism.contacts)
+    return BYTES_OF_SAMPLE + kept + BYTES_OF_CONTACT * len(mechanism.touching)
 
 
 def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:

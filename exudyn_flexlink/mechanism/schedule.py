@@ -67,7 +67,7 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     run, mechanism = scene.run, assembly.mechanism
     if run.turns is None or run.of in steady_drives(scene, mechanism):
         return None
-    pin = next(pin for pin in mechanism.pins if pin.name == run.of)
+    pin = next(pin for pin in mechanism.hinges if pin.name == run.of)
     first, second = pin.first.part, pin.second.part
     start = float(angle_of(second, assembly.state.q) - angle_of(first, assembly.state.q))
     return TurnGoal(first, second, start, 2 * pi * run.turns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
-    FaceContact,
+    Contact,
     Mechanism,
     anchor_position,
     approach,
@@ -31,7 +32,8 @@ class LeverResponse:
 
     `angle` (rad, from where it stood at time 0, counter-clockwise) and `rate` (rad/s) are relative
     to the body that carries it. `tip_displacement` (m) is that of the end of the struck line
-    farther from the body's joint, along the face's normal at time 0, positive to the free side.
+    farther from the body's joint, or of the struck circle's centre, along the normal at time 0,
+    positive to the free side.
     `extremes` are those of the angle, whatever is sampled.
     """
 
@@ -94,10 +96,11 @@ def angle_name(body: str) -> str:
 
 
 def struck_bodies(scene: Scene) -> dict[str, str]:
-    """Bodies that a contact's line belongs to, each with the first contact that strikes it."""
+    """Bodies that are struck, each with the first contact that strikes it."""
     found: dict[str, str] = {}
     for name, contact in scene.contacts.items():
-        found.setdefault(split_point(contact.line[0])[0], name)
+        if contact.struck is not None:
+            found.setdefault(contact.struck, name)
     return found
 
 
@@ -105,16 +108,19 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     """Motion of the body that the contact strikes.
 
     Raises:
-        ValueError: the scene has no such contact.
+        ValueError: the scene has no such contact, or it strikes the ground.
 
     """
     mechanism = build_mechanism(result.scene)
-    face = struck_face(mechanism, contact)
-    body = mechanism.parts[face.start.part].body
+    own = struck_by(mechanism, contact)
+    part = own.parts[1]
+    if part == GROUND:
+        raise ValueError(f"the contact '{contact}' strikes the ground")
+    body = mechanism.parts[part].body
     carrier, hinge = carrier_of(result.scene, mechanism, body)
-    angle, rate = (turning(carrier, face.start.part, x) for x in (result.poses, result.rates))
-    tip = anchor_position(_farther(face, hinge, result.poses[0]), result.poses)
-    normal = approach(face, result.poses[0], result.rates[0]).normal
+    angle, rate = (turning(carrier, part, x) for x in (result.poses, result.rates))
+    tip = anchor_position(_farthest(own.anchors[1], hinge, result.poses[0]), result.poses)
+    normal = approach(own, result.poses[0], result.rates[0]).normal
     turned = result.extremes[angle_name(body)]
     return LeverResponse(
         body,
@@ -126,16 +132,16 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     )
 
 
-def struck_face(mechanism: Mechanism, contact: str) -> FaceContact:
-    """Find the face of a contact.
+def struck_by(mechanism: Mechanism, contact: str) -> Contact:
+    """Find a contact of the scene.
 
     Raises:
         ValueError: the scene has no such contact.
 
     """
-    for face in mechanism.contacts:
-        if face.name == contact:
-            return face
+    for own in mechanism.contacts:
+        if own.name == contact:
+            return own
     raise ValueError(f"the scene has no contact '{contact}'")
 
 
@@ -151,11 +157,9 @@ def carrier_of(scene: Scene, mechanism: Mechanism, body: str) -> tuple[int, Anch
     return GROUND, None
 
 
-def _farther(face: FaceContact, hinge: Anchor | None, q: FloatArray) -> Anchor:
+def _farthest(anchors: Sequence[Anchor], hinge: Anchor | None, q: FloatArray) -> Anchor:
+    """Anchor of the struck body that moves most as it swings, the last of several alike."""
     if hinge is None:
-        return face.end
+        return anchors[-1]
     at = anchor_position(hinge, q)
-    start, end = (
-        float(np.linalg.norm(anchor_position(anchor, q) - at)) for anchor in (face.start, face.end)
-    )
-    return face.start if start > end else face.end
+    return max(anchors[::-1], key=lambda own: float(np.linalg.norm(anchor_position(own, q) - at)))

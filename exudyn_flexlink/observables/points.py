@@ -60,7 +60,7 @@ def watched_point(scene: Scene) -> str:
     if scene.outputs.watch is not None:
         return scene.outputs.watch
     for contact in scene.contacts.values():
-        return contact.point
+        return contact.striking
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody):
             named = [f"{name}.{point}" for point in ("end", "start", *body.points)]

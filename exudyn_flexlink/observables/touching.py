@@ -1,5 +1,7 @@
 """How a link stands in its guide over time: free, on one point, on two; in all and lap by lap.
 
+A journal in its bearing is free, or on one point.
+
 The four cases of a translational joint with clearance (Flores, Ambrosio, Claro and Lankarani,
 Kinematics and dynamics of multibody systems with imperfect joints, 2008): no contact, one corner,
 two corners on the same side, two on opposite sides. Here every pair of `SleeveHistory` that presses
@@ -124,13 +126,13 @@ class PairTotals:
 
 
 def contact_states(result: Result, joint: str) -> ContactStates:
-    """States of a sleeve over the whole run.
+    """States of a joint with clearance over the whole run.
 
     Raises:
-        ValueError: the result has no sleeve `joint`.
+        ValueError: the result has no `joint` with walls.
 
     """
-    history = _sleeve(result, joint)
+    history = _walls(result, joint)
     touches, side = history.touches, np.array(history.sides)[history.touches.pair]
     first, last = float(result.time[0]), float(result.time[-1])
     edges = np.unique(np.concatenate([[first, last], touches.begin, touches.end]))
@@ -149,24 +151,24 @@ def contact_states(result: Result, joint: str) -> ContactStates:
 def contact_totals(
     result: Result, joint: str, start: float = -np.inf, end: float = np.inf
 ) -> ContactTotals:
-    """Contacts of a sleeve from `start` to `end` (s); what begins at `end` counts no more.
+    """Contacts of a joint from `start` to `end` (s); what begins at `end` counts no more.
 
     Raises:
-        ValueError: the result has no sleeve `joint`.
+        ValueError: the result has no `joint` with walls.
 
     """
-    states, touches = contact_states(result, joint), _sleeve(result, joint).touches
+    states, touches = contact_states(result, joint), _walls(result, joint).touches
     return ContactTotals(*_totals(states, touches, start, end))
 
 
 def lap_contacts(result: Result, joint: str) -> list[LapContacts]:
-    """Contacts of a sleeve, lap by lap; a touch belongs to the lap in which it begins.
+    """Contacts of a joint, lap by lap; a touch belongs to the lap in which it begins.
 
     Raises:
-        ValueError: the result has no sleeve `joint`, or no crank.
+        ValueError: the result has no `joint` with walls, or no crank.
 
     """
-    states, touches = contact_states(result, joint), _sleeve(result, joint).touches
+    states, touches = contact_states(result, joint), _walls(result, joint).touches
     starts = lap_starts(result)
     ends = [*starts[1:], np.inf]
     return [
@@ -189,13 +191,13 @@ def lap_starts(result: Result) -> list[float]:
 
 
 def pair_totals(result: Result, joint: str) -> list[PairTotals]:
-    """Pairs of a sleeve that touched at all, those that touched longest first.
+    """Pairs of a joint that touched at all, those that touched longest first.
 
     Raises:
-        ValueError: the result has no sleeve `joint`.
+        ValueError: the result has no `joint` with walls.
 
     """
-    history = _sleeve(result, joint)
+    history = _walls(result, joint)
     touches, last = history.touches, float(result.time[-1])
     found = []
     for k in np.unique(touches.pair).tolist():
@@ -217,6 +219,18 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
 def sleeves_with_play(result: Result) -> list[str]:
     """Names of the sleeves whose link may touch or not."""
     return [name for name, sleeve in result.sleeves.items() if any(sleeve.sides)]
+
+
+def joints_with_play(result: Result) -> list[str]:
+    """Names of the joints with clearance: revolute ones, then sleeves."""
+    return [*result.bearings, *sleeves_with_play(result)]
+
+
+def deepest(result: Result, joint: str) -> float:
+    """Largest penetration (m) of what presses in a joint; 0 where nothing can."""
+    if joint in result.bearings:
+        return float(result.bearings[joint].touches.penetration.max(initial=0.0))
+    return result.sleeves[joint].deepest if joint in result.sleeves else 0.0
 
 
 def _totals(
@@ -249,7 +263,12 @@ def _pressing(edges: FloatArray, begin: FloatArray, end: FloatArray) -> NDArray[
     return np.asarray(begun - np.searchsorted(np.sort(end), middle))
 
 
-def _sleeve(result: Result, joint: str) -> SleeveHistory:
-    if joint not in result.sleeves:
-        raise ValueError(f"the result has no sleeve '{joint}' with walls")
-    return result.sleeves[joint]
+def _walls(result: Result, joint: str) -> SleeveHistory:
+    """What presses in a joint; a journal in its bearing is one pair."""
+    if joint in result.sleeves:
+        return result.sleeves[joint]
+    if joint not in result.bearings:
+        raise ValueError(f"the result has no joint '{joint}' with walls")
+    own = result.bearings[joint]
+    pair = (f"{joint}: journal in its bearing",)
+    return SleeveHistory(pair, (1.0,), own.force[:, None], own.touches, deepest(result, joint))

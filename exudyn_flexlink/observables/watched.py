@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism import Mechanism, anchor_position, anchor_velocity, turning
-from exudyn_flexlink.observables.levers import angle_name, carrier_of, struck_bodies, struck_face
+from exudyn_flexlink.observables.levers import angle_name, carrier_of, struck_bodies, struck_by
 from exudyn_flexlink.observables.points import point_anchor, watched_point
 from exudyn_flexlink.scene import Scene
 
@@ -20,7 +20,8 @@ class Watched:
     """What is watched of a scene; `names` (k,) tell quantity and unit.
 
     Of every struck body the angle and its rate, of the watched point x, y, distance from O and
-    speed; of `contacts` force and penetration, which an engine finds by itself.
+    speed; of `contacts`, those of joints with clearance among them, force and penetration, which an
+    engine finds by itself.
     """
 
     def __init__(self, scene: Scene, mechanism: Mechanism) -> None:
@@ -28,13 +29,13 @@ class Watched:
         self._anchor = point_anchor(scene, mechanism, point)
         self._hinged = []
         for contact in struck.values():
-            part = struck_face(mechanism, contact).start.part
+            part = struck_by(mechanism, contact).parts[1]
             self._hinged.append((part, carrier_of(scene, mechanism, mechanism.parts[part].body)[0]))
         places = [angle_name(body) for body in struck]
         places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
         speeds = [f"{body}.rate_rad_per_s" for body in struck] + [f"{point}.speed_m_per_s"]
         self.names = (*places, *speeds)
-        self.contacts = tuple(scene.contacts)
+        self.contacts = tuple(contact.name for contact in mechanism.touching)
         # Distance and speed are watched as squares, which are smooth even where they are 0.
         self._squared = (len(places) - 1, len(self.names) - 1)
 

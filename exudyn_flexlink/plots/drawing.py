@@ -130,7 +130,7 @@ def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, Float
     times = np.linspace(strike.begin, until, ZOOM_INSTANTS)
     indices = [int(np.argmin(np.abs(result.time - time))) for time in times]
     around = slice(indices[0], indices[-1] + 1)
-    body = split_point(result.scene.contacts[strike.contact].point)[0]
+    body = split_point(result.scene.contacts[strike.contact].striking)[0]
     # Of the body that strikes, the half at its end is to be seen.
     lines = sketch.lines(body, slice(indices[0], indices[0] + 1))
     seen = [sketch.track[around], *(x[:, x.shape[1] // 2 :].reshape(-1, 2) for x in lines)]
@@ -157,13 +157,11 @@ def _instants(result: Result) -> list[tuple[float, str]]:
         even = np.linspace(result.time[0], result.time[-1], min(5, len(result.time)))
         return [(float(time), "") for time in even[:4]]
     contact, strike = struck
-    response = lever_response(result, contact)
-    peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
-    chosen = [
-        (float(result.time[0]), "start"),
-        (strike.begin, FIRST),
-        (peak, f"{response.body} farthest"),
-    ]
+    chosen = [(float(result.time[0]), "start"), (strike.begin, FIRST)]
+    if result.scene.contacts[contact].struck is not None:
+        response = lever_response(result, contact)
+        peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
+        chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
         turned = np.abs(crank_angle(result) - crank_angle(result)[0])
         at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi

@@ -43,7 +43,6 @@ from exudyn_flexlink.plots.style import (
     styled,
 )
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import split_point
 
 FloatArray = NDArray[np.float64]
 Function = Callable[[Any], FloatArray]
@@ -101,7 +100,7 @@ def _whole_run(
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     """Tick every impact at the lower edge: impulses have no duration that a span could show."""
-    own = [n for n, c in result.scene.contacts.items() if split_point(c.line[0])[0] == body]
+    own = [n for n, c in result.scene.contacts.items() if c.struck == body]
     hits = [
         interval.begin for n in own for interval in result.contacts[n].touches if interval.impact
     ]

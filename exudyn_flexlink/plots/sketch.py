@@ -17,6 +17,7 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Channel,
+    CircleContact,
     Mechanism,
     Slot,
     anchor_position,
@@ -63,8 +64,9 @@ class Sketch:
             points += [line.reshape(-1, 2) for line in lines]
         ends = (0, len(self.result.time) - 1)
         points += [self.curve(slot, i) for slot in self.model.slots for i in ends]
-        fixed = [pin.first for pin in self.model.pins if pin.first.part == GROUND]
+        fixed = [pin.first for pin in self.model.hinges if pin.first.part == GROUND]
         points += [np.array([[at.x, at.y]]) for at in fixed]
+        points += self._circles(0)
         all_ = np.concatenate(points)
         low, high = all_.min(axis=0), all_.max(axis=0)
         size = float(np.max(high - low)) or 1.0
@@ -123,11 +125,24 @@ class Sketch:
             look = _body_style(self.result.scene, body, i)
             for line in self.lines(body, slice(index, index + 1)):
                 axes.plot(*(factor * line[0]).T, **look, alpha=alpha)
-        for pin in self.model.pins:
+        for circle in self._circles(index):
+            axes.plot(*(factor * circle).T, color=GREY, linewidth=sized(1.2), alpha=alpha, zorder=3)
+        for pin in self.model.hinges:
             if GROUND in (pin.first.part, pin.second.part):
                 at = pin.first if pin.first.part == GROUND else pin.second
                 axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
                           markersize=sized(7), zorder=5)  # fmt: skip
+
+    def _circles(self, index: int) -> list[FloatArray]:
+        """Circles (points, 2), m, of contacts at a sample."""
+        own = [contact for contact in self.model.contacts if isinstance(contact, CircleContact)]
+        way = np.linspace(0, 2 * np.pi, 73)
+        around, q = np.stack([np.cos(way), np.sin(way)], axis=1), self.result.poses[index]
+        return [
+            anchor_position(centre, q) + radius * around
+            for contact in own
+            for centre, radius in zip((contact.first, contact.second), contact.radii, strict=True)
+        ]
 
     def _draw_walls(
         self, axes: Axes, index: int, channels: Sequence[Channel], alpha: float

@@ -8,7 +8,7 @@ from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Assembly,
     Channel,
-    FaceContact,
+    Contact,
     LinearSpring,
     Mechanism,
     RotarySpring,
@@ -34,6 +34,7 @@ from exudyn_flexlink.scene import (
     Joint,
     Law,
     PrismaticJoint,
+    RevoluteJoint,
     Scene,
     SleeveJoint,
     SlotJoint,
@@ -116,7 +117,9 @@ def _joined(joint: Joint) -> str:
     if isinstance(joint, PrismaticJoint):
         x, y = joint.axis
         along = f" along ({number(x)}, {number(y)})"
-    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}"
+    clearance = joint.clearance if isinstance(joint, RevoluteJoint) else 0.0
+    play = f", clearance {number(clearance)} m" if clearance > 0 else ""
+    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}{play}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:
@@ -165,10 +168,12 @@ def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
-    rows = [
-        [name, f"{c.point} on the line from {c.line[0]} to {c.line[1]}", *_law(c.law)]
-        for name, c in scene.contacts.items()
-    ]
+    rows = [[name, str(c), *_law(c.law)] for name, c in scene.contacts.items()]
+    for name, joint in scene.joints.items():
+        if isinstance(joint, RevoluteJoint) and joint.law is not None:
+            journal, bearing = joint.points
+            what = f"journal at {journal} in the bearing at {bearing}"
+            rows.append([name, what, *_law(joint.law)])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
@@ -199,7 +204,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     in_contact, fixed_step = estimated_steps(assembly, scene)
     mechanism = assembly.mechanism
     rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
-    rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.contacts]
+    rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.touching]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     if fixed_step is not None:
         about = "" if duration is None else f", about {duration / fixed_step:,.0f} steps"
@@ -243,7 +248,7 @@ def _time(scene: Scene, duration: float | None) -> str:
     return f"{seconds} ({turns})" if turns else seconds
 
 
-def _contact_duration(assembly: Assembly, contact: FaceContact) -> str:
+def _contact_duration(assembly: Assembly, contact: Contact) -> str:
     mass = _mass_at(assembly, contact)
     if isinstance(contact.law, Impulse):
         return "impacts take no time: a rigid contact, by impulse"
@@ -258,6 +263,6 @@ def _wall_duration(assembly: Assembly, channel: Channel) -> str:
     return f"the lightest node swings on its axis with half a period of {half}"
 
 
-def _mass_at(assembly: Assembly, contact: FaceContact) -> float:
+def _mass_at(assembly: Assembly, contact: Contact) -> float:
     state = assembly.state
     return contact_mass(assembly.mechanism, contact, state.q, state.places)

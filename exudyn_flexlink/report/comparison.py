@@ -26,7 +26,7 @@ def comparison_text(comparison: Comparison) -> str:
         _beyond(comparison),
         _levers(comparison),
         *(_strikes(comparison, contact) for contact in contacts),
-        _sleeves(comparison),
+        _clearances(comparison),
         _runs(comparison),
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -141,15 +141,15 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
     return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
 
 
-def _sleeves(comparison: Comparison) -> list[str]:
-    """How links stood in their guides, up to the end of the shorter run."""
+def _clearances(comparison: Comparison) -> list[str]:
+    """How links stood in guides and journals in bearings, up to the end of the shorter run."""
     one, other = comparison.first, comparison.second
     rows = [
         row
-        for joint in comparison.sleeves
+        for joint in comparison.with_clearance
         for row in contact_rows(joint, one.contact.get(joint), other.contact.get(joint))
     ]
-    return ["Link in its guide", *table([["", one.name, other.name], *rows])] if rows else []
+    return ["Joints with clearance", *table([["", one.name, other.name], *rows])] if rows else []
 
 
 _OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {

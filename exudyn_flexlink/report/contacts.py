@@ -7,12 +7,13 @@ from exudyn_flexlink.observables import (
     State,
     contact_totals,
     crank_joint,
+    deepest,
     lap_contacts,
     pair_totals,
 )
 from exudyn_flexlink.report.text import table
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import SleeveJoint
+from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
 STATE_NAMES = {
     State.FREE: "free",
@@ -40,9 +41,13 @@ def sleeve_lines(result: Result, joint: str) -> list[str]:
     if len(laps) != 1:
         rows.append(["all", *_numbers(whole)])
     more = len(laps) - MOST_LAPS
+    if joint in result.bearings:
+        what = f"Journal in '{joint}': time free, on one point; touches and impacts"
+    else:
+        what = f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts"
+        what += " of the free link"
     return [
-        f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts of "
-        "the free link",
+        what,
         *table(
             [
                 ["lap", *(f"{name}{f', {unit}' if unit else ''}" for name, unit in UNITS.items())],
@@ -83,10 +88,10 @@ def _told(totals: ContactTotals) -> dict[str, str]:
 
 def _depth(result: Result, joint: str) -> list[str]:
     """Penetration against clearance: where it is no small part, the walls are too soft."""
-    sleeve, deepest = result.scene.joints[joint], result.sleeves[joint].deepest
-    assert isinstance(sleeve, SleeveJoint)
-    part = f"{100 * deepest / sleeve.clearance:.3g} % of the clearance"
-    return ["deepest in a wall", f"{deepest:.2g} m, {part}"]
+    own, depth = result.scene.joints[joint], deepest(result, joint)
+    assert isinstance(own, (SleeveJoint, RevoluteJoint))
+    part = f"{100 * depth / own.clearance:.3g} % of the clearance"
+    return ["deepest in a wall", f"{depth:.2g} m, {part}"]
 
 
 def _longest(result: Result, joint: str, whole: ContactTotals) -> list[list[str]]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from exudyn_flexlink.mechanism import Mechanism
 from exudyn_flexlink.report.text import number, table
-from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, Scene, SleeveJoint
+from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, RevoluteJoint, Scene, SleeveJoint
 
 
 def effects_lines(scene: Scene, mechanism: Mechanism) -> list[str]:
@@ -15,12 +15,13 @@ def effects_lines(scene: Scene, mechanism: Mechanism) -> list[str]:
     Losses of impacts are told apart from damping, the viscous one of hinges and springs.
     """
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
+    walled = _walled(scene)
     sleeves = {n: j for n, j in scene.joints.items() if isinstance(j, SleeveJoint)}
     laws = _laws(scene)
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
-        _effect("clearance", [n for n, j in sleeves.items() if j.clearance > 0]),
+        _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
         _effect("impact", list(scene.contacts)),
         _effect("friction", [n for n, law in laws.items() if _rough(law)]),
@@ -32,13 +33,15 @@ def effects_lines(scene: Scene, mechanism: Mechanism) -> list[str]:
 
 
 def _laws(scene: Scene) -> dict[str, Law]:
-    """Laws of all that can touch, by the name of the sleeve or the contact."""
-    laws: dict[str, Law] = {
-        n: j.law
-        for n, j in scene.joints.items()
-        if isinstance(j, SleeveJoint) and j.law is not None
-    }
+    """Laws of all that can touch, by the name of the joint or the contact."""
+    laws: dict[str, Law] = {n: j.law for n, j in _walled(scene).items() if j.law is not None}
     return laws | {name: contact.law for name, contact in scene.contacts.items()}
+
+
+def _walled(scene: Scene) -> dict[str, SleeveJoint | RevoluteJoint]:
+    """Joints that may have a clearance."""
+    kinds = (SleeveJoint, RevoluteJoint)
+    return {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
 
 
 def _rough(law: Law) -> bool:

@@ -91,7 +91,7 @@ def _pivot(spring: RotarySpring, scene: Scene) -> str:
 def _anchors_of(part: int, mechanism: Mechanism) -> list[tuple[str, Anchor]]:
     """Joints of a part, with the anchor of each on it."""
     pairs: Iterable[tuple[str, Anchor]] = [
-        *((j.name, a) for j in mechanism.pins for a in (j.first, j.second)),
+        *((j.name, a) for j in mechanism.hinges for a in (j.first, j.second)),
         *((j.name, a) for j in mechanism.welds for a in (j.first, j.second)),
         *((j.name, a) for j in mechanism.slides for a in (j.first, j.second)),
         *((j.name, j.anchor) for j in mechanism.slots),

@@ -8,10 +8,10 @@ from exudyn_flexlink.observables import (
     LeverResponse,
     Strike,
     forces_of,
+    joints_with_play,
     lever_response,
     name_of,
     relative_energy_residual,
-    sleeves_with_play,
     strikes,
     struck_bodies,
 )
@@ -29,7 +29,7 @@ def run_text(result: Result) -> str:
         [_ending(result), *_cost(result)],
         *(_strikes(result, contact) for contact in result.scene.contacts),
         _responses(result),
-        *(sleeve_lines(result, joint) for joint in sleeves_with_play(result)),
+        *(sleeve_lines(result, joint) for joint in joints_with_play(result)),
         _errors(result),
         _errors_of_forces(result),
     ]
@@ -64,9 +64,11 @@ def _strikes(result: Result, contact: str) -> list[str]:
     found = strikes(result, contact)
     if not found:
         return [f"Strikes of {contact}: none"]
-    response = lever_response(result, contact)
+    struck = result.scene.contacts[contact].struck
+    response = None if struck is None else lever_response(result, contact)
     ends = [strike.begin for strike in found[1:]] + [inf]
-    rows = [["lap", "time", "crank angle", "approach", "place", f"{response.body} peak"]]
+    peak = "" if struck is None else f"{struck} peak"
+    rows = [["lap", "time", "crank angle", "approach", "place", peak]]
     rows += [
         _strike(strike, response, end)
         for strike, end in list(zip(found, ends, strict=True))[:MOST_STRIKES]
@@ -75,17 +77,17 @@ def _strikes(result: Result, contact: str) -> list[str]:
     return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
 
 
-def _strike(strike: Strike, response: LeverResponse, until: float) -> list[str]:
+def _strike(strike: Strike, response: LeverResponse | None, until: float) -> list[str]:
     """Return one row of the table; `until` is when the next strike begins."""
     angle = strike.crank_angle
-    peak = response.between(strike.begin, until).farthest
+    peak = None if response is None else response.between(strike.begin, until).farthest
     return [
         str(strike.lap),
         f"{strike.begin:.5f} s",
         "" if angle is None else f"{degrees(angle) % 360:.2f} deg",
         f"{strike.approach_speed:.4f} m/s",
         f"{strike.place:.5f} m",
-        f"{peak:+.5f} rad",
+        "" if peak is None else f"{peak:+.5f} rad",
     ]
 
 

@@ -13,6 +13,7 @@ from exudyn_flexlink.scene.bodies import (
     RoundSection,
     Section,
 )
+from exudyn_flexlink.scene.contacts import Circle, CircleOnCircle, Contact, PointOnLine
 from exudyn_flexlink.scene.curve_specs import (
     CircleSpec,
     CurveSpec,
@@ -23,12 +24,10 @@ from exudyn_flexlink.scene.curve_specs import (
     SplineSpec,
 )
 from exudyn_flexlink.scene.forces import (
-    Contact,
     Drive,
     ForceDrive,
     LinearSpring,
     MotionDrive,
-    PointOnLine,
     SpeedDrive,
     Spring,
     TorqueDrive,
@@ -73,6 +72,8 @@ __all__ = [
     "Accuracy",
     "Body",
     "CheckedDocument",
+    "Circle",
+    "CircleOnCircle",
     "CircleSpec",
     "Contact",
     "ContactLaw",

@@ -50,8 +50,10 @@ def _swings(look: Lookup, joint: RevoluteJoint) -> bool:
 
 
 def contacts(look: Lookup) -> Iterator[Mistake]:
-    """Refuse points in contacts that are none."""
+    """Refuse points in contacts that are none, and names that a joint's own contact has."""
     for name, contact in valid(look.parts.contacts):
-        yield from look.point(("contacts", name, "point"), contact.point)
-        for i, text in enumerate(contact.line):
-            yield from look.point(("contacts", name, "line", i), text)
+        if getattr(look.get("joints", name), "law", None) is not None:
+            message = f"'{name}' is a joint with contacts of its own"
+            yield Mistake(("contacts", name), message, "give it another name", on_key=True)
+        for keys, text in contact.points:
+            yield from look.point(("contacts", name, *keys), text)

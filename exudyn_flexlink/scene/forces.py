@@ -1,4 +1,4 @@
-"""What acts on joints and bodies: springs, drives and contacts."""
+"""What acts on joints and bodies: springs and drives."""
 
 from __future__ import annotations
 
@@ -34,9 +34,7 @@ from exudyn_flexlink.scene.base import (
     refuse_place,
     refuse_two,
     require_one,
-    split_point,
 )
-from exudyn_flexlink.scene.law_specs import Law
 from exudyn_flexlink.scene.varying import Table, Value, Varying
 from exudyn_flexlink.units import Dimension
 
@@ -218,34 +216,8 @@ def _refuse_state(value: Value, what: str) -> None:
         )
 
 
-class PointOnLine(Part):
-    """A point of a body can't cross the segment between two points of another body."""
-
-    type: Literal["point_on_line"] = "point_on_line"
-    point: MovingPointName = Field(description="point 'body.point' that strikes")
-    line: tuple[MovingPointName, MovingPointName] = Field(
-        description="two points of the struck body"
-    )
-    side: Literal["left", "right"] = Field(
-        "left", description="which side of the line, from its first to its second point, is free"
-    )
-    law: Law = Field(description="force of the contact, or its impulse")
-
-    @model_validator(mode="after")
-    def _two_bodies(self) -> PointOnLine:
-        first, second = (split_point(point)[0] for point in self.line)
-        if first != second:
-            refuse("the two points must be of one body", at="line")
-        if self.line[0] == self.line[1]:
-            refuse("a line needs two different points", at="line")
-        if split_point(self.point)[0] == first:
-            refuse("the point is on the same body as the line", at="point")
-        return self
-
-
 Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]
 Drive = Annotated[SpeedDrive | MotionDrive | TorqueDrive | ForceDrive, ByType()]
-Contact = Annotated[PointOnLine, ByType()]
 
 
 def sensed_by(drive: Drive) -> tuple[Sensed, ...]:

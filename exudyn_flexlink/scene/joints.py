@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from exudyn_flexlink.quantities import Angle, NonNegativeLength, Ratio
+from exudyn_flexlink.quantities import Angle, NonNegativeLength, PositiveLength, Ratio
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
@@ -22,6 +22,8 @@ from exudyn_flexlink.scene.base import (
     split_point,
 )
 from exudyn_flexlink.scene.law_specs import ContactLaw
+
+_EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
 
 
 class PointsJoint(Part):
@@ -43,10 +45,54 @@ class PointsJoint(Part):
         return self
 
 
+def _penalty_only(law: Any, what: str) -> Any:
+    """Refuse a law by impulse for what must give way."""
+    if isinstance(law, Mapping) and law.get("type") == "impulse":
+        refuse(f"{what} a penalty law", _EXAMPLE, at="type")
+    return law
+
+
 class RevoluteJoint(PointsJoint):
-    """Two points coincide, the bodies turn; positive: the second turns counter-clockwise."""
+    """Two points coincide, the bodies turn; positive: the second turns counter-clockwise.
+
+    With clearance, the first point is the middle of a journal in a bearing around the second.
+    """
 
     type: Literal["revolute"] = "revolute"
+    clearance: NonNegativeLength = Field(
+        0.0, description="radius of the bearing less that of the journal"
+    )
+    radius: PositiveLength | None = Field(
+        None, description="of the journal: where friction acts; needed with friction alone"
+    )
+    law: ContactLaw | None = Field(
+        None, description="force between journal and bearing; with clearance"
+    )
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _bearing_gives_way(cls, law: Any) -> Any:
+        return _penalty_only(law, "a bearing needs")
+
+    @model_validator(mode="after")
+    def _bearing_needs_a_law(self) -> RevoluteJoint:
+        if self.clearance > 0 and self.law is None:
+            refuse("missing 'law', the force between journal and bearing", _EXAMPLE)
+        if self.clearance == 0 and self.law is not None:
+            refuse(
+                "a revolute joint without clearance has no bearing to press on",
+                "give a clearance; else leave the law out",
+                at="law",
+            )
+        if self.clearance == 0 and self.radius is not None:
+            refuse(
+                "a revolute joint without clearance has no journal",
+                "give a clearance; else leave the radius out",
+                at="radius",
+            )
+        if self.law is not None and self.law.friction > 0 and self.radius is None:
+            refuse("missing 'radius', that of the journal, on which friction acts")
+        return self
 
 
 class WeldJoint(PointsJoint):
@@ -113,13 +159,7 @@ class SleeveJoint(Part):
     @field_validator("law", mode="before")
     @classmethod
     def _walls_give_way(cls, law: Any) -> Any:
-        if isinstance(law, Mapping) and law.get("type") == "impulse":
-            refuse(
-                "the walls of a sleeve need a penalty law",
-                "e.g. law: {stiffness: 1.0e5, restitution: 0.5}",
-                at="type",
-            )
-        return law
+        return _penalty_only(law, "the walls of a sleeve need")
 
     @model_validator(mode="after")
     def _walls_need_a_law(self) -> SleeveJoint:
@@ -133,7 +173,7 @@ class SleeveJoint(Part):
         if walls and self.law is None:
             refuse(
                 "missing 'law', the force between link and walls",
-                "e.g. law: {stiffness: 1.0e5, restitution: 0.5}",
+                _EXAMPLE,
             )
         if not walls and self.law is not None:
             refuse(

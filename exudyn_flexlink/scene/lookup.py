@@ -9,8 +9,9 @@ from typing import Any
 
 from exudyn_flexlink.scene.base import GROUND, split_point, type_of
 from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Contact, Drive, Spring
+from exudyn_flexlink.scene.forces import Drive, Spring
 from exudyn_flexlink.scene.joints import Joint, RevoluteJoint
 from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.run import Initial, Run

@@ -10,8 +10,9 @@ from pydantic import Field, PrivateAttr, model_validator
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene.base import FrozenMapping, Named, Part, Text, refuse
 from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Contact, Drive, Gravity, Spring
+from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.names import find_mistakes

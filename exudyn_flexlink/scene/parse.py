@@ -12,8 +12,9 @@ from pydantic import TypeAdapter, ValidationError
 from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.scene.base import Text
 from exudyn_flexlink.scene.bodies import Body, Material
+from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
-from exudyn_flexlink.scene.forces import Contact, Drive, Gravity, Spring
+from exudyn_flexlink.scene.forces import Drive, Gravity, Spring
 from exudyn_flexlink.scene.joints import Joint
 from exudyn_flexlink.scene.lookup import Parts
 from exudyn_flexlink.scene.model import Scene

@@ -79,7 +79,7 @@ def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:
     _require("names", all(name.startswith(owners) for name in names["joint_forces"]))
     _require("names", names["extremes"] == _extremes_of(scene))
     _require("names", set(names["spring_forces"]) <= set(scene.springs))
-    for kind in ("slot_forces", "sleeves"):
+    for kind in ("slot_forces", "bearings", "sleeves"):
         _require("names", set(names[kind]) <= set(scene.joints))
 
 

@@ -84,7 +84,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         },
         "beyond_the_horizon": _beyond(comparison),
         "strikes": [_strikes(comparison, pair) for pair in comparison.strikes],
-        "sleeves": {joint: _contacts(comparison, joint) for joint in comparison.sleeves},
+        "clearances": {joint: _contacts(comparison, joint) for joint in comparison.with_clearance},
         "runs": {seen.name: _run(seen) for seen in (comparison.first, comparison.second)},
     }
 

@@ -61,7 +61,7 @@ def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
 
 
 def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
-    """Every touch of a sleeve's pairs or of a contact, as columns (touches,) by name and unit.
+    """Every touch of a joint's pairs or of a contact, as columns (touches,) by name and unit.
 
     `pair` counts from 1, in the order of the sleeve's `pairs` in the summary. What still touches as
     the run ends has `ended` 0, and its `end_s` is the end of the run.
@@ -98,8 +98,8 @@ def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
         while f"{name}.csv".lower() in map(str.lower, tables):  # some file systems see no case
             name += "_"
         tables[f"{name}.csv"] = lever_columns(result, contact)
-    for joint, sleeve in result.sleeves.items():
-        if len(sleeve.touches.begin):
+    for joint in (*result.bearings, *result.sleeves):
+        if len(result.intervals[joint]):
             tables[f"touches_{_file_name(joint)}.csv"] = touch_columns(result, joint)
     return tables
 

@@ -11,8 +11,8 @@ from exudyn_flexlink.observables import (
     State,
     Strike,
     contact_totals,
+    joints_with_play,
     lever_response,
-    sleeves_with_play,
     strikes,
     struck_bodies,
 )
@@ -48,10 +48,10 @@ def save(result: Result, folder: Path) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
     ``result.nc`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
-    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<sleeve>.csv`` of every
-    sleeve with clearance. The column crank_angle_rad is left out where the scene has no revolute
-    joint. Files of the same names are written over; inside a `staged_folder`, all is written whole
-    or not at all, and no file of the user is replaced.
+    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<joint>.csv`` of every
+    joint with clearance that touched. The column crank_angle_rad is left out where the scene has no
+    revolute joint. Files of the same names are written over; inside a `staged_folder`, all is
+    written whole or not at all, and no file of the user is replaced.
 
     Raises:
         StorageError: the folder can't be written, or a link or a device is in the way.
@@ -84,8 +84,8 @@ def _summary(result: Result) -> dict[str, Any]:
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
         "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},
         "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
-        "sleeves": {
-            name: contact_data(contact_totals(result, name)) for name in sleeves_with_play(result)
+        "clearances": {
+            name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
         },
         **told,
         "events": result.events,

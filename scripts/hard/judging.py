@@ -160,14 +160,14 @@ def _spread(seen: Comparison) -> Iterator[str]:
 
 
 def _touching(seen: Comparison, parted: bool) -> Iterator[str]:
-    """Sleeves that are touched for another time, by more than chance may explain.
+    """Joints with clearance that touch for another time, by more than chance may explain.
 
     In runs that have parted touches come by chance, each as long as they do; else short ones do.
     """
-    for joint in seen.sleeves:
+    for joint in seen.with_clearance:
         lasted = [
-            run.result.sleeves[joint].touches.until(run.result.time[-1])
-            - run.result.sleeves[joint].touches.begin
+            run.result.intervals[joint].until(run.result.time[-1])
+            - run.result.intervals[joint].begin
             for run in (seen.first, seen.second)
         ]
         one, other = (float(times.sum()) for times in lasted)

@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.engines.diagnostics.contacts import struck
 from exudyn_flexlink.engines.diagnostics.releases import Release, releases
-from exudyn_flexlink.observables import sleeves_with_play
+from exudyn_flexlink.observables import joints_with_play
 from exudyn_flexlink.result import Result
 
 FEW_BOUNCES = 3  # in a row: one strike of a flexible link may be a burst of so many
@@ -34,10 +34,11 @@ def aiming(result: Result) -> str:
 
 
 def _rattling(result: Result) -> Iterator[str]:
-    """Links with play: touches of walls multiply errors, and so do swings free of them."""
-    for name in sleeves_with_play(result):
-        count = len(result.sleeves[name].touches)
-        yield f"{count} touches of the walls of '{name}'" if count else f"play in '{name}'"
+    """Joints with play: touches of walls multiply errors, and so do swings free of them."""
+    for name in joints_with_play(result):
+        count = len(result.intervals[name])
+        what = "bearing" if name in result.bearings else "walls"
+        yield f"{count} touches of the {what} of '{name}'" if count else f"play in '{name}'"
 
 
 def _bouncing(result: Result) -> Iterator[str]:

@@ -69,7 +69,7 @@ def _gains(result: Result) -> Iterator[str]:
     largest = kinetic(result)
     gaining = [
         (-touch.energy_lost, touch.end, name)
-        for histories in (result.contacts, result.sleeves)
+        for histories in (result.contacts, result.bearings, result.sleeves)
         for name, history in histories.items()
         for touch in history.touches.where(history.touches.energy_lost < -GAIN * largest)
         if not touch.lasts

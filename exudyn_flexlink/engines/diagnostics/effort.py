@@ -27,10 +27,11 @@ def tiny_steps(result: Result) -> Iterator[str]:
     shortest = result.checks.smallest_step
     if result.outcome.reason != INTERRUPTED or shortest > TINY_STEP:
         return
-    for name, history in result.contacts.items():
+    for name, history in {**result.contacts, **result.bearings}.items():
         if len(history.force) and history.force[-1] != 0:
+            what = "joint" if name in result.bearings else "contact"
             yield (
-                f"contact '{name}' acted as the run was ended, which had made steps as short as "
+                f"{what} '{name}' acted as the run was ended, which had made steps as short as "
                 f"{shortest:.2g} s: less stiffness or friction, or a larger "
                 "'transition_speed', make them longer"
             )

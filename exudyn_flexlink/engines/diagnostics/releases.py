@@ -40,7 +40,8 @@ class Release:
 def releases(result: Result) -> list[Release]:
     """Every release of a run, contact by contact."""
     mechanism = build_mechanism(result.scene)
-    return [found for face in mechanism.contacts for found in _of_contact(result, mechanism, face)]
+    faces = (contact for contact in mechanism.contacts if isinstance(contact, FaceContact))
+    return [found for face in faces for found in _of_contact(result, mechanism, face)]
 
 
 def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iterator[Release]:
@@ -57,7 +58,7 @@ def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iter
         last = int(np.searchsorted(result.time, touch.end)) - 1  # sample before the end
         creep = abs(touch.end_place - touch.place) / max(touch.end - touch.begin, NO_SPEED)
         if result.time[last] >= touch.begin:
-            creep = abs(float(at.place_rate[last]))
+            creep = abs(float(at.slip[last]))
         opening = at.gap_rate[last + 1 :][result.time[last + 1 :] < following]
         closing = np.flatnonzero(opening < 0)
         fastest = float(opening[: closing[0] if len(closing) else None].max(initial=0.0))

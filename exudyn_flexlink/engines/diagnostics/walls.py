@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
-from exudyn_flexlink.mechanism import Channel
+from exudyn_flexlink.mechanism import Channel, Mechanism
+from exudyn_flexlink.observables import deepest
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import SleeveJoint
+from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
 SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
 RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
@@ -14,9 +15,11 @@ BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
 
-def resolving(tolerance: float, channels: Sequence[Channel]) -> float:
+def resolving(tolerance: float, mechanism: Mechanism) -> float:
     """Return the tolerance, or a tenth of the smallest clearance where that is less, m."""
-    return min([tolerance, *(RESOLVED * c.clearance for c in channels if c.clearance > 0)])
+    clearances = [channel.clearance for channel in mechanism.channels]
+    clearances += [bearing.distance for bearing in mechanism.bearings]
+    return min([tolerance, *(RESOLVED * clearance for clearance in clearances if clearance > 0)])
 
 
 def finer_than_asked(result: Result) -> Iterator[str]:
@@ -36,14 +39,21 @@ def finer_than_asked(result: Result) -> Iterator[str]:
 
 
 def soft_walls(result: Result) -> Iterator[str]:
-    """Warn of walls whose largest penetration is no small part of their clearance."""
+    """Warn of walls and bearings whose largest penetration is no small part of their clearance."""
     for name, clearance in _clearances(result).items():
-        depth = result.sleeves[name].deepest if name in result.sleeves else 0.0
-        if depth > SOFT * clearance > 0:
+        depth = deepest(result, name)
+        if depth <= SOFT * clearance or clearance == 0:
+            continue
+        deep = f"by {depth:.3g} m, {depth / clearance:.2g} of the clearance"
+        if name in result.bearings:
             yield (
-                f"the walls of '{name}' give way by {depth:.3g} m, {depth / clearance:.2g} "
-                "of the clearance: how far the link tilts depends on their stiffness there; raise "
-                "the stiffness of the sleeve's law"
+                f"the bearing of '{name}' gives way {deep}: where the journal runs depends on its "
+                "stiffness there; raise the stiffness of the joint's law"
+            )
+        else:
+            yield (
+                f"the walls of '{name}' give way {deep}: how far the link tilts depends on their "
+                "stiffness there; raise the stiffness of the sleeve's law"
             )
 
 
@@ -53,6 +63,7 @@ def broken_wall(channel: Channel) -> str:
 
 
 def _clearances(result: Result) -> dict[str, float]:
-    """Clearance (m) of every sleeve of the scene."""
+    """Clearance (m) of every joint of the scene that may have one."""
     joints = result.scene.joints.items()
-    return {name: joint.clearance for name, joint in joints if isinstance(joint, SleeveJoint)}
+    kinds = (SleeveJoint, RevoluteJoint)
+    return {name: joint.clearance for name, joint in joints if isinstance(joint, kinds)}

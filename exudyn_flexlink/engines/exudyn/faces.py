@@ -1,32 +1,49 @@
-"""Where a point is against a face, in plain floats: what the step loop asks after every step."""
+"""Where a contact is, in plain floats: what the step loop asks after every step."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, inf, sin
+from typing import NamedTuple
 
 from exudyn_flexlink.mechanism import FaceContact, face_length
 
 
 @dataclass(slots=True)
 class Touch:
-    """Gap (m), place along the face (m) and their rates (m/s), as in `mechanism.approach`.
+    """Gap and place (m), rate of the gap and slip (m/s), as in `mechanism.approach`.
 
-    `side` is +1 where the contact pushes the point to the left of the face, -1 where to the right.
-    `gap_bend` and `place_bend` (m/s^2) are the rates of the rates, from the step before; 0 unknown.
+    `side` is +1 where the contact pushes the point to the left of the face, -1 where to the right;
+    of circles +1 outside each other, -1 the first inside the second. `inside` (m) is how far the
+    place is from the nearer end of the face, negative beside it; circles have no ends. `gap_bend`
+    and `slip_bend` (m/s^2) are rates of the rates, from the step before; 0 unknown.
     """
 
     gap: float
     place: float
     gap_rate: float
-    place_rate: float
+    slip: float
     side: float
+    inside: float = inf
     gap_bend: float = 0.0
-    place_bend: float = 0.0
+    slip_bend: float = 0.0
 
 
-class Geometry:
+def distance_from_ends(place: float, length: float) -> float:
+    """How far (m) a place is from the nearer end of a face, negative beside it."""
+    return min(place, length - place)
+
+
+class Aim(NamedTuple):
+    """Where a contact acts on the second part and on the first, and along what, in their axes."""
+
+    struck: tuple[float, float]
+    striking: tuple[float, float]
+    along: tuple[float, float]
+
+
+class FaceGeometry:
     """Gap and place of a contact's point from the coordinates of its two parts."""
 
     def __init__(self, contact: FaceContact) -> None:
@@ -58,8 +75,25 @@ class Geometry:
             side * (tx * uy - ty * ux - turning * place),
             tx * ux + ty * uy + turning * lateral,
             side,
+            distance_from_ends(place, self.length),
         )
 
-    def on_face(self, place: float) -> tuple[float, float, float]:
+    def on_face(self, place: float) -> tuple[float, float]:
         """Point of the face at a place, in the axes of its part."""
-        return self.bx + place * self.ex, self.by + place * self.ey, 0.0
+        return self.bx + place * self.ex, self.by + place * self.ey
+
+    def ahead(self, touch: Touch, step: float) -> float:
+        """Place at the end of a step (s) that begins at `touch`."""
+        return touch.place + step * (touch.slip + 0.5 * step * touch.slip_bend)
+
+    def meeting(self, touch: Touch, gap: float) -> float:
+        """Time (s) until the gap closes as it does now; inf if it does not."""
+        return -gap / touch.gap_rate if touch.gap_rate < 0 else inf
+
+    def aim(self, touch: Touch, step: float) -> Aim:
+        """Where they touch at the end of a step (s) that begins at `touch`."""
+        x, y = self.on_face(self.ahead(touch, step))
+        gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
+        lateral = touch.side * gap
+        struck = x - lateral * self.ey, y + lateral * self.ex
+        return Aim(struck, (self.ax, self.ay), (self.ex, self.ey))

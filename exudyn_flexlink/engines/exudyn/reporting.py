@@ -46,6 +46,7 @@ class Report:
     slot_forces: Mapping[str, FloatArray]
     spring_forces: Mapping[str, FloatArray]
     contacts: Mapping[str, ContactHistory]
+    bearings: Mapping[str, ContactHistory]
     sleeves: Mapping[str, SleeveHistory]
     energy: EnergyHistory
     extremes: Mapping[str, Extremes]

@@ -21,7 +21,7 @@ def sleeve_histories(
 ) -> dict[str, SleeveHistory]:
     """Forces (samples, contacts) and touches of every channel, by the name of its joint."""
     histories = {}
-    first = len(mechanism.contacts)
+    first = len(mechanism.touching)
     depths = wall_penetrations(mechanism.channels, written.seeker, first)
     for channel, deepest in zip(mechanism.channels, depths, strict=True):
         names = tuple(contact.name for contact in pairs(channel))

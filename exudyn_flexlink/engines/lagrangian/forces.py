@@ -76,19 +76,18 @@ class Forces:
         """Contact forces and weight on the whole link."""
         constants = self.model.constants
         force = np.tile(constants.mass * constants.gravity, (len(self.motions), 1))
-        for k in range(len(self.model.mechanism.contacts)):
+        for k in range(len(self.model.layout.faces)):
             force += self._push(k)
         return force + self._walls
 
     def _push(self, k: int) -> FloatArray:
         """Force of contact k on the link's point."""
-        contact = self.model.mechanism.contacts[k]
+        contact = self.model.layout.faces[k]
         at, force = approach(contact, self.poses, self.rates), self.contacts[:, k]
         push = force[:, None] * at.normal
         if contact.friction is None:
             return np.asarray(push)
-        along = -contact.side * np.stack([-at.normal[:, 1], at.normal[:, 0]], axis=-1)
-        return np.asarray(push + contact.friction.force(force, at.place_rate)[:, None] * along)
+        return np.asarray(push + contact.friction.force(force, at.slip)[:, None] * at.along)
 
     @cached_property
     def _momentum_rate(self) -> FloatArray:
@@ -118,7 +117,7 @@ class Forces:
         forces = {layout.guide.joint: self._pivot(layout.guide, 0, on_guide)}
         for lever in layout.levers:
             pushes = np.zeros((len(self.motions), 2))
-            for k, contact in enumerate(self.model.mechanism.contacts):
+            for k, contact in enumerate(self.model.layout.faces):
                 if contact.start.part == lever.part:
                     pushes += self._push(k)
             forces[lever.joint] = self._pivot(lever, layout.coordinate(lever.part), pushes)

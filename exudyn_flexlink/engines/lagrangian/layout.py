@@ -14,6 +14,7 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
     Applied,
+    Contact,
     FaceContact,
     Mechanism,
     Motor,
@@ -51,7 +52,7 @@ class Pivot:
 
 @dataclass(frozen=True)
 class Layout:
-    """Which parts are guide, link (its rods in order) and levers, and what drives the guide.
+    """Which parts are guide, link (its rods in order) and levers, what drives and what is struck.
 
     With `play` between link and guide rod 1 has an angle of its own, and so has P a place on its
     track, the last coordinate: `track_coordinate`. Without, the guide's angle determines both.
@@ -64,6 +65,7 @@ class Layout:
     ramp: Ramp | None  # of that motor
     torques: tuple[tuple[TorqueMotor, Ramp], ...]
     play: bool
+    faces: tuple[FaceContact, ...]
 
     @property
     def track_coordinate(self) -> int:
@@ -94,6 +96,11 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
         NotRepresentableError: the scene has something else, or lacks one of them.
 
     """
+    for bearing in mechanism.bearings:
+        raise NotRepresentableError(
+            ("joints", bearing.name, "clearance"),
+            "the Lagrangian engine has no journals in bearings",
+        )
     pivots = {name: _pivot(mechanism, name) for name in _joints(scene, RevoluteJoint)}
     for name in _joints(scene, WeldJoint):
         raise NotRepresentableError(("joints", name), "the Lagrangian engine has no welds")
@@ -129,10 +136,8 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     motor = _motor(scene, mechanism, guide)
     ramp = None if motor is None else _ramp(motor.name, motor.speed)
     torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
-    layout = Layout(guide, rods, levers, motor, ramp, torques, play)
-    for contact in mechanism.contacts:
-        _check_contact(contact, layout)
-    return layout
+    faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
+    return Layout(guide, rods, levers, motor, ramp, torques, play, faces)
 
 
 def _joints(scene: Scene, kind: type) -> list[str]:
@@ -226,15 +231,21 @@ def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
     return found
 
 
-def _check_contact(contact: FaceContact, layout: Layout) -> None:
-    if contact.point.part not in layout.rods or contact.point.y != 0.0:
+def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) -> FaceContact:
+    """Read a contact as a point of the link and a face of a lever."""
+    if not isinstance(contact, FaceContact):
+        raise NotRepresentableError(
+            ("contacts", contact.name), "the Lagrangian engine has points on lines, no circles"
+        )
+    if contact.point.part not in rods or contact.point.y != 0.0:
         raise NotRepresentableError(
             ("contacts", contact.name, "point"), "must be a point of the link"
         )
-    if contact.start.part not in [lever.part for lever in layout.levers]:
+    if contact.start.part not in [lever.part for lever in levers]:
         raise NotRepresentableError(
             ("contacts", contact.name, "line"), "must be on a body pinned to the ground"
         )
+    return contact
 
 
 def face_angle(contact: FaceContact) -> float:

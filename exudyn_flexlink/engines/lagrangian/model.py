@@ -121,8 +121,8 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
         preload=preload,
         moments=_moments(mechanism, layout),
         gravity=np.array(mechanism.gravity, dtype=float),
-        faces=np.array([_face(c, layout) for c in mechanism.contacts]).reshape(-1, 12),
-        arms=np.array([_contact_arms(c, layout, lengths) for c in mechanism.contacts]).reshape(
+        faces=np.array([_face(c, layout) for c in layout.faces]).reshape(-1, 12),
+        arms=np.array([_contact_arms(c, layout, lengths) for c in layout.faces]).reshape(
             -1, len(masses)
         ),
         rods=np.array([layout.coordinate(part) for part in layout.rods], dtype=float),

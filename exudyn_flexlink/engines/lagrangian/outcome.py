@@ -88,6 +88,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         slot_forces={model.mechanism.slots[0].name: forces.slot},
         spring_forces={},  # linear springs are refused
         contacts=_contacts(prepared, forces),
+        bearings={},
         sleeves=_sleeves(prepared),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         extremes=recorder.seeker.extremes(),

@@ -86,7 +86,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     recorder.explicit = by_explicit
     problem = LagrangianProblem(system, recorder)
-    tolerance = resolving(scene.accuracy.tolerance or WITHOUT_TOLERANCE, mechanism.channels)
+    tolerance = resolving(scene.accuracy.tolerance or WITHOUT_TOLERANCE, mechanism)
     stepper: CompiledStepper | ExplicitStepper
     if by_explicit:
         stepper = ExplicitStepper(problem, tolerance)

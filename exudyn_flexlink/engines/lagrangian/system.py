@@ -58,7 +58,7 @@ class System:
         self.reached = False
         mechanism, state = model.mechanism, model.assembly.state
         self.track = Track(mechanism.slots[0].curve, float(state.places[0]), model.layout.guide.at)
-        self.contacts = [Contact(face, self.events) for face in mechanism.contacts]
+        self.contacts = [Contact(face, self.events) for face in model.layout.faces]
         for contact in self.contacts:
             if approach(contact.face, state.q, state.v).gap < 0:
                 contact.side = Side.BEHIND

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from enum import Enum
-from math import cos, inf, sin, tanh
+from math import inf, tanh
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, Vector, add_force, shape_of
 from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import Anchor, FaceContact, face_length
-from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, ROOT, Frame, TreeLayout
+from exudyn_flexlink.mechanism import Contact
+from exudyn_flexlink.mechanism.tree import TreeLayout
 
 FloatArray = NDArray[np.float64]
-Row = list[tuple[int, float, float]]
-
 
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 AT_REST = 0.1  # of the speed at which the force changes from loading to unloading
@@ -31,20 +30,15 @@ class Side(Enum):
 
 
 class MinimalContact:
-    """A point against a face; both may be anywhere in the tree, or on the ground."""
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
 
-    def __init__(self, layout: TreeLayout, face: FaceContact) -> None:
-        assert isinstance(face.law, RestitutionPenalty)  # `run` refuses others
-        self.face, self.law, self.friction = face, face.law, face.friction
-        self.length = face_length(face)
+    def __init__(self, layout: TreeLayout, contact: Contact) -> None:
+        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        self.law, self.friction = contact.law, contact.friction
         self.side = Side.APART
         self.peak = 0.0
-        self._point = _Carrier(layout, face.point)
-        self._start = _Carrier(layout, face.start)
-        # The face's part may be turned in the axes of the link that carries it.
-        along = Frame(ROOT, 0.0, 0.0, layout.frame(face.start.part).angle)
-        dx, dy = face.end.x - face.start.x, face.end.y - face.start.y
-        self._direction = along.place(dx / self.length, dy / self.length)
+        self._shape = shape_of(layout, contact)
+        self.length = self._shape.length
         self._count = len(layout.links)
 
     @property
@@ -54,41 +48,20 @@ class MinimalContact:
 
     def touch(self, x: FloatArray, v: FloatArray) -> Touch:
         """Gap, place and rates at coordinates and speeds of the tree."""
-        return self._look(x.tolist(), v.tolist())[0]
+        return self._look(x, v).touch
 
-    def _look(
-        self, x: list[float], v: list[float]
-    ) -> tuple[Touch, tuple[float, float], Row, Row, tuple[float, float]]:
-        """Touch, direction of the face, motions of both sides, place of the point."""
-        (px, py), (pu, pv), (_, _), moves = self._point.state(x, v)
-        (sx, sy), (su, sv), (angle, turning), turns = self._start.state(x, v)
-        c, s = cos(angle), sin(angle)
-        ex, ey = self._direction
-        tx, ty = c * ex - s * ey, s * ex + c * ey
-        dx, dy, ux, uy = px - sx, py - sy, pu - su, pv - sv
-        place, lateral, side = tx * dx + ty * dy, tx * dy - ty * dx, self.face.side
-        touch = Touch(
-            side * lateral,
-            place,
-            side * (tx * uy - ty * ux - turning * place),
-            tx * ux + ty * uy + turning * lateral,
-            side,
-        )
-        return touch, (tx, ty), moves, turns, (px, py)
-
-    def beside(self, touch: Touch) -> bool:
-        """Tell whether the point is beside the face, where it may pass the face's line."""
-        return not 0 <= touch.place <= self.length
+    def _look(self, x: FloatArray, v: FloatArray) -> Look:
+        return self._shape.look(x.tolist(), v.tolist())
 
     def left_since(self, touch: Touch) -> float:
         """Time (s) since a point that presses slid off the end of its face; negative: until then.
 
         0 if it is not about to.
         """
-        beyond = touch.place - self.length if touch.place_rate > 0 else touch.place
-        if not self.acts or touch.place_rate == 0 or abs(beyond) > NEAR_END * self.length:
+        if not self.acts or touch.slip == 0 or touch.inside == inf:
             return 0.0
-        return beyond / touch.place_rate
+        beyond = touch.place - self.length if touch.slip > 0 else touch.place
+        return beyond / touch.slip if abs(beyond) <= NEAR_END * self.length else 0.0
 
     def turns(self, before: float, after: float) -> bool:
         """Tell whether the force leaps between two rates of the gap: the point was at rest."""
@@ -111,32 +84,65 @@ class MinimalContact:
         rising = tanh(-touch.gap_rate / self.law.transition_speed)
         return -touch.gap * self.law.stiffness * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
 
-    def push(
-        self, x: FloatArray, v: FloatArray, onto: FloatArray
-    ) -> tuple[tuple[float, float], tuple[float, float]]:
+    def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[Vector, Vector]:
         """Add the generalised forces.
 
         Return the pressing force (N) and the power it takes (W), and the gap (m) and its rate.
         """
-        touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
+        look = self._look(x, v)
+        touch = look.touch
         # As a contact ends a trial state may be just off the face: no force pulls.
-        press, rub = self.force(touch), 0.0
-        if self.friction is not None:
-            rub = float(self.friction.force(press, touch.place_rate))
-        side = touch.side
-        fx, fy = -side * press * ty + rub * tx, side * press * tx + rub * ty
-        _add(onto, moves, at, (fx, fy))
-        _add(onto, turns, at, (-fx, -fy))
-        power = -press * touch.gap_rate - rub * touch.place_rate
+        press = self.force(touch)
+        rub = self._rub(press, touch)
+        (nx, ny), (tx, ty) = look.normal, look.along
+        fx, fy = press * nx + rub * tx, press * ny + rub * ty
+        add_force(onto, look.first, look.at, (fx, fy))
+        add_force(onto, look.second, look.at, (-fx, -fy))
+        power = -press * touch.gap_rate - rub * touch.slip
         return (press, power), (touch.gap, touch.gap_rate)
+
+    def _rub(self, press: float, touch: Touch) -> float:
+        """Friction (N) along the slip."""
+        return 0.0 if self.friction is None else float(self.friction.force(press, touch.slip))
 
     def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Gradient of the gap (links,)."""
-        touch, (tx, ty), moves, turns, at = self._look(x.tolist(), v.tolist())
-        row, normal = np.zeros(self._count), (-touch.side * ty, touch.side * tx)
-        _add(row, moves, at, normal)
-        _add(row, turns, at, (-normal[0], -normal[1]))
+        look = self._look(x, v)
+        return self._row(look, look.normal, (look.at, look.at))
+
+    def _row(self, look: Look, way: Vector, at: tuple[Vector, Vector]) -> FloatArray:
+        """Derivatives (links,) of how far both parts move apart, each at its own place."""
+        row = np.zeros(self._count)
+        add_force(row, look.first, at[0], way)
+        add_force(row, look.second, at[1], (-way[0], -way[1]))
         return row
+
+    def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Stiffness and damping (links, links) beside those along the gap; None without any.
+
+        They come from friction, and from a normal that turns as what is round moves past.
+        """
+        look = self._look(x, v)
+        if look.bend == 0 and self.friction is None:
+            return None
+        touch = look.touch
+        pressing = press_by([self.law])(np.array([[touch.gap, touch.gap_rate]]))
+        press, spring, damper = (float(part[0]) for part in pressing)
+        past = self._row(look, look.along, look.centres)
+        stiffness = -press * look.bend * np.outer(past, past)
+        damping = np.zeros_like(stiffness)
+        if self.friction is None:
+            return stiffness, damping
+        slid = self._row(look, look.along, (look.at, look.at))
+        normal = self._row(look, look.normal, (look.at, look.at))
+        rubbed = self.friction.coefficient * tanh(touch.slip / self.friction.slip_speed)
+        drag = self.friction.coefficient**2 - rubbed**2
+        drag *= press / (self.friction.coefficient * self.friction.slip_speed)
+        # The friction turns with the normal, away from it.
+        turned = press * look.bend * np.outer(normal, past)
+        stiffness -= rubbed * (spring * np.outer(slid, normal) + turned)
+        damping += drag * np.outer(slid, slid) - rubbed * damper * np.outer(slid, normal)
+        return stiffness, damping
 
 
 def press_by(laws: list[RestitutionPenalty]) -> Press:
@@ -152,54 +158,3 @@ def press_by(laws: list[RestitutionPenalty]) -> Press:
         return Pressing(depth * factor, factor * (depth > 0), depth * bend)
 
     return press
-
-
-def _add(onto: FloatArray, moves: Row, at: tuple[float, float], force: tuple[float, float]) -> None:
-    """Add a force at a place, by the links that move it: hinges at (a, b), slides along (a, b)."""
-    for i, a, b in moves:
-        if i >= 0:
-            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0]
-        else:
-            onto[~i] += a * force[0] + b * force[1]
-
-
-class _Carrier:
-    """The links that carry an anchor, from the ground on, in plain floats."""
-
-    def __init__(self, layout: TreeLayout, anchor: Anchor) -> None:
-        self._links: list[tuple[int, int, float, float, float]] = []
-        last, *self._end = layout.place(anchor)
-        for i in layout.path(last):
-            link = layout.links[i]
-            kind = 0 if link.kind == HINGE else 1 if link.kind == ALONG_X else 2
-            self._links.append((i, kind, link.turn, *link.offset))
-
-    def state(
-        self, x: list[float], v: list[float]
-    ) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float], Row]:
-        """Place, velocity, angle with its rate, and the links with their hinges or axes.
-
-        A slide is told from a hinge by its number's bitwise complement.
-        """
-        px = py = ux = uy = angle = turning = 0.0
-        c, s = 1.0, 0.0
-        row: Row = []
-        for i, kind, turn, ox, oy in self._links:
-            ax, ay = c * ox - s * oy, s * ox + c * oy
-            px, py, ux, uy = px + ax, py + ay, ux - turning * ay, uy + turning * ax
-            if turn != 0:
-                angle += turn
-                c, s = cos(angle), sin(angle)
-            if kind == 0:
-                angle, turning = angle + x[i], turning + v[i]
-                c, s = cos(angle), sin(angle)
-                row.append((i, px, py))
-                continue
-            ex, ey = (c, s) if kind == 1 else (-s, c)
-            ax, ay = x[i] * ex, x[i] * ey
-            px, py = px + ax, py + ay
-            ux, uy = ux + v[i] * ex - turning * ay, uy + v[i] * ey + turning * ax
-            row.append((~i, ex, ey))
-        ax, ay = c * self._end[0] - s * self._end[1], s * self._end[0] + c * self._end[1]
-        place, velocity = (px + ax, py + ay), (ux - turning * ay, uy + turning * ax)
-        return place, velocity, (angle, turning), row

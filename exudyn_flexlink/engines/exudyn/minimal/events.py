@@ -68,7 +68,7 @@ class Finder:
         self.touches = self._at_end(end)
         for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
-            if not contact.acts and contact.beside(touch):
+            if not contact.acts and touch.inside < 0:
                 contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
 
     def first(self, step: Step, end: Held) -> Event | None:
@@ -166,23 +166,23 @@ class Finder:
     def _stays(self, contact: MinimalContact, step: Step, t: float) -> float:
         """Value (m) that is positive as long as the point presses on the face."""
         touch = self._touch(contact, step, t)
-        return min(-touch.gap, touch.place, contact.length - touch.place)
+        return min(-touch.gap, touch.inside)
 
     def _closes(self, contact: MinimalContact, step: Step, t: float) -> float:
         """How fast (m/s) the gap closes of a contact that began just before its point touches."""
         touch = self._touch(contact, step, t)
-        return 0.0 if contact.beside(touch) else -touch.gap_rate
+        return 0.0 if touch.inside < 0 else -touch.gap_rate
 
     def _surely_unchanged(self, contact: MinimalContact, k: int, step: Step) -> bool:
         """Tell from both ends, or from the stages, that nothing can have changed in between."""
         ends = self.touches[k], self._at_end(self._at(step, step.end))[k]
         apart = contact.side is not Side.PRESSED
-        if apart and (_beside(contact, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
+        if apart and (_beside(contact.length, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
             return True
         x, v = step.stages.kept.held[:2]
         inner = [contact.touch(*at) for at in zip(x[:-1], v[:-1], strict=True)]
         touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
-        unchanged = _apart if apart else partial(_pressed, contact)
+        unchanged = _apart if apart else _pressed
         between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
         return all(unchanged(before, after, h) for before, after, h in between)
 
@@ -193,17 +193,16 @@ def _apart(before: Touch, after: Touch, h: float) -> bool:
     return before.gap * after.gap > 0 and min(abs(before.gap), abs(after.gap)) > way
 
 
-def _beside(contact: MinimalContact, before: Touch, after: Touch, h: float) -> bool:
+def _beside(length: float, before: Touch, after: Touch, h: float) -> bool:
     """Tell, likewise, that a point stayed beside a face, where it may pass the face's line."""
-    slid = farthest(before.place_rate, after.place_rate, h)
-    places = (before.place, after.place)
-    return max(places) < -slid or min(places) > contact.length + slid
+    slid = farthest(before.slip, after.slip, h)
+    inside = max(before.inside, after.inside)
+    same_end = (before.place > length) == (after.place > length)
+    return same_end and inside < -slid
 
 
-def _pressed(contact: MinimalContact, before: Touch, after: Touch, h: float) -> bool:
+def _pressed(before: Touch, after: Touch, h: float) -> bool:
     """Tell, likewise, that a contact lasted on its face."""
     way = farthest(before.gap_rate, after.gap_rate, h)
-    slid = farthest(before.place_rate, after.place_rate, h)
-    places = (before.place, after.place)
-    on_face = min(places) > slid and max(places) < contact.length - slid
-    return on_face and max(before.gap, after.gap) < -way
+    slid = farthest(before.slip, after.slip, h)
+    return min(before.inside, after.inside) > slid and max(before.gap, after.gap) < -way

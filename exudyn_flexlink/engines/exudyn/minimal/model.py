@@ -80,7 +80,7 @@ class MinimalModel:
         self.window = Window()
         self.trouble: NoValueError | None = None  # of the last evaluation that failed
         self._springy: tuple[FloatArray, FloatArray] | None = None
-        self.contacts = [MinimalContact(layout, contact) for contact in mechanism.contacts]
+        self.contacts = [MinimalContact(layout, contact) for contact in mechanism.touching]
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
         self._build(count)
 
@@ -210,22 +210,33 @@ class MinimalModel:
         return pushes, touching
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs, dampers, loads, walls; what turns with the mechanism is for the iteration."""
+        """Springs, dampers, loads, walls, friction and round contacts.
+
+        What else turns with the mechanism is left to the iteration.
+        """
         stiffness, damping = self.springs(at)
         whole: Whole = at.kept
-        if whole.wall is None and not self.loads.stiff:
+        slopes = self._slopes(whole)
+        if whole.wall is None and not slopes:
             return stiffness, damping
         reach = whole.held.reach
         if reach is None:
             reach = np.eye(len(whole.held.x))[:, self._picked]
-        if self.loads.stiff:
-            of_loads = self.loads.slopes(float(whole.t), whole.held.x, whole.held.v)
-            stiffness = stiffness + reach.T @ of_loads[0] @ reach
-            damping = damping + reach.T @ of_loads[1] @ reach
+        for across in slopes:
+            stiffness = stiffness + reach.T @ across[0] @ reach
+            damping = damping + reach.T @ across[1] @ reach
         if whole.wall is not None:
             of_walls = self.walls.slopes(whole.wall, reach)
             stiffness, damping = stiffness + of_walls[0], damping + of_walls[1]
         return stiffness, damping
+
+    def _slopes(self, whole: Whole) -> list[tuple[FloatArray, FloatArray]]:
+        """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
+        x, v = whole.held.x, whole.held.v
+        found = [contact.slopes(x, v) for contact in self.contacts if contact.acts]
+        if self.loads.stiff:
+            found.append(self.loads.slopes(float(whole.t), x, v))
+        return [slopes for slopes in found if slopes is not None]
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""

@@ -15,16 +15,15 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name, push_of
 from exudyn_flexlink.engines.exudyn.reporting import Report
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
-    FaceContact,
-    anchor_position,
+    Contact,
     approach,
-    face_length,
     force_at,
     sizes_at,
     spring_force,
@@ -73,7 +72,7 @@ class _Reading:
         self.moved: Motions = motions(model.layout, model.kinematics, self.x, self.v, self.a)
         self.approaches = [
             approach(contact, self.moved.poses, self.moved.rates)
-            for contact in self.mechanism.contacts
+            for contact in self.mechanism.touching
         ]
         self.pulls = {
             spring: spring_force(spring, self.moved.poses, self.moved.rates)
@@ -88,8 +87,8 @@ class _Reading:
         self.force_parts = {force.name: force.point.part for force in self.mechanism.forces}
         self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
 
-    def _pressing(self) -> list[tuple[FaceContact, FloatArray]]:
-        """Fill in the forces of contacts; return those (samples, 2) on the points that press, N."""
+    def _pressing(self) -> list[tuple[Contact, FloatArray]]:
+        """Fill in the forces of contacts; return those (samples, 2) on the first parts, N."""
         found = []
         for k in np.flatnonzero(self.pressed.any(axis=0)).tolist():
             contact, rows = self.run.recorder.contacts[k], self.pressed[:, k]
@@ -98,13 +97,7 @@ class _Reading:
             press = contact.law.force(-at.gap, -at.gap_rate)
             self.pressing[rows, k] = press
             push = np.zeros((len(rows), 2))
-            push[rows] = press[:, None] * at.normal
-            if contact.friction is not None:
-                rub = contact.friction.force(press, at.place_rate)
-                face = [anchor_position(end, self.moved.poses[rows])
-                        for end in (contact.start, contact.end)]  # fmt: skip
-                along = (face[1] - face[0]) / face_length(contact)
-                push[rows] += rub[:, None] * along
+            push[rows] = push_of(contact, self.moved.poses[rows], self.moved.rates[rows], press)
             found.append((contact, push))
         return found
 
@@ -112,11 +105,8 @@ class _Reading:
         poses, rates = self.moved.poses, self.moved.rates
         recorder = self.run.recorder
         energies = recorder.energies(poses, rates, self.totals, self.pressed)
-        contacts, written = {}, self._written()
-        for k, contact in enumerate(self.mechanism.contacts):
-            at, force = self.approaches[k], self.pressing[:, k]
-            touches = written.intervals(k)
-            contacts[contact.name] = ContactHistory(at.gap, at.place, force, touches)
+        written, count = self._written(), len(self.mechanism.contacts)
+        histories = [self._history(k, written) for k in range(len(self.mechanism.touching))]
         return Report(
             settings=self._settings(),
             time=self.time,
@@ -131,7 +121,8 @@ class _Reading:
                 for spring, force in self.pulls.items()
                 if spring.name in self.run.scene.springs
             },
-            contacts=contacts,
+            contacts=by_name(self.mechanism.contacts, histories[:count]),
+            bearings=by_name(self.mechanism.bearings, histories[count:]),
             sleeves=sleeve_histories(self.mechanism, written, self.pressing),
             energy=EnergyHistory(*energies.T),
             extremes=recorder.seeker.extremes(),
@@ -140,6 +131,10 @@ class _Reading:
                 self.run.stepper, recorder, float(recorder.seeker.deepest.max(initial=0.0))
             ),
         )
+
+    def _history(self, k: int, written: Written) -> ContactHistory:
+        at, force = self.approaches[k], self.pressing[:, k]
+        return ContactHistory(at.gap, at.place, force, written.intervals(k))
 
     def _written(self) -> Written:
         entries, recorder = self.run.problem.entries, self.run.recorder
@@ -193,7 +188,10 @@ class _Reading:
                 forces[name] = force if second else -force
             elif name in self.reactions.forces:
                 forces[name] = self.reactions.forces[name]
-        return forces
+        of_bearings = bearing_forces(
+            self.mechanism, self.moved.poses, self.moved.rates, self.pressing
+        )
+        return forces | of_bearings
 
     def _momentum_rate(self, part: int) -> FloatArray:
         """Mass times acceleration of a part's centre, less its weight, N."""
@@ -221,8 +219,9 @@ class _Reading:
         for name, push in self.forces.items():
             given[self.force_parts[name]] += push
         for contact, push in self.on_points:
-            if contact.point.part >= 0:
-                given[contact.point.part] += push
-            if contact.start.part >= 0:
-                given[contact.start.part] -= push
+            first, second = contact.parts
+            if first >= 0:
+                given[first] += push
+            if second >= 0:
+                given[second] -= push
         return given

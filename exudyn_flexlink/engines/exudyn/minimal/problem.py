@@ -68,6 +68,7 @@ class MinimalProblem:
         for contact in self.model.contacts:
             if contact.touch(x, v).gap < -NOTHING:
                 contact.side = Side.BEHIND
+        self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = Finder(self.model, self.goal, x, v)
         if self._finder.walls is not None:
             self._change_walls(self._finder.walls, 0.0)
@@ -124,12 +125,11 @@ class MinimalProblem:
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.reach)
         self._finder.accept(step, end)
-        acting = False
         for contact, touch in self._contacts():
             if contact.acts:
-                acting, contact.peak = True, max(contact.peak, contact.force(touch))
+                contact.peak = max(contact.peak, contact.force(touch))
         self.recorder.take(step, end)
-        if acting:
+        if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
             self.recorder.mark()  # even samples miss the peaks of a contact's force
         walls = self._finder.walls
         if walls is not None and (broken := walls.broken()) is not None:
@@ -228,7 +228,7 @@ class MinimalProblem:
         end = self._end_of(step)
         touch = contact.touch(end.x, end.v)
         off = FARTHEST_OFF * contact.peak / contact.law.stiffness
-        return not contact.beside(touch) and touch.gap > off
+        return touch.inside >= 0 and touch.gap > off
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
@@ -246,14 +246,15 @@ class MinimalProblem:
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
             self._change_contact(event.time, k, self._finder.touches[k])
-            self.recorder.mark()
+            if k < self._of_scene:
+                self.recorder.mark()
             if self.model.contacts[k].acts:
                 longest = IN_CONTACT * self.half_periods[k]
         return longest
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> None:
         contact = self.model.contacts[k]
-        if not contact.acts and contact.beside(touch):
+        if not contact.acts and touch.inside < 0:
             contact.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
         elif contact.side is Side.BEHIND:
             contact.side = Side.APART
@@ -261,7 +262,7 @@ class MinimalProblem:
             contact.side, contact.peak = Side.PRESSED, 0.0
             self._tell(time, k, "contact begins", touch)
         else:
-            off = min(touch.place, contact.length - touch.place) < min(-touch.gap, 1e-9)
+            off = touch.inside < min(-touch.gap, 1e-9)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch)
 

@@ -33,7 +33,8 @@ BLOCK = 512  # steps that are worked off together
 class Sample(NamedTuple):
     """One kept instant: coordinates, places on the slots' curves, which contacts press.
 
-    Contacts are here and below those of the scene, then the pairs of its sleeves.
+    Contacts are here and below those of the scene and of its bearings, then the pairs of its
+    sleeves.
     """
 
     time: float
@@ -58,7 +59,7 @@ class Recorder:
         self.grid = grid
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
-        self.contacts = [*self.mechanism.contacts, *model.walls.contacts]
+        self.contacts = [*self.mechanism.touching, *model.walls.contacts]
         self.samples: list[Sample] = []
         self.accelerations: list[FloatArray] = []  # (samples, links) of each block
         self.left: list[FloatArray] = []

@@ -65,11 +65,11 @@ def prepare(
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
     model = MinimalModel(assembly, layout, events)
-    contacts = [*mechanism.contacts, *model.walls.contacts]
+    contacts = [*mechanism.touching, *model.walls.contacts]
     seeker = ExtremeSeeker(scene, mechanism, contacts, np.array([0.0, *C]))
     recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
-    halves = [half_period(assembly, contact) for contact in mechanism.contacts]
+    halves = [half_period(assembly, contact) for contact in mechanism.touching]
     for channel in mechanism.channels:
         halves += [wall_half_period(assembly, channel)] * len(pairs(channel))
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
@@ -77,7 +77,7 @@ def prepare(
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)
     tau = coasting(mechanism, end)
     lasting = Lasting(tau, tau - (1 - FREE) * SWING)
-    tolerance = resolving(accuracy.tolerance or smallest, mechanism.channels)
+    tolerance = resolving(accuracy.tolerance or smallest, mechanism)
     control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(problem, control, lasting, end)
     model.window.go_on(0.0, min(mechanism.knots(end), default=inf))

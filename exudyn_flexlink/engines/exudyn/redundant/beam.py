@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import CubicBeam, Elastic
-from exudyn_flexlink.mechanism import GROUND, Anchor, Mechanism, State, beam_of
+from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, State, beam_of
 from exudyn_flexlink.scene import FlexibleBody, Scene, SleeveJoint
 
 FloatArray = NDArray[np.float64]
@@ -170,11 +170,19 @@ def _refuse_contacts(
     mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
 ) -> None:
     for contact in mechanism.contacts:
-        if contact.point.part in rods and contact.point not in ends:
+        strikes = isinstance(contact, FaceContact)
+        striking = contact.anchors[0][0]
+        if strikes and striking.part in rods and striking not in ends:
             raise NotRepresentableError(
                 ("contacts", contact.name, "point"), "a beam strikes with its ends alone"
             )
-        if {contact.start.part, contact.end.part} & set(rods):
+        if set(contact.parts[1:] if strikes else contact.parts) & set(rods):
+            key = ("line",) if strikes else ()
             raise NotRepresentableError(
-                ("contacts", contact.name, "line"), "a beam strikes with its end; nothing meets it"
+                ("contacts", contact.name, *key), "a beam strikes with its end; nothing meets it"
+            )
+    for bearing in mechanism.bearings:
+        if set(bearing.parts) & set(rods):
+            raise NotRepresentableError(
+                ("joints", bearing.name), "a beam has a sleeve and slots, no other joints"
             )

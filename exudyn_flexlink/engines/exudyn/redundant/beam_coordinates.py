@@ -18,8 +18,8 @@ from exudyn_flexlink.engines.exudyn.redundant.beam_shape import cross
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
+    Contact,
     EnergyMeter,
-    FaceContact,
     anchor_jacobian,
     applied_forces,
     constraints_at,
@@ -142,16 +142,16 @@ class BeamCoordinates:
             spread[end : end + 2, last : last + 2] = np.eye(2)
         return spread
 
-    def half_period(self, contact: FaceContact) -> float:
+    def half_period(self, contact: Contact) -> float:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
         mass, joints = self._mass(self._q), self._joints(self._q)
-        point, start, end = (
-            mobility(mass, joints, anchor_jacobian(anchor, poses) @ spread)
-            for anchor in (contact.point, contact.start, contact.end)
+        first, second = (
+            max(mobility(mass, joints, anchor_jacobian(anchor, poses) @ spread) for anchor in own)
+            for own in contact.anchors
         )
-        return contact.law.half_period(1.0 / max(point + max(start, end), 1e-300))
+        return contact.law.half_period(1.0 / max(first + second, 1e-300))
 
     # --- as parts --------------------------------------------------------------------------------
 

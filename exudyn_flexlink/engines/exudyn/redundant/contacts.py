@@ -9,14 +9,19 @@ from __future__ import annotations
 
 from math import inf, tanh
 
+from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
-from exudyn_flexlink.engines.exudyn.faces import Geometry, Touch
+from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingItems
+from exudyn_flexlink.engines.exudyn.redundant.pressing import (
+    Pressing,
+    PressingCircles,
+    PressingFace,
+)
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import FaceContact, Resolution
+from exudyn_flexlink.mechanism import CircleContact, Contact, FaceContact, Resolution
 
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
@@ -33,7 +38,7 @@ class ContactItem:
     def __init__(
         self,
         system: System,
-        contact: FaceContact,
+        contact: Contact,
         index: int,
         resolution: Resolution,
         log: ContactLog,
@@ -41,16 +46,23 @@ class ContactItem:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self.index = index
         self.law = contact.law
-        self.walled = contact.walled
+        # Circles are walls all around: nothing comes beside or behind them.
+        self.walled = isinstance(contact, CircleContact) or contact.walled
         self.resolution, self.contact_step = resolution, resolution.step
         self._shortest = SHORTEST * resolution.step
-        self.geometry = Geometry(contact)
-        self.items = PressingItems(system, contact, self.geometry)
+        self.geometry: FaceGeometry | CircleGeometry
+        self.items: Pressing
+        if isinstance(contact, CircleContact):
+            self.geometry = CircleGeometry(contact)
+            self.items = PressingCircles(system, contact, self.geometry)
+        else:
+            self.geometry = FaceGeometry(contact)
+            self.items = PressingFace(system, contact, self.geometry)
         self.log = log
         e2 = self.law.restitution**2
         self._elastic = self.law.stiffness * (1 + e2) / 2
         self._lossy = self.law.stiffness * (1 - e2) / 2
-        self._two_sided = contact.side == 0
+        self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self._touch: Touch | None = None
         state = system.assembly.state
         start = self.geometry.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
@@ -81,7 +93,7 @@ class ContactItem:
         self._note(touch, now, before)
         if before is not None and now.step > 0:
             touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
-            touch.place_bend = (touch.place_rate - before.place_rate) / now.step
+            touch.slip_bend = (touch.slip - before.slip) / now.step
         self._touch = touch
         if self.behind:
             self.items.wake(False)
@@ -101,8 +113,8 @@ class ContactItem:
     # --- what happened -------------------------------------------------------------------------
 
     def _note(self, touch: Touch, now: StepEnd, before: Touch | None) -> None:
-        slid = REACHED * now.step * touch.place_rate
-        on_face = 0 <= touch.place + slid <= self.geometry.length
+        slid = REACHED * now.step * touch.slip
+        on_face = self._on_face(touch, touch.place + slid)
         beyond = touch.gap < 0 or self._two_sided
         if self.pressed and not beyond:
             self.pressed = False
@@ -136,12 +148,10 @@ class ContactItem:
         self.items.wake(True)
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
-        left = self.geometry.length - touch.place
         until = inf
-        if touch.place_rate > 0:
-            until = left / touch.place_rate
-        elif touch.place_rate < 0:
-            until = touch.place / -touch.place_rate
+        if touch.inside < inf and touch.slip != 0:
+            left = self.geometry.length - touch.place if touch.slip > 0 else touch.place
+            until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
             return end_on(step, until - self.contact_step)
         # Just before the end: a step beyond it would have no force at all.
@@ -154,14 +164,14 @@ class ContactItem:
 
     def _while_apart(self, touch: Touch, step: float) -> float:
         gap = max(touch.gap, OPEN)
-        until = first_zero(gap, touch.gap_rate, 0.0)
+        until = self.geometry.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
-        at = touch.place + touch.place_rate * until if until < inf else inf
+        at = touch.place + touch.slip * until if until < inf else inf
         if not self._can_meet(touch, at):
             self.items.wake(False)
             return step
         # Items that act press everywhere behind the face's line, also beyond the face's ends.
-        self.items.wake(until < AHEAD * step and 0 <= at <= self.geometry.length)
+        self.items.wake(until < AHEAD * step and self._on_face(touch, at))
         # The integrator spreads the force at a step's end over the whole step: the step that
         # reaches into the face must be one of the contact's, not one of free flight. `end_on`
         # leaves no step shorter than a part of the one before, so steps shrink one after the other.
@@ -173,8 +183,14 @@ class ContactItem:
             return end_on(step, until - margin)
         return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
 
+    def _on_face(self, touch: Touch, at: float) -> bool:
+        """Tell whether a place is on the face; circles have no ends."""
+        return touch.inside == inf or 0 <= at <= self.geometry.length
+
     def _can_meet(self, touch: Touch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
+        if touch.inside == inf:
+            return at < inf
         margin = BESIDE * self.geometry.length
         low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
         return at < inf and high >= 0 and low <= self.geometry.length
@@ -188,8 +204,8 @@ class ContactItem:
     def _toward_face(self, touch: Touch, step: float) -> float:
         """Beside a wall nothing acts; a step ends where the point comes over it."""
         self.items.wake(False)
-        if touch.place < 0 < touch.place_rate:
-            return end_on(step, -touch.place / touch.place_rate)
-        if touch.place > self.geometry.length and touch.place_rate < 0:
-            return end_on(step, (self.geometry.length - touch.place) / touch.place_rate)
+        if touch.place < 0 < touch.slip:
+            return end_on(step, -touch.place / touch.slip)
+        if touch.place > self.geometry.length and touch.slip < 0:
+            return end_on(step, (self.geometry.length - touch.place) / touch.slip)
         return step

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism import (
     Assembly,
+    Contact,
     EnergyMeter,
-    FaceContact,
     Mechanism,
     half_period,
     joint_residuals,
@@ -57,7 +57,7 @@ class Coordinates(Protocol):
     def joint_errors(self, q: FloatArray, places: FloatArray) -> FloatArray:
         """Residuals of all joints, m or rad, (instants, joints), slots at their places."""
 
-    def half_period(self, contact: FaceContact) -> float:
+    def half_period(self, contact: Contact) -> float:
         """Half the period of a contact's stiffness with the least mass behind it, s."""
 
 
@@ -104,7 +104,7 @@ class PartCoordinates:
         """Residuals of all joints."""
         return joint_residuals(self.mechanism, _parts(q), places)
 
-    def half_period(self, contact: FaceContact) -> float:
+    def half_period(self, contact: Contact) -> float:
         """With the least mass that the parts oppose."""
         return half_period(self._assembly, contact)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import turns_missing
 from exudyn_flexlink.engines.exudyn.intervals import Written
+from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -54,7 +55,8 @@ def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
 
 def _report(prepared: Prepared, iterations: int) -> Report:
     kept = {key: np.concatenate(value) for key, value in vars(prepared.recorder.samples).items()}
-    poses, rates = kept["poses"], kept["rates"]
+    poses, rates, mechanism = kept["poses"], kept["rates"], prepared.assembly.mechanism
+    histories, count = _histories(prepared, poses, rates, kept["forces"]), len(mechanism.contacts)
     return Report(
         settings=_settings(prepared),
         time=kept["time"],
@@ -65,15 +67,17 @@ def _report(prepared: Prepared, iterations: int) -> Report:
             force.name: force_at(force, kept["time"], poses, rates)
             for force in prepared.assembly.mechanism.forces
         },
-        joint_forces=_joint_forces(prepared, poses, kept["multipliers"]),
+        joint_forces=_joint_forces(prepared, poses, kept["multipliers"])
+        | bearing_forces(mechanism, poses, rates, kept["forces"]),
         slot_forces=_slot_forces(prepared, poses, kept),
         spring_forces={
             spring.name: spring_force(spring, poses, rates)
-            for spring in prepared.assembly.mechanism.linear_springs
+            for spring in mechanism.linear_springs
             if spring.name in prepared.scene.springs
         },
-        contacts=_contacts(prepared, poses, rates, kept["forces"]),
-        sleeves=sleeve_histories(prepared.assembly.mechanism, _written(prepared), kept["forces"]),
+        contacts=by_name(mechanism.contacts, histories[:count]),
+        bearings=by_name(mechanism.bearings, histories[count:]),
+        sleeves=sleeve_histories(mechanism, _written(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.recorder.seeker.extremes(),
         # A lap that begins as the run ends is none.
@@ -160,14 +164,14 @@ def _slot_forces(
     }
 
 
-def _contacts(
+def _histories(
     prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
-) -> dict[str, ContactHistory]:
-    histories, told = {}, _written(prepared)
-    for k, contact in enumerate(prepared.assembly.mechanism.contacts):
+) -> list[ContactHistory]:
+    """Of the scene's contacts, then of its joints with clearance."""
+    histories, told = [], _written(prepared)
+    for k, contact in enumerate(prepared.assembly.mechanism.touching):
         at = approach(contact, poses, rates)
-        touches = told.intervals(k)
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces[:, k], touches)
+        histories.append(ContactHistory(at.gap, at.place, forces[:, k], told.intervals(k)))
     return histories
 
 

@@ -15,67 +15,38 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
-from exudyn_flexlink.engines.exudyn.faces import Geometry, Touch
+from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
-from exudyn_flexlink.mechanism import GROUND, FaceContact
+from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
 
 Law = Callable[..., Any]
 
+COORDINATE_SPRING = "ObjectConnectorCoordinateSpringDamper"
 
-class PressingItems:
+
+class Pressing:
     """Connector of one contact's normal force, and of its friction if there is any."""
 
-    def __init__(self, system: System, contact: FaceContact, geometry: Geometry) -> None:
+    def __init__(
+        self,
+        system: System,
+        contact: Contact,
+        geometry: FaceGeometry | CircleGeometry,
+        normal: int,
+    ) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self._mbs, self._geometry, self._law = system.mbs, geometry, contact.law
-        ex, ey = geometry.ex, geometry.ey
-        side = contact.side or 1.0
-        self._marker, self._normal = self._add(
-            system,
-            contact,
-            [-side * ey, side * ex, 0.0],
-            (contact.law, contact.side == 0),
-            _pressing(contact.law, contact.side == 0),
-        )
-        self._items = [self._normal]
+        self._items = [normal]
         self._friction = contact.friction
         if contact.friction is not None:
-            self._slip_marker, self._slip = self._add(
-                system, contact, [ex, ey, 0.0], contact.friction, _sliding(contact.friction)
-            )
+            law = _law(system, contact.friction, _sliding(contact.friction))
+            anchors = contact.anchors[1][0], contact.anchors[0][0]
+            self._slip_marker, self._slip = _across(system, anchors, (1.0, 0.0), law)
             self._items.append(self._slip)
         self.awake = False
-
-    def _add(
-        self, system: System, contact: FaceContact, axis: list[float], key: Any, law: Law
-    ) -> tuple[int, int]:
-        struck, _ = system.place(contact.start)
-        striking, place = system.place(contact.point)
-        marker = system.mbs.AddMarker(
-            items.MarkerBodiesRelativeTranslationCoordinate(
-                bodyNumbers=[struck, striking],
-                localPosition0=list(self._geometry.on_face(0.0)),
-                localPosition1=place,
-                axis0=axis,
-            )
-        )
-        if key not in system.laws:
-            system.laws[key] = utilities.CreateSymbolicUserFunction(
-                system.mbs,
-                law,
-                "springForceUserFunction",
-                itemTypeName="ObjectConnectorCoordinateSpringDamper",
-            )
-        item = system.mbs.AddObject(
-            items.ObjectConnectorCoordinateSpringDamper(
-                markerNumbers=[system.angle_marker(GROUND), marker],
-                springForceUserFunction=system.laws[key],
-                activeConnector=False,
-            )
-        )
-        return int(marker), int(item)
 
     def wake(self, awake: bool) -> None:
         """Let the contact act in the next step, or cost nothing."""
@@ -87,17 +58,89 @@ class PressingItems:
 
     def aim(self, touch: Touch, step: float) -> None:
         """Prepare for a step of a length (s) that begins at `touch`."""
-        place = touch.place + step * (touch.place_rate + 0.5 * step * touch.place_bend)
-        x, y, _ = self._geometry.on_face(place)
-        self._mbs.SetMarkerParameter(self._marker, "localPosition0", [x, y, 0.0])
         if self._friction is None:
             return
+        aim = self._geometry.aim(touch, step)
+        places = ("localPosition0", aim.struck), ("localPosition1", aim.striking)
+        for name, (x, y) in (*places, ("axis0", aim.along)):
+            self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
         gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        lateral = touch.side * gap
-        x, y = x - lateral * self._geometry.ey, y + lateral * self._geometry.ex
-        self._mbs.SetMarkerParameter(self._slip_marker, "localPosition0", [x, y, 0.0])
         pressing = float(self._law.force(-gap, -touch.gap_rate - step * touch.gap_bend))
         self._mbs.SetObjectParameter(self._slip, "stiffness", pressing)
+
+
+class PressingFace(Pressing):
+    """The force of a point against a face."""
+
+    def __init__(self, system: System, contact: FaceContact, geometry: FaceGeometry) -> None:
+        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        side, both = contact.side or 1.0, contact.side == 0
+        law = _law(system, (contact.law, both), _pressing(contact.law, both))
+        normal = -side * geometry.ey, side * geometry.ex
+        self._marker, item = _across(system, (contact.start, contact.point), normal, law)
+        super().__init__(system, contact, geometry, item)
+        self._face = geometry
+
+    def aim(self, touch: Touch, step: float) -> None:
+        """Prepare for a step of a length (s) that begins at `touch`."""
+        x, y = self._face.on_face(self._face.ahead(touch, step))
+        self._mbs.SetMarkerParameter(self._marker, "localPosition0", [x, y, 0.0])
+        super().aim(touch, step)
+
+
+class PressingCircles(Pressing):
+    """The force of two circles: that of a spring between their centres."""
+
+    def __init__(self, system: System, contact: CircleContact, geometry: CircleGeometry) -> None:
+        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        spring = "ObjectConnectorSpringDamper"
+        key = contact.law, contact.inside
+        law = _law(system, key, _between_centres(contact.law, contact.inside), spring)
+        markers = [system.point_marker(contact.second), system.point_marker(contact.first)]
+        item = system.mbs.AddObject(
+            items.ObjectConnectorSpringDamper(
+                markerNumbers=markers,
+                referenceLength=contact.distance,
+                springForceUserFunction=law,
+                activeConnector=False,
+            )
+        )
+        super().__init__(system, contact, geometry, int(item))
+
+
+def _law(system: System, key: Any, law: Law, kind: str = COORDINATE_SPRING) -> Any:
+    """Return a symbolic function, one for all contacts of the same law."""
+    if key not in system.laws:
+        system.laws[key] = utilities.CreateSymbolicUserFunction(
+            system.mbs, law, "springForceUserFunction", itemTypeName=kind
+        )
+    return system.laws[key]
+
+
+def _across(
+    system: System, anchors: tuple[Anchor, Anchor], axis: tuple[float, float], law: Any
+) -> tuple[int, int]:
+    """Add a spring on how far the second anchor is from the first, along an axis of the first.
+
+    Return its marker and its connector.
+    """
+    (struck, at), (striking, place) = (system.place(anchor) for anchor in anchors)
+    marker = system.mbs.AddMarker(
+        items.MarkerBodiesRelativeTranslationCoordinate(
+            bodyNumbers=[struck, striking],
+            localPosition0=at,
+            localPosition1=place,
+            axis0=[*axis, 0.0],
+        )
+    )
+    item = system.mbs.AddObject(
+        items.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=[system.angle_marker(GROUND), marker],
+            springForceUserFunction=law,
+            activeConnector=False,
+        )
+    )
+    return int(marker), int(item)
 
 
 def _pressing(law: RestitutionPenalty, two_sided: bool) -> Law:
@@ -118,6 +161,19 @@ def _pressing(law: RestitutionPenalty, two_sided: bool) -> Law:
         return u * (elastic + lossy * symbolic.tanh(deeper))
 
     return both_sides if two_sided else one_side
+
+
+def _between_centres(law: RestitutionPenalty, inside: bool) -> Law:
+    """Force that pulls two centres together, over their distance less that at which they touch."""
+    e2, way = law.restitution**2, -1.0 if inside else 1.0
+    elastic, lossy = law.stiffness * (1 + e2) / 2, law.stiffness * (1 - e2) / 2
+    symbolic = Engine.symbolic
+
+    def pull(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _f: Any) -> Any:
+        pressed = u * (elastic - lossy * symbolic.tanh(way * v / law.transition_speed))
+        return symbolic.IfThenElse(way * u < 0, pressed, 0.0 * u)
+
+    return pull
 
 
 def _sliding(friction: Friction) -> Law:

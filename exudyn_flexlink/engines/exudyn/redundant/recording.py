@@ -221,7 +221,7 @@ class Recorder:
             stored[rows, k] = contact.law.stored_energy(deep)
             power[rows, k] = -force * at.gap_rate
             if contact.friction is not None:
-                power[rows, k] -= contact.friction.force(force, at.place_rate) * at.place_rate
+                power[rows, k] -= contact.friction.force(force, at.slip) * at.slip
         return forces, stored, power
 
     def _flow(

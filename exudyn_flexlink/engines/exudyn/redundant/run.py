@@ -30,7 +30,7 @@ from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
-    FaceContact,
+    Contact,
     Mechanism,
     Resolution,
     end_of_run,
@@ -93,10 +93,10 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     return Prepared(scene, assembly, system, slots, recorder, loop, resolutions, errors)
 
 
-def _all_contacts(mechanism: Mechanism) -> list[FaceContact]:
-    """Those of the scene, then the pairs of its channels: the order of all arrays of contacts."""
+def _all_contacts(mechanism: Mechanism) -> list[Contact]:
+    """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
     channels = mechanism.channels
-    return [*mechanism.contacts, *(pair for channel in channels for pair in pairs(channel))]
+    return [*mechanism.touching, *(pair for channel in channels for pair in pairs(channel))]
 
 
 def _contact_items(
@@ -105,7 +105,7 @@ def _contact_items(
     assembly = system.assembly
     asked = scene.solver.steps_per_contact
     contacts = []
-    for i, contact in enumerate(assembly.mechanism.contacts):
+    for i, contact in enumerate(assembly.mechanism.touching):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         half = system.coordinates.half_period(contact)
         resolution = resolution_of_strike(half, contact.law, asked)
@@ -122,7 +122,7 @@ def _contact_items(
 def _chooser(scene: Scene, system: System, end: float) -> StepChooser:
     if scene.accuracy.step is not None:
         return FixedStep(scene.accuracy.step)
-    tolerance = resolving(scene.accuracy.tolerance or 0.0, system.mechanism.channels)
+    tolerance = resolving(scene.accuracy.tolerance or 0.0, system.mechanism)
     return ErrorControl(tolerance, end, system.coordinates.weights)
 
 

@@ -1,0 +1,165 @@
+"""Where a contact of the tree is, in which directions it acts, and on which links.
+
+A shape is a point against a face, or two circles. It tells gap, place and slip; laws, states and
+events are the same for all shapes (see `contacts`).
+"""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.circles import Between, Circles
+from exudyn_flexlink.engines.exudyn.faces import Touch, distance_from_ends
+from exudyn_flexlink.mechanism import Anchor, CircleContact, Contact, FaceContact, face_length
+from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, ROOT, Frame, TreeLayout
+
+FloatArray = NDArray[np.float64]
+Vector = tuple[float, float]
+Row = list[tuple[int, float, float]]
+"""Links that move a point: hinges at (a, b), slides, by the complement of their number, along."""
+
+
+class Look(NamedTuple):
+    """A contact at one instant.
+
+    `normal` is the direction in which it pushes the first part, `along` that of the slip; both act
+    at the place `at`, m. `first` and `second` are the links that carry both parts. `bend` (1/m) is
+    the second derivative of the gap as the `centres` of both parts move past each other, across
+    the normal; 0 where nothing is round.
+    """
+
+    touch: Touch
+    normal: Vector
+    along: Vector
+    at: Vector
+    first: Row
+    second: Row
+    centres: tuple[Vector, Vector] = ((0.0, 0.0), (0.0, 0.0))
+    bend: float = 0.0
+
+
+class Shape(Protocol):
+    """What meets what; both may be anywhere in the tree, or on the ground."""
+
+    length: float
+    """Of the face, or around the second circle, m."""
+
+    def look(self, x: list[float], v: list[float]) -> Look:
+        """Look at coordinates and speeds of the tree."""
+
+
+def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
+    """Return the shape of a contact."""
+    if isinstance(contact, CircleContact):
+        return _Circles(layout, contact)
+    return _Face(layout, contact)
+
+
+class _Face:
+    """A point against a face."""
+
+    def __init__(self, layout: TreeLayout, contact: FaceContact) -> None:
+        self.length = face_length(contact)
+        self._side = contact.side
+        self._point = _Carrier(layout, contact.point)
+        self._start = _Carrier(layout, contact.start)
+        # The face's part may be turned in the axes of the link that carries it.
+        along = Frame(ROOT, 0.0, 0.0, layout.frame(contact.start.part).angle)
+        dx, dy = contact.end.x - contact.start.x, contact.end.y - contact.start.y
+        self._direction = along.place(dx / self.length, dy / self.length)
+
+    def look(self, x: list[float], v: list[float]) -> Look:
+        """Look at coordinates and speeds of the tree."""
+        (px, py), (pu, pv), _, first = self._point.state(x, v)
+        (sx, sy), (su, sv), (angle, turning), second = self._start.state(x, v)
+        c, s = cos(angle), sin(angle)
+        ex, ey = self._direction
+        tx, ty = c * ex - s * ey, s * ex + c * ey
+        dx, dy, ux, uy = px - sx, py - sy, pu - su, pv - sv
+        place, lateral, side = tx * dx + ty * dy, tx * dy - ty * dx, self._side
+        touch = Touch(
+            side * lateral,
+            place,
+            side * (tx * uy - ty * ux - turning * place),
+            tx * ux + ty * uy + turning * lateral,
+            side,
+            distance_from_ends(place, self.length),
+        )
+        return Look(touch, (-side * ty, side * tx), (tx, ty), (px, py), first, second)
+
+
+class _Circles:
+    """Two circles, which touch at the second one's edge."""
+
+    def __init__(self, layout: TreeLayout, contact: CircleContact) -> None:
+        self._circles = Circles(contact)
+        self.length = 2 * pi * self._circles.edge
+        self._first = _Carrier(layout, contact.first)
+        self._second = _Carrier(layout, contact.second)
+        self._turned = layout.frame(contact.second.part).angle
+
+    def look(self, x: list[float], v: list[float]) -> Look:
+        """Look at coordinates and speeds of the tree."""
+        (px, py), (pu, pv), (_, spin), first = self._first.state(x, v)
+        (sx, sy), (su, sv), (angle, turning), second = self._second.state(x, v)
+        between = Between(
+            (px - sx, py - sy), (pu - su, pv - sv), (spin, turning), angle + self._turned
+        )
+        touch, (nx, ny), far = self._circles.touch(between)
+        way, edge = self._circles.way, self._circles.edge
+        at = (sx + edge * nx, sy + edge * ny)
+        bend = way / far if far > 0 else 0.0
+        centres = (px, py), (sx, sy)
+        return Look(touch, (way * nx, way * ny), (-ny, nx), at, first, second, centres, bend)
+
+
+def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector) -> None:
+    """Add a force at a place to those (links,) of the links that move it."""
+    for i, a, b in moves:
+        if i >= 0:
+            onto[i] += (at[0] - a) * force[1] - (at[1] - b) * force[0]
+        else:
+            onto[~i] += a * force[0] + b * force[1]
+
+
+class _Carrier:
+    """The links that carry an anchor, from the ground on, in plain floats."""
+
+    def __init__(self, layout: TreeLayout, anchor: Anchor) -> None:
+        self._links: list[tuple[int, int, float, float, float]] = []
+        last, *self._end = layout.place(anchor)
+        for i in layout.path(last):
+            link = layout.links[i]
+            kind = 0 if link.kind == HINGE else 1 if link.kind == ALONG_X else 2
+            self._links.append((i, kind, link.turn, *link.offset))
+
+    def state(
+        self, x: list[float], v: list[float]
+    ) -> tuple[Vector, Vector, tuple[float, float], Row]:
+        """Place, velocity, angle with its rate, and the links with their hinges or axes."""
+        px = py = ux = uy = angle = turning = 0.0
+        c, s = 1.0, 0.0
+        row: Row = []
+        for i, kind, turn, ox, oy in self._links:
+            ax, ay = c * ox - s * oy, s * ox + c * oy
+            px, py, ux, uy = px + ax, py + ay, ux - turning * ay, uy + turning * ax
+            if turn != 0:
+                angle += turn
+                c, s = cos(angle), sin(angle)
+            if kind == 0:
+                angle, turning = angle + x[i], turning + v[i]
+                c, s = cos(angle), sin(angle)
+                row.append((i, px, py))
+                continue
+            ex, ey = (c, s) if kind == 1 else (-s, c)
+            ax, ay = x[i] * ex, x[i] * ey
+            px, py = px + ax, py + ay
+            ux, uy = ux + v[i] * ex - turning * ay, uy + v[i] * ey + turning * ax
+            row.append((~i, ex, ey))
+        ax, ay = c * self._end[0] - s * self._end[1], s * self._end[0] + c * self._end[1]
+        place, velocity = (px + ax, py + ay), (ux - turning * ay, uy + turning * ax)
+        return place, velocity, (angle, turning), row

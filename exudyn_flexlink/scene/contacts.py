@@ -1,0 +1,139 @@
+"""Pairs that may strike each other."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from exudyn_flexlink.quantities import PositiveLength
+from exudyn_flexlink.scene.base import (
+    GROUND,
+    ByType,
+    Flag,
+    MovingPointName,
+    Part,
+    Point,
+    PointName,
+    refuse,
+    split_point,
+)
+from exudyn_flexlink.scene.law_specs import Law
+
+
+class PointOnLine(Part):
+    """A point of a body can't cross the segment between two points of another body."""
+
+    type: Literal["point_on_line"] = "point_on_line"
+    point: MovingPointName = Field(description="point 'body.point' that strikes")
+    line: tuple[MovingPointName, MovingPointName] = Field(
+        description="two points of the struck body"
+    )
+    side: Literal["left", "right"] = Field(
+        "left", description="which side of the line, from its first to its second point, is free"
+    )
+    law: Law = Field(description="force of the contact, or its impulse")
+
+    @property
+    def striking(self) -> str:
+        """Point that strikes, 'body.point'."""
+        return self.point
+
+    @property
+    def struck(self) -> str:
+        """Body that is struck."""
+        return split_point(self.line[0])[0]
+
+    @property
+    def points(self) -> tuple[tuple[tuple[str | int, ...], str], ...]:
+        """All points it refers to, with the keys under which they stand."""
+        return (("point",), self.point), (("line", 0), self.line[0]), (("line", 1), self.line[1])
+
+    def __str__(self) -> str:
+        """Say what meets what, in the words of a report."""
+        return f"{self.point} on the line from {self.line[0]} to {self.line[1]}"
+
+    @model_validator(mode="after")
+    def _two_bodies(self) -> PointOnLine:
+        first, second = (split_point(point)[0] for point in self.line)
+        if first != second:
+            refuse("the two points must be of one body", at="line")
+        if self.line[0] == self.line[1]:
+            refuse("a line needs two different points", at="line")
+        if split_point(self.point)[0] == first:
+            refuse("the point is on the same body as the line", at="point")
+        return self
+
+
+class Circle(Part):
+    """A circle around a point of a body, or around a place on the ground."""
+
+    at: PointName = Field(description="its centre: a point 'body.point', or 'ground'")
+    place: Point | None = Field(None, description="of the centre on the ground, [x, y], metres")
+    radius: PositiveLength = Field(description="radius of the circle")
+    inside: Flag = Field(False, description="true: the other circle is inside this one")
+
+    @model_validator(mode="after")
+    def _sits_on_ground(self) -> Circle:
+        if self.at == GROUND and self.place is None:
+            refuse("missing 'place'", "where its centre is on the ground, e.g. place: [0.02, 0]")
+        if self.at != GROUND and self.place is not None:
+            refuse("only a circle on the ground has a fixed place", at="place")
+        return self
+
+
+class CircleOnCircle(Part):
+    """Two circles of two bodies can't cross: outside each other, or one inside the other."""
+
+    type: Literal["circle_on_circle"] = "circle_on_circle"
+    circles: tuple[Circle, Circle] = Field(description="two circles of different bodies")
+    law: Law = Field(description="force of the contact, or its impulse")
+
+    @property
+    def inner_and_outer(self) -> tuple[Circle, Circle]:
+        """The circles, the hollow one last if there is one."""
+        first, second = self.circles
+        return (second, first) if first.inside else (first, second)
+
+    @property
+    def striking(self) -> str:
+        """Centre that strikes, 'body.point': the first, the second if that is on the ground."""
+        first, second = self.inner_and_outer
+        return second.at if first.at == GROUND else first.at
+
+    @property
+    def struck(self) -> str | None:
+        """Body that is struck; None for the ground."""
+        first, second = self.inner_and_outer
+        return None if GROUND in (first.at, second.at) else split_point(second.at)[0]
+
+    @property
+    def points(self) -> tuple[tuple[tuple[str | int, ...], str], ...]:
+        """All points it refers to, with the keys under which they stand."""
+        return tuple((("circles", i, "at"), circle.at) for i, circle in enumerate(self.circles))
+
+    def __str__(self) -> str:
+        """Say what meets what, in the words of a report."""
+        first, second = self.inner_and_outer
+        way = "in" if second.inside else "on"
+        return f"circle around {first.at} {way} that around {second.at}"
+
+    @model_validator(mode="after")
+    def _two_bodies(self) -> CircleOnCircle:
+        first, second = self.inner_and_outer
+        one, other = (split_point(circle.at)[0] for circle in (first, second))
+        if one == other:
+            where = "on the ground" if one == GROUND else f"of the body '{one}'"
+            refuse(f"both circles are {where}", "give circles of different bodies", at="circles")
+        if first.inside and second.inside:
+            refuse("each circle can't be inside the other", "leave one 'inside' out", at="circles")
+        if second.inside and not first.radius < second.radius:
+            refuse(
+                "the circle inside must be the smaller one",
+                f"a radius below {second.radius:g} m",
+                at=("circles", self.circles.index(first), "radius"),
+            )
+        return self
+
+
+Contact = Annotated[PointOnLine | CircleOnCircle, ByType()]
