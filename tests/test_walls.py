@@ -49,5 +49,5 @@ def test_a_fixed_step_is_shortened_while_a_wall_is_touched() -> None:
         simulate(load_scene(MODELS / "clearance.yaml", [short, *settings]), measure=False)
         for settings in (fixed, ["accuracy.tolerance=1e-8"])
     )
-    assert any("in contact they were" in warning for warning in result.warnings)
+    assert any("in contact steps were" in warning for warning in result.warnings)
     assert compare(result, exact).deviation.largest < 1e-6
