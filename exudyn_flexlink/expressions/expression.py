@@ -8,7 +8,9 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
-from exudyn_flexlink.expressions.tape import TIME, Program, Tape
+import numpy as np
+
+from exudyn_flexlink.expressions.tape import TIME, FloatArray, Program, Tape
 from exudyn_flexlink.expressions.tokens import Sensed
 from exudyn_flexlink.units import Powers
 
@@ -80,6 +82,20 @@ class Expression:
         """
         return self._run(self._value, time, state)[0]
 
+    def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
+        """Values (n,) at instants (n,) s and values (n,) of each of what is sensed.
+
+        Raises:
+            NoValueError: there is none at one of them.
+
+        """
+        (found,) = self._value.run(time, state)
+        whole = np.broadcast_to(np.asarray(found, dtype=float), np.shape(time))
+        missing = np.flatnonzero(~np.isfinite(whole))
+        if len(missing):
+            raise NoValueError(self.text, float(np.ravel(time)[missing[0]]), "value")
+        return whole
+
     def rate(self, time: float) -> float:
         """First derivative by time, of one that senses nothing.
 
@@ -110,7 +126,7 @@ class Expression:
     def _run(
         self, program: Program, time: float, state: Sequence[float] = (), what: str = "value"
     ) -> list[float]:
-        found = program.run(time, state)
+        found = [float(value) for value in program.run(time, state)]
         if not all(map(math.isfinite, found)):
             raise NoValueError(self.text, time, what)
         return found
@@ -142,7 +158,7 @@ class Expression:
         for switch in self._of_time:
             rate = self._tape.number_of(self._tape.slope(switch, TIME))
             if rate:
-                found.append(-Program(self._tape, [switch]).run(0.0)[0] / rate)
+                found.append(-float(Program(self._tape, [switch]).run(0.0)[0]) / rate)
         return sorted(found)
 
     def bends(self, end: float) -> list[float]:
@@ -165,7 +181,7 @@ class Expression:
         program = Program(self._tape, [switch])
 
         def value(time: float) -> float:
-            return program.run(time)[0]
+            return float(program.run(time)[0])
 
         times = [end * k / LOOKS for k in range(LOOKS + 1)]
         values = [value(time) for time in times]

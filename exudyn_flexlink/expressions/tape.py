@@ -11,7 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Values = float | FloatArray
 
 TIME = -1
 """The variable t; those of the state count from 0."""
@@ -25,38 +31,34 @@ class Operation(NamedTuple):
     value: float = 0.0
 
 
-def _sign(x: float) -> float:
-    return math.copysign(1.0, x) if x else x
+def _less(a: Values, b: Values) -> FloatArray:
+    return np.where(np.isnan(np.add(a, b)), np.nan, np.less(a, b).astype(float))
 
 
-def _less(a: float, b: float) -> float:
-    return float(a < b) if not math.isnan(a + b) else math.nan
+def _where(condition: Values, one: Values, other: Values) -> FloatArray:
+    return np.where(np.isnan(condition), np.nan, np.where(condition, one, other))
 
 
-def _where(condition: float, one: float, other: float) -> float:
-    return math.nan if math.isnan(condition) else one if condition else other
-
-
-FUNCTIONS: dict[str, Callable[..., float]] = {
-    "neg": lambda a: -a,
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "pow": math.pow,
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "atan2": math.atan2,
-    "exp": math.exp,
-    "log": math.log,
-    "sqrt": math.sqrt,
-    "tanh": math.tanh,
-    "abs": abs,
-    "sign": _sign,
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "neg": np.negative,
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "div": np.divide,
+    "pow": np.power,
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "exp": np.exp,
+    "log": np.log,
+    "sqrt": np.sqrt,
+    "tanh": np.tanh,
+    "abs": np.abs,
+    "sign": np.sign,
     "less": _less,
     "where": _where,
 }
@@ -68,11 +70,9 @@ _KEEP_LAST = (("add", 0), ("mul", 1))
 _ZERO = (("mul", 0), ("div", 0))
 
 
-def _applied(name: str, values: Sequence[float]) -> float:
-    try:
+def _applied(name: str, values: Sequence[Values]) -> Any:
+    with np.errstate(all="ignore"):  # what is no number is told by its user
         return FUNCTIONS[name](*values)
-    except (ValueError, ArithmeticError):
-        return math.nan
 
 
 class Program:
@@ -82,16 +82,17 @@ class Program:
         self._plan = [(i, tape.operations[i]) for i in tape.needed(results)]
         self._results = tuple(results)
 
-    def run(self, t: float, state: Sequence[float] = ()) -> list[float]:
-        """Return the results; NaN where there is none."""
-        values: dict[int, float] = {}
-        for i, (name, takes, value) in self._plan:
-            if name == "number":
-                values[i] = value
-            elif name == "variable":
-                values[i] = t if value == TIME else state[int(value)]
-            else:
-                values[i] = _applied(name, [values[k] for k in takes])
+    def run(self, t: Values, state: Sequence[Values] = ()) -> list[Values]:
+        """Return the results, of instants and states alike in shape; no number where none is."""
+        values: dict[int, Values] = {}
+        with np.errstate(all="ignore"):
+            for i, (name, takes, value) in self._plan:
+                if name == "number":
+                    values[i] = value
+                elif name == "variable":
+                    values[i] = t if value == TIME else state[int(value)]
+                else:
+                    values[i] = FUNCTIONS[name](*(values[k] for k in takes))
         return [values[i] for i in self._results]
 
 
@@ -116,7 +117,7 @@ class Tape:
         numbers = [self.number_of(i) for i in takes]
         known = [x for x in numbers if x is not None]
         if len(known) == len(takes):
-            value = _applied(name, known)
+            value = float(_applied(name, known))
             if math.isfinite(value):
                 return self.number(value)
         same = self._simpler(name, takes, numbers)

@@ -7,10 +7,13 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+
+FloatArray = NDArray[np.float64]
 
 
 class Applied(Protocol):
@@ -18,6 +21,9 @@ class Applied(Protocol):
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed; ArithmeticError where there is none."""
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
+        """As `at`, at instants (n,) and with values (n,) of each of what is sensed."""
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
         """Derivatives by the values sensed."""
@@ -57,6 +63,10 @@ class SpeedOf:
         """Value at a time (s)."""
         return self.motion.rate(time)
 
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return np.array([self.motion.rate(t) for t in time.tolist()])
+
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
         """Return nothing: it takes nothing of the state."""
         return []
@@ -80,6 +90,7 @@ class Formula:
     def __init__(self, expression: Expression) -> None:
         self.expression = expression
         self.at = expression.at
+        self.values = expression.values
         self.rate = expression.rate
         self.bend = expression.bend
         self.slopes = expression.slopes
@@ -119,6 +130,10 @@ class Tabled:
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
         """Value at a time (s)."""
         return float(self._values(time))
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return np.asarray(self._values(time))
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
         """Return nothing: it takes nothing of the state."""

@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Ramp:
@@ -23,6 +28,10 @@ class Ramp:
             return self.value
         x = max(time, 0.0) / self.duration
         return self.value * x**3 * (10 - 15 * x + 6 * x * x)
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s, whatever the state."""
+        return np.array([self.at(t) for t in time.tolist()])
 
     def rate(self, time: float) -> float:
         """Time derivative of the value."""

@@ -31,9 +31,7 @@ def size_at(size: Size, time: float, q: FloatArray, v: FloatArray) -> float:
 
 def sizes_at(size: Size, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
     """As `size_at`, at instants (n,) and states (n, parts, 3)."""
-    seen = np.array([sensed(sense, q, v) for sense in size.senses]).reshape(-1, len(time))
-    pairs = zip(time.tolist(), seen.T.tolist(), strict=True)
-    return np.array([size.value.at(t, values) for t, values in pairs])
+    return size.value.values(time, [sensed(sense, q, v) for sense in size.senses])
 
 
 def force_at(force: PointForce, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:

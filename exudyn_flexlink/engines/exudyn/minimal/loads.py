@@ -22,9 +22,9 @@ ComplexArray = NDArray[np.complex128]
 
 
 class _Now(NamedTuple):
-    """One instant: time (s), coordinates and speeds (links,), where the links are."""
+    """Instants (n,) s: coordinates and speeds (n, links), where the links are."""
 
-    t: float
+    t: FloatArray
     x: FloatArray
     v: FloatArray
     places: Places
@@ -38,12 +38,12 @@ class _Angle:
         self._rest = layout.turn(sense.second) - layout.turn(sense.first)
         self._is_speed = sense.is_speed
 
-    def value(self, now: _Now) -> float:
-        return float(self._row @ now.v if self._is_speed else self._row @ now.x + self._rest)
+    def value(self, now: _Now) -> FloatArray:
+        return np.asarray(now.v @ self._row if self._is_speed else now.x @ self._row + self._rest)
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds."""
-        none = np.zeros_like(now.x)
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:  # noqa: ARG002
+        """Derivatives (links,) by coordinates and by speeds, at one instant."""
+        none = np.zeros_like(self._row)
         return (none, self._row) if self._is_speed else (self._row, none)
 
 
@@ -54,15 +54,15 @@ class _Place:
         self._points = Points(layout, [sense.point])
         self._kinematics, self._axis = kinematics, sense.axis
 
-    def value(self, now: _Now) -> float:
-        place = self._points.places(now.places)[0]
-        return float(place.imag if self._axis else place.real)
+    def value(self, now: _Now) -> FloatArray:
+        place = self._points.places(now.places)[:, 0]
+        return place.imag if self._axis else place.real
 
     def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds."""
+        """Derivatives (links,) by coordinates and by speeds, at one instant."""
         points = self._points.places(now.places)
-        moved = self._kinematics.moves(now.places, self._points.links, points)[0]
-        return np.asarray(moved.imag if self._axis else moved.real), np.zeros_like(now.x)
+        moved = self._kinematics.moves(now.places, self._points.links, points)[0, 0]
+        return np.asarray(moved.imag if self._axis else moved.real), np.zeros(len(moved))
 
 
 class _Size:
@@ -77,15 +77,15 @@ class _Size:
             for sense in size.senses
         ]
 
-    def value(self, now: _Now) -> float:
-        """Size, N m or N; ArithmeticError where there is none."""
-        return self._applied.at(now.t, [sense.value(now) for sense in self._senses])
+    def value(self, now: _Now) -> FloatArray:
+        """Sizes (n,), N m or N; ArithmeticError where there is none."""
+        return self._applied.values(now.t, [sense.value(now) for sense in self._senses])
 
     def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds."""
-        by_place, by_speed = np.zeros((2, len(now.x)))
-        seen = [sense.value(now) for sense in self._senses]
-        slopes = self._applied.slopes(now.t, seen) if seen else []
+        """Derivatives (links,) by coordinates and by speeds, at one instant."""
+        by_place, by_speed = np.zeros((2, now.x.shape[1]))
+        seen = [float(sense.value(now)[0]) for sense in self._senses]
+        slopes = self._applied.slopes(float(now.t[0]), seen) if seen else []
         for sense, slope in zip(self._senses, slopes, strict=True):
             place, speed = sense.slopes(now)
             by_place += slope * place
@@ -101,7 +101,7 @@ class _Torque:
         self._size = _Size(layout, kinematics, motor.size)
 
     def push(self, now: _Now) -> FloatArray:
-        return self._size.value(now) * self._row
+        return self._size.value(now)[:, None] * self._row
 
     def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
         by_place, by_speed = self._size.slopes(now)
@@ -121,26 +121,28 @@ class _Force:
         self._turned_by[layout.hinges(force.axes)] = 1.0
         self._sizes = [_Size(layout, kinematics, size) for size in force.sizes]
 
-    def _direction(self, now: _Now) -> complex:
-        """Where the x-axis of the force's axes points."""
-        return complex(now.places.axis[self._axes]) * self._turn
+    def _direction(self, now: _Now) -> ComplexArray:
+        """Where the x-axis of the force's axes points (n,)."""
+        return np.asarray(now.places.axis[:, self._axes] * self._turn)
 
     def _moved(self, now: _Now) -> ComplexArray:
+        """Derivatives (n, links) of the point."""
         points = self._points.places(now.places)
-        return np.asarray(self._kinematics.moves(now.places, self._points.links, points)[0])
+        return np.asarray(self._kinematics.moves(now.places, self._points.links, points)[:, 0])
+
+    def _force(self, now: _Now) -> ComplexArray:
+        x, y = (size.value(now) for size in self._sizes)
+        return np.asarray(self._direction(now) * (x + 1j * y))
 
     def push(self, now: _Now) -> FloatArray:
-        x, y = (size.value(now) for size in self._sizes)
-        force = self._direction(now) * complex(x, y)
-        return np.asarray((np.conj(force) * self._moved(now)).real)
+        return np.asarray((np.conj(self._force(now))[:, None] * self._moved(now)).real)
 
     def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
-        x, y = (size.value(now) for size in self._sizes)
         (x_by_place, x_by_speed), (y_by_place, y_by_speed) = (
             size.slopes(now) for size in self._sizes
         )
-        direction, moved = self._direction(now), self._moved(now)
-        force = direction * complex(x, y)
+        direction, moved = self._direction(now)[0], self._moved(now)[0]
+        force = complex(self._force(now)[0])
         by_place = direction * (x_by_place + 1j * y_by_place) + 1j * force * self._turned_by
         by_speed = direction * (x_by_speed + 1j * y_by_speed)
         of_place = np.outer(moved, np.conj(by_place)).real + self._bent(force, moved)
@@ -182,15 +184,14 @@ class Loads:
         """
         found = np.zeros(x.shape)
         if self._all:
-            for i, time in enumerate(t.tolist()):
-                now = self._now(time, x[i], v[i])
-                for load in self._all:
-                    found[i] += load.push(now)
+            now = self._now(t, x, v)
+            for load in self._all:
+                found += load.push(now)
         return found
 
     def slopes(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How forces fall (links, links) with coordinates, and with speeds."""
-        now = self._now(t, x, v)
+        now = self._now(np.array([t]), x[None], v[None])
         stiffness, damping = np.zeros((2, len(x), len(x)))
         for load in self._all:
             by_place, by_speed = load.slopes(now)
@@ -198,5 +199,5 @@ class Loads:
             damping -= by_speed
         return stiffness, damping
 
-    def _now(self, t: float, x: FloatArray, v: FloatArray) -> _Now:
+    def _now(self, t: FloatArray, x: FloatArray, v: FloatArray) -> _Now:
         return _Now(t, x, v, self._kinematics.places(x))
