@@ -19,6 +19,7 @@ from exudyn_flexlink.observables import force_deviations, worst_force
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.report import comparison_text, run_text
+from exudyn_flexlink.report.forces import force_table
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison
@@ -239,3 +240,11 @@ def test_numbers_at_the_axis_are_no_finer_than_the_error(error):
 def test_told_errors_are_rounded_up():
     said = {0.0123: "0.02", 2.0: "2", 0.95: "1", 1.3e-5: "2e-5", 3e-4: "0.0003", 12.0: "20"}
     assert {error: told_error(error) for error in said} == said
+
+
+def test_a_force_that_is_rounding_while_nothing_touches_has_no_row():
+    """A journal that flies in its bearing pushes nothing: 333 % of 1e-30 N says nothing."""
+    own = ForceDeviation("N", ForceSpread(3e-30, 0.1, 1e-31, 1e-30), ForceSpread(3.0, 0.2, 1, 100))
+    told = "\n".join(force_table({"slot force of way": own}))
+    assert "slot force of way, in contact" in told
+    assert "333" not in told

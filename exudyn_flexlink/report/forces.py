@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from exudyn_flexlink.observables.forces import NEGLIGIBLE
 from exudyn_flexlink.report.text import table
 from exudyn_flexlink.result import ForceDeviation, ForceSpread
 
+NOTHING = ForceSpread(0.0, 0.0, 0.0, 0.0)
 MOST_ROWS = 12  # more than that scroll the rest away
 
 
@@ -20,10 +22,17 @@ def force_table(found: Mapping[str, ForceDeviation]) -> list[str]:
 
 
 def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
-    """Return the row of a force, and where it also acts in contact, one more."""
-    parts = [part for part in (own.free, own.touching) if part is not None and part.size > 0]
-    names = (name, "  in contact")
-    return [[what, *_cells(part, own.unit)] for what, part in zip(names, parts, strict=False)]
+    """Return a row of a force, and one of it in contact; none where it is rounding."""
+    free, touching = own.free, own.touching
+    largest = max(part.size for part in (free, touching, NOTHING) if part is not None)
+    rows = []
+    if free is not None and free.size > NEGLIGIBLE * largest:
+        rows.append([name, *_cells(free, own.unit)])
+    if touching is not None and touching.size > NEGLIGIBLE * largest:
+        rows.append(
+            ["  in contact" if rows else f"{name}, in contact", *_cells(touching, own.unit)]
+        )
+    return rows
 
 
 def _cells(part: ForceSpread, unit: str) -> list[str]:
