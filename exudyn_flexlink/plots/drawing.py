@@ -34,6 +34,7 @@ ZOOM_TIME = 3.0  # durations of a strike that it lasts: what is struck, and what
 ZOOM_ROOM = 1.25  # of what a zoom is to show
 LEAST_ZOOM = 0.1  # of the whole drawing: a window is no smaller
 FIRST = "first contact"
+IN_TURN = np.deg2rad([0.0, 100.0, 200.0, 300.0])  # no two of them mirrored at a dead centre
 
 
 @styled
@@ -43,7 +44,7 @@ def mechanism(
     """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 
     Without `instants`: the start, the first contact, the greatest angle of the struck body and the
-    same crank angle one turn after the first contact; without contacts four instants over the run.
+    same crank angle one turn after the first contact; without contacts four instants of a turn.
     What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
     """
     shown = _instants(result) if instants is None else [(time, "") for time in instants]
@@ -154,8 +155,7 @@ def _instants(result: Result) -> list[tuple[float, str]]:
     first = {name: strikes(result, name) for name in result.scene.contacts}
     struck = next(((name, found[0]) for name, found in first.items() if found), None)
     if struck is None:
-        even = np.linspace(result.time[0], result.time[-1], min(5, len(result.time)))
-        return [(float(time), "") for time in even[:4]]
+        return [(time, "") for time in _over_a_turn(result)]
     contact, strike = struck
     chosen = [(float(result.time[0]), "start"), (strike.begin, FIRST)]
     if result.scene.contacts[contact].struck is not None:
@@ -169,6 +169,16 @@ def _instants(result: Result) -> list[tuple[float, str]]:
             time = result.time[int(np.argmin(np.abs(turned - at)))]
             chosen.append((float(time), "one turn later"))
     return chosen
+
+
+def _over_a_turn(result: Result) -> list[float]:
+    """Four instants of the first turn of the crank; if it makes none, of the whole run."""
+    if turns(result):
+        turned = np.abs(crank_angle(result) - crank_angle(result)[0])
+        if turned[-1] >= 2 * np.pi:
+            return [float(result.time[np.argmin(np.abs(turned - a))]) for a in IN_TURN]
+    even = np.linspace(result.time[0], result.time[-1], min(5, len(result.time)))
+    return [float(time) for time in even[:4]]
 
 
 def _panel_title(result: Result, index: int, what: str, style: Style) -> str:

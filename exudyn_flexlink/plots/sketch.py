@@ -174,8 +174,11 @@ class Sketch:
         for name, place in points.items():
             shown = self.unit[0] * place
             axes.plot(*shown, _MARKS[name], color=BLACK, markersize=sized(4), zorder=6)
+            together = [k for k, other in points.items() if np.allclose(other, place, atol=1e-9)]
+            if name != together[0]:
+                continue
             axes.annotate(
-                name,
+                ", ".join(sorted(together)),
                 shown,
                 xytext=(0, sized(5)),
                 textcoords="offset points",
