@@ -140,7 +140,7 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
 
 def _unknown_sections(data: Mapping[str, Any]) -> list[Mistake]:
     known = list(Scene.model_fields)
-    return [unknown_key((key,), known) for key in data if key not in known]
+    return [unknown_key((key,), known, SECTION_OF) for key in data if key not in known]
 
 
 def _missing_sections(data: Mapping[str, Any], misspelt: list[str]) -> list[Mistake]:

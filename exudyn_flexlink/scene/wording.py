@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from exudyn_flexlink.expressions import looks_like_expression
 from exudyn_flexlink.quantities import in_words
 from exudyn_flexlink.scene.base import TAG, Part, type_of
-from exudyn_flexlink.source import KeyPath, Mistake, did_you_mean
+from exudyn_flexlink.scene.synonyms import did_you_mean_word
+from exudyn_flexlink.source import KeyPath, Mistake
 
 _NOWHERE: Mapping[str, str] = {}
 
@@ -52,7 +53,7 @@ def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _
     """Return the mistake of a key that is none of `keys`, but perhaps one of another section."""
     name = str(path[-1])
     near = f"; did you mean '{elsewhere[name]}.{name}'?" if name in elsewhere else ""
-    message = f"unknown key '{name}'{near or did_you_mean(name, keys)}"
+    message = f"unknown key '{name}'{near or did_you_mean_word(name, keys)}"
     return Mistake(path, message, "keys here: " + ", ".join(keys), on_key=True)
 
 
@@ -117,7 +118,7 @@ def _wrong_type(path: KeyPath, error: dict[str, Any]) -> Mistake:
     if "type" not in data:
         return Mistake(path, "missing 'type'", f"one of {listed}", on_key=True)
     kind = data["type"]
-    near = did_you_mean(kind, types) if isinstance(kind, str) else ""
+    near = did_you_mean_word(kind, types) if isinstance(kind, str) else ""
     message = f"type must be one of {listed}; got {in_words(kind)}{near}"
     return Mistake((*path, "type"), message)
 

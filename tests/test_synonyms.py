@@ -1,0 +1,155 @@
+"""Words of textbooks and of other programs lead to those of a model file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Any
+
+import pytest
+
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.scene import json_schema
+from exudyn_flexlink.scene.synonyms import OTHER_WORDS, did_you_mean_word
+from exudyn_flexlink.source import SceneError, parse_document
+
+MODEL = """
+title: pendulum
+materials: {steel: {density: 7850, youngs_modulus: 200 GPa}}
+bodies:
+  rod: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
+  bob: {type: rigid, mass: 1, inertia: 0.1}
+joints:
+  pin: {type: revolute, points: [ground, rod.start], at: [0, 0]}
+  bolt: {type: weld, points: [rod.end, bob.centre]}
+springs:
+  coil: {type: torsional, joint: pin, stiffness: 1, damping: 0.1}
+drives:
+  motor: {type: torque, joint: pin, value: 1}
+contacts:
+  stop: {type: point_on_line, point: bob.centre, line: [rod.start, rod.end],
+         law: {stiffness: 1.0e5, restitution: 0.5}}
+initial: {speeds: {rod: 0}, velocities: {bob: [0, 0]}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def schema_words() -> set[str]:
+    """Sections, keys and types of a model file."""
+    schema = json_schema()
+    parts: list[dict[str, Any]] = [schema, *schema["$defs"].values()]
+    keys = {key for part in parts for key in part["properties"]}
+    return keys | {part["properties"].get("type", {}).get("const", "") for part in parts}
+
+
+def told(model: str) -> str:
+    with pytest.raises(SceneError) as caught:
+        scene_of(parse_document(model, "pendulum.yaml"))
+    return str(caught.value)
+
+
+def test_every_word_that_is_suggested_is_one_of_a_model_file() -> None:
+    assert set(OTHER_WORDS) <= schema_words()
+
+
+def places() -> Iterator[list[str]]:
+    """Words that may stand in one place: keys of a part, or types to choose from."""
+    schema = json_schema()
+    parts = [schema, *schema["$defs"].values()]
+    for part in parts:
+        yield list(part["properties"])
+        for value in part["properties"].values():
+            choice = value.get("additionalProperties", value.get("items", value))
+            names = [one["$ref"].rpartition("/")[2] for one in choice.get("oneOf", ())
+                     if "$ref" in one]  # fmt: skip
+            yield [schema["$defs"][name]["properties"]["type"]["const"] for name in names]
+
+
+def test_no_word_has_two_meanings_in_one_place() -> None:
+    assert ["rod", "rigid", "flexible"] in places()
+    for words in places():
+        for one, other in combinations([word for word in words if word in OTHER_WORDS], 2):
+            assert not {*OTHER_WORDS[one].split()} & {*OTHER_WORDS[other].split()}, (one, other)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "meant"),
+    [
+        ("drives:", "forces:", "drives"),
+        ("drives:", "loads:", "drives"),
+        ("drives:", "motors:", "drives"),
+        ("drives:", "Actuators:", "drives"),
+        ("joints:", "constraints:", "joints"),
+        ("springs:", "dampers:", "springs"),
+        ("bodies:", "links:", "bodies"),
+        ("bodies:", "parts:", "bodies"),
+    ],
+)
+def test_sections_by_other_words(right: str, wrong: str, meant: str) -> None:
+    text = told(MODEL.replace(f"\n{right}", f"\n{wrong}"))
+    assert f"unknown key '{wrong[:-1]}'; did you mean '{meant}'?" in text
+    assert f"missing '{meant}'" not in text
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "meant"),
+    [
+        ("type: revolute", "type: pin", "revolute"),
+        ("type: revolute", "type: hinge", "revolute"),
+        ("type: revolute", "type: pivot", "revolute"),
+        ("type: weld", "type: fixed", "weld"),
+        ("type: weld", "type: rigid joint", "weld"),
+        ("type: torsional", "type: spring", "torsional"),
+        ("type: torque", "type: moment", "torque"),
+        ("type: torque", "type: motor", "speed"),
+        ("type: rod", "type: bar", "rod"),
+        ("type: rigid", "type: point_mass", "rigid"),
+    ],
+)
+def test_types_by_other_words(right: str, wrong: str, meant: str) -> None:
+    text = told(MODEL.replace(right, wrong))
+    assert f"got '{wrong.removeprefix('type: ')}'; did you mean '{meant}'?" in text
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("density", "rho"),
+        ("youngs_modulus", "E"),
+        ("youngs_modulus", "young"),
+        ("inertia", "J"),
+        ("inertia", "moment_of_inertia"),
+        ("inertia", "mass_moment"),
+        ("stiffness: 1,", "k: 1,"),
+        ("damping", "c"),
+        ("damping", "d"),
+        ("restitution", "e"),
+        ("restitution", "cor"),
+        ("value", "torque"),
+        ("velocities", "velocity"),
+        ("speeds", "omega"),
+        ("duration", "t_end"),
+        ("tolerance", "tol"),
+        ("at:", "position:"),
+    ],
+)
+def test_keys_by_other_words(right: str, wrong: str) -> None:
+    text = told(MODEL.replace(right, wrong))
+    right, wrong = right.partition(":")[0], wrong.partition(":")[0]
+    assert f"unknown key '{wrong}'; did you mean '{right}'?" in text
+    assert f"missing '{right}'" not in text
+
+
+def test_friction_by_its_letter() -> None:
+    text = told(MODEL.replace("restitution: 0.5", "restitution: 0.5, mu: 0.1"))
+    assert "unknown key 'mu'; did you mean 'friction'?" in text
+
+
+def test_a_key_that_stands_beside_the_sections_is_sent_to_its_own() -> None:
+    text = told(MODEL.replace("run: {duration: 1}", "duration: 1"))
+    assert "unknown key 'duration'; did you mean 'run.duration'?" in text
+
+
+def test_a_word_that_means_nothing_known_gets_no_suggestion() -> None:
+    assert did_you_mean_word("J", ["length", "width"]) == ""
