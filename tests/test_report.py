@@ -49,7 +49,7 @@ def test_check_tells_parts_effects_and_freedom(capsys: Capture) -> None:
     effects = {name: " ".join(row(shown.out, name)[1:]) for name in ("impact", "gravity")}
     assert effects == {"impact": "simulated strike", "gravity": "not in this scene"}
     assert row(shown.out, "flexibility") == ["flexibility", "simulated", "link"]
-    assert "Degrees of freedom: 10" in shown.out  # 9 hinges and the lever
+    assert "Degrees of freedom: 11" in shown.out  # 9 hinges, the lever, the driven crank
     assert "2.513 s (4 turns of crank)" in shown.out
     assert shown.err == ""
 
@@ -71,7 +71,7 @@ def test_check_says_what_a_rigid_model_leaves_out(capsys: Capture) -> None:
     shown = capsys.readouterr().out
     assert row(shown, "flexibility") == ["flexibility", "not", "in", "this", "scene"]
     assert "Natural frequencies of link" not in shown
-    assert "Degrees of freedom: 1\n" in shown
+    assert "Degrees of freedom: 2\n" in shown
 
 
 def test_check_compares_the_link_with_a_beam(capsys: Capture) -> None:

@@ -42,6 +42,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     turned,
 )
 from exudyn_flexlink.mechanism.linear_springs import spring_force
+from exudyn_flexlink.mechanism.mobility import moved_by_forces
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
@@ -155,6 +156,7 @@ __all__ = [
     "least_tolerance",
     "mass_matrix",
     "mobility",
+    "moved_by_forces",
     "node_anchor",
     "on_the_contact",
     "other_branches",

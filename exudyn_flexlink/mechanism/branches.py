@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.assembly import Assembly, without_play
 from exudyn_flexlink.mechanism.closing import CannotAssembleError, Start, straight_positions
-from exudyn_flexlink.mechanism.constraints import constraint_rows
+from exudyn_flexlink.mechanism.mobility import DEPENDENT, null_space, rigid_jacobian
 
 FloatArray = NDArray[np.float64]
 
 STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
 SAME = 1e-6  # rad: by so little or less the angles of one way differ
-DEPENDENT = 1e-9  # of a motion's size: less than this of a coordinate is rounding
 
 
 def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
@@ -27,7 +26,7 @@ def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
     mechanism = assembly.mechanism
     bodies = list(mechanism.bodies.values())
     firsts = [parts[0] for parts in bodies]
-    held = _independent(assembly, firsts)
+    held = _independent(assembly)
     at = assembly.state.q
     angles = dict(start.angles)
     for body, axis in held:
@@ -62,33 +61,16 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
     return float(np.abs(np.angle(np.exp(1j * (one - other)))).max(initial=0.0))
 
 
-def _independent(assembly: Assembly, firsts: list[int]) -> list[tuple[int, int]]:
+def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
-    rows = _rigid_jacobian(assembly, firsts)
-    _, sizes, directions = np.linalg.svd(rows)
-    rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())
-    motions = directions[rank:].T  # (3 bodies, freedoms)
+    without = without_play(assembly.mechanism, set())
+    motions = null_space(rigid_jacobian(without, assembly.state))  # (3 bodies, freedoms)
     found = []
     for axis in (2, 0, 1):
-        for body in range(len(firsts)):
+        for body in range(len(without.bodies)):
             left = motions[3 * body + axis]
             size = float(np.linalg.norm(left))
             if size > DEPENDENT:
                 found.append((body, axis))
                 motions = motions - np.outer(motions @ left, left) / size**2
     return found
-
-
-def _rigid_jacobian(assembly: Assembly, firsts: list[int]) -> FloatArray:
-    """Jacobian of all joints (rows, 3 bodies) by the first parts of bodies that move as one."""
-    mechanism, state = without_play(assembly.mechanism, set()), assembly.state
-    joints = constraint_rows(mechanism, state.q, state.places)
-    rows = np.zeros((len(joints), 3 * len(firsts)))
-    for body, parts in enumerate(mechanism.bodies.values()):
-        for part in parts:
-            arm = state.q[part, :2] - state.q[firsts[body], :2]
-            carried = np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]], [0.0, 0.0, 1.0]])
-            for side in (0, 1):
-                own = joints.parts[:, side] == part
-                rows[own, 3 * body : 3 * body + 3] += joints.slopes[own, side] @ carried
-    return rows

@@ -22,10 +22,11 @@ from exudyn_flexlink.mechanism import (
     wall_half_period,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.branches import branch_lines
 from exudyn_flexlink.report.drives import drive_lines
 from exudyn_flexlink.report.effects import effects_lines
 from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
+from exudyn_flexlink.report.freedom import freedom_lines
+from exudyn_flexlink.report.start import start_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (
     Body,
@@ -53,8 +54,8 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         drive_lines(scene),
         _contacts(scene, assembly.mechanism),
         effects_lines(scene, assembly.mechanism),
-        [f"Degrees of freedom: {assembly.degrees_of_freedom}"],
-        branch_lines(scene, assembly),
+        freedom_lines(scene, assembly),
+        start_lines(scene, assembly),
         *(
             link_frequencies(scene, name)
             for name, body in scene.bodies.items()
@@ -162,8 +163,8 @@ def _placed(at: tuple[float, float] | None) -> str:
 def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
     force, change = ("N", "m") if isinstance(spring, LinearSpring) else ("N m", "rad")
     return [
-        f"k {number(spring.stiffness)} {force}/{change}",
-        f"c {number(spring.damping)} {force} s/{change}",
+        f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
+        f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
     ]
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from itertools import zip_longest
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
+MOST_LISTED = 12  # bodies or joints that one line names
 GAP = "  "  # before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
 QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])|(?<=<) (?=\d)")
@@ -18,6 +19,12 @@ def number(value: float) -> str:
     """Return a number with 4 digits; whole ones in full, since 20000 reads better than 2e+04."""
     whole = abs(value) < 1e7 and value == round(value)
     return f"{value:.0f}" if whole else f"{value:.4g}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return words in one line, only the first of many."""
+    more = len(words) - MOST_LISTED
+    return ", ".join(words[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:

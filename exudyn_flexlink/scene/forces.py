@@ -64,12 +64,12 @@ Gravity = Annotated[tuple[Acceleration, Acceleration], _DownOrVector()]
 
 
 class TorsionalSpring(Part):
-    """A spring, and a damper, that act on the angle of a revolute joint."""
+    """A spring, a damper or both, that act on the angle of a revolute joint."""
 
     type: Literal["torsional"] = "torsional"
     joint: Name = Field(description="name of a revolute joint")
     stiffness: NonNegativeTorsionalStiffness | None = Field(
-        None, description="torque per angle; or 'frequency'"
+        None, description="torque per angle; or 'frequency'; neither: a damper alone"
     )
     frequency: PositiveFrequency | None = Field(
         None,
@@ -87,8 +87,10 @@ class TorsionalSpring(Part):
 
     @model_validator(mode="after")
     def _one_way_to_say_it(self) -> TorsionalSpring:
-        require_one(self, "stiffness", "frequency")
+        refuse_two(self, "stiffness", "frequency")
         refuse_two(self, "damping", "damping_ratio")
+        if all(value is None for value in (self.stiffness, self.frequency, self.damping)):
+            refuse("needs 'stiffness', 'frequency' or 'damping'")
         if self.damping_ratio is not None and self.stiffness == 0:
             refuse("needs a spring: the stiffness is 0", "give 'damping'", at="damping_ratio")
         return self

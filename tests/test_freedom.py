@@ -1,0 +1,136 @@
+"""What `check` says of freedoms and of the start; and a damper without a spring."""
+
+from __future__ import annotations
+
+from math import atan2, degrees, exp, hypot, pi
+
+import pytest
+
+from exudyn_flexlink.effects import idealise
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene, scene_of
+from exudyn_flexlink.report import check_text
+from exudyn_flexlink.scene import Scene, parse_scene
+from exudyn_flexlink.source import Document, parse_document
+
+FOUR_BAR = """
+title: four-bar linkage
+bodies:
+  crank: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, 0], b: [0.1, 0]}}
+  coupler: {type: rigid, mass: 1, inertia: 0.1, points: {b: [0, 0], c: [0.3, 0]}}
+  rocker: {type: rigid, mass: 1, inertia: 0.1, points: {d: [0, 0], c: [0.25, 0]}}
+joints:
+  A: {type: revolute, points: [ground, crank.a], at: [0, 0]}
+  B: {type: revolute, points: [crank.b, coupler.b]}
+  C: {type: revolute, points: [coupler.c, rocker.c]}
+  D: {type: revolute, points: [ground, rocker.d], at: [0.3, 0]}
+initial: {angles: {crank: 90 deg}, guesses: {coupler: 30 deg, rocker: 90 deg}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-6}
+"""
+MOTOR = "drives: {motor: {type: speed, joint: A, value: 60 rpm}}"
+FLYWHEEL = """
+title: flywheel on a damped axle
+bodies: {wheel: {type: rigid, mass: 1, inertia: 0.5}}
+joints: {axle: {type: revolute, points: [ground, wheel.centre], at: [0, 0]}}
+springs: {oil: {type: torsional, joint: axle, damping: 2}}
+initial: {speeds: {wheel: 3}}
+run: {duration: 1, sample: 0.1}
+accuracy: {tolerance: 1.0e-9}
+"""
+
+
+def scene(text: str) -> Scene:
+    return scene_of(parse_document(text, "model.yaml"))
+
+
+def block(text: str, first: str) -> list[str]:
+    """Lines of the block of what `check` says that begins with `first`, without double spaces."""
+    found = scene(text)
+    said = check_text(found, assemble_scene(found)).split("\n\n")
+    (lines,) = (part.splitlines() for part in said if part.startswith(first))
+    return [" ".join(line.split()) for line in lines]
+
+
+def test_a_drive_prescribes_the_one_freedom_of_a_four_bar() -> None:
+    assert block(FOUR_BAR + MOTOR, "Degrees") == ["Degrees of freedom: 1", "prescribed 1, by motor"]
+
+
+def test_without_a_drive_forces_move_a_four_bar() -> None:
+    told = block(FOUR_BAR, "Degrees")
+    assert told == ["Degrees of freedom: 1", "left to forces 1: they move crank, coupler, rocker"]
+
+
+def test_what_a_drive_does_not_reach_is_moved_by_forces_alone() -> None:
+    """A four-bar with the rocker cut in two is a five-bar, which one drive leaves half free."""
+    five_bar = FOUR_BAR.replace("rocker.c]", "tip.d]").replace(
+        "joints:", "  tip: {type: rigid, mass: 1, inertia: 0.1, points: {c: [0, 0], d: [0.1, 0]}}\n"
+        "joints:\n  E: {type: revolute, points: [rocker.c, tip.c]}"
+    ).replace("[0.25, 0]", "[0.2, 0]")  # fmt: skip
+    assert block(five_bar + MOTOR, "Degrees") == [
+        "Degrees of freedom: 2",
+        "prescribed 1, by motor",
+        "left to forces 1: they move coupler, rocker, tip",
+    ]
+
+
+def test_a_structure_can_not_move() -> None:
+    fixed = FLYWHEEL.replace("revolute", "weld").partition("springs")[0]
+    told = block(fixed + "run: {duration: 1}\naccuracy: {tolerance: 1.0e-6}", "Degrees")
+    assert told == ["Degrees of freedom: 0, nothing can move"]
+
+
+def test_joints_that_hold_twice_are_told_where_they_may() -> None:
+    """Three equal cranks carry a bar in parallel: the third is one too many in every position."""
+    cranks = "\n".join(
+        f"  {name}: {{type: rigid, mass: 1, inertia: 0.1, points: {{o: [0, 0], p: [0.1, 0]}}}}"
+        for name in "abc"
+    )
+    joints = "\n".join(
+        f"  {name}{end}: {{type: revolute, points: [{points}]{at}}}"
+        for x, name in enumerate("abc")
+        for end, points, at in (
+            ("0", f"ground, {name}.o", f", at: [{x}, 0]"),
+            ("1", f"{name}.p, bar.{name}", ""),
+        )
+    )
+    text = f"""
+title: parallel cranks
+bodies:
+{cranks}
+  bar: {{type: rigid, mass: 1, inertia: 0.1, points: {{a: [0, 0], b: [1, 0], c: [2, 0]}}}}
+joints:
+{joints}
+initial: {{angles: {{a: 1, b: 1, c: 1, bar: 0}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+    told = " ".join(block(text, "Degrees"))
+    assert "left to forces 1: they move a, b, c, bar" in told
+    assert "held twice what c1 would hold, other joints hold already" in told
+
+
+def test_the_start_is_told_of_every_body() -> None:
+    """By the law of cosines in the triangle of rocker, coupler and the line between their ends."""
+    across = hypot(0.3, 0.1)
+    down = atan2(-0.1, 0.3)  # from the crank's pin to the rocker's
+    angle = across**2 + 0.3**2 - 0.25**2
+    coupler = down + (pi / 2 - atan2(angle, ((2 * across * 0.3) ** 2 - angle**2) ** 0.5))
+    start = block(FOUR_BAR, "Start")
+    assert start[0] == "Start"
+    assert start[1].startswith(f"crank 90 deg, coupler {degrees(coupler):.4g} deg, rocker ")
+    assert start[2].startswith("The joints close in other ways, too")
+
+
+def test_a_damper_needs_no_spring() -> None:
+    """I dw/dt = -c w: the speed decays by exp(-c t / I), the angle tends to w0 I / c."""
+    result = simulate(scene(FLYWHEEL), measure=False)
+    turned = result.poses[:, 0, 2]
+    expected = [3 * 0.25 * (1 - exp(-4 * t)) for t in result.time]
+    assert turned == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_damper_without_damping_is_still_a_spring_of_a_model_file() -> None:
+    bare = idealise(scene(FLYWHEEL), ["damping"])
+    assert parse_scene(Document("again", data=bare.to_data())) == bare
+    assert bare.springs["oil"].stiffness == 0
