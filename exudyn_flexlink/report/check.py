@@ -24,8 +24,8 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.drives import drive_lines
 from exudyn_flexlink.report.effects import effects_lines
-from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
 from exudyn_flexlink.report.freedom import freedom_lines
+from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
 from exudyn_flexlink.report.start import start_lines
 from exudyn_flexlink.report.text import number, table
 from exudyn_flexlink.scene import (

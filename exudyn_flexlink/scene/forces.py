@@ -97,7 +97,7 @@ class TorsionalSpring(Part):
 
 
 class LinearSpring(Part):
-    """A spring, and a damper, between two points, or along a prismatic joint."""
+    """A spring, a damper or both, between two points, or along a prismatic joint."""
 
     type: Literal["linear"] = "linear"
     points: tuple[PointName, PointName] | None = Field(
@@ -107,7 +107,9 @@ class LinearSpring(Part):
         None, description="where the spring is held on the ground, [x, y], metres"
     )
     joint: Name | None = Field(None, description="name of a prismatic joint; or 'points'")
-    stiffness: NonNegativeStiffness = Field(description="force per change of length")
+    stiffness: NonNegativeStiffness = Field(
+        0.0, description="force per change of length; left out: a damper alone"
+    )
     damping: NonNegativeDamping = Field(0.0, description="force per rate of that change")
     length: Coordinate | None = Field(
         None,
@@ -119,6 +121,8 @@ class LinearSpring(Part):
     @model_validator(mode="after")
     def _between_points_or_along_a_joint(self) -> LinearSpring:
         require_one(self, "points", "joint")
+        if not {"stiffness", "damping"} & self.model_fields_set:
+            refuse("needs 'stiffness' or 'damping'")
         if self.points is None and self.at is not None:
             refuse("only a spring with the ground has a fixed place", at="at")
         if self.points is not None:
