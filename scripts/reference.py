@@ -4,7 +4,8 @@ Usage:
   .venv/bin/python scripts/reference.py            into docs/_generated
   .venv/bin/python scripts/reference.py --out DIR
 
-`model_file.md` has every key of a model file with meaning, unit and default, by the JSON schema;
+`model_file.md` has every key of a model file with meaning, unit, default and example, by the JSON
+schema and the models of `docs/reference/examples`;
 `commands.md` the help of every command; `items.md` what `make_docs.py` makes; `tutorial_N.diff`
 what step N of the tutorial changes. Sphinx calls this before it builds the site.
 """
@@ -15,7 +16,9 @@ import argparse
 import re
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
+from dataclasses import dataclass
 from difflib import unified_diff
+from functools import cache
 from io import StringIO
 from itertools import pairwise
 from pathlib import Path
@@ -26,12 +29,32 @@ from make_docs import DOCS, ITEMS
 
 from exudyn_flexlink.cli import main as program
 from exudyn_flexlink.scene import json_schema
+from exudyn_flexlink.source import Document, KeyPath, load_document
 from exudyn_flexlink.units import PREFIXES, SYMBOLS, Dimension, usual_units
 
 Schema = dict[str, Any]
+INTRODUCTION = """A model file is YAML. Sections in which things are named hold any number of them.
+
+The ground has an x and a y axis; angles are counter-clockwise from x. A body has axes of its own:
+those of a rod and of a flexible link have their origin at `start`, and x leads to `end`. Those of a
+rigid body are where its `points` and its `centre_of_mass` are written. The angle of a body is that
+of its x axis. A point is written `body.point`, such as `crank.end`.
+
+Nobody writes where each body stands: joints place them at time 0. `initial` gives what they leave
+open, mostly the angle of one crank, and roughly that of others where the joints close in two ways.
+`check` prints the start it found. Angles need a unit: `90` means 90 rad, `90 deg` a right angle.
+
+A short model is one of bodies, joints and something that moves it:
+
+```{literalinclude} ../reference/examples/four_bar.yaml
+:language: yaml
+```
+"""
 COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")
 UNIT = re.compile(r"(?:^|: )[a-z ]+; (?P<unit>[^;]+) or e\.g\. '[^']+'$")  # end of a description
 WIDTH = "100"  # columns of a help text
+EXAMPLES = sorted((DOCS / "reference" / "examples").glob("*.yaml"))
+LONGEST_VALUE = 50  # characters of an example in a table
 
 
 def write(folder: Path) -> None:
@@ -68,7 +91,7 @@ def model_file() -> Iterator[str]:
     """Lines that tell every key of a model file, section by section."""
     whole = json_schema()
     parts = whole["$defs"]
-    yield "A model file is YAML. Sections in which things are named hold any number of them.\n"
+    yield INTRODUCTION
     yield from table(whole, parts)
     told: set[str] = set()
     for section, value in whole["properties"].items():
@@ -78,7 +101,8 @@ def model_file() -> Iterator[str]:
             yield f"\n## `{section}`\n\n{sentence(value['description'])}"
         for name in names:
             yield f"\n({anchor(name)})=\n### {title(name, parts)}\n\n{parts[name]['description']}\n"
-            yield from table(parts[name], parts)
+            yield from table(parts[name], parts, name)
+            yield from snippet(name)
     yield "\n## Units\n\nA number without a unit is in SI units. A text may carry one of these, or"
     yield f"any product of powers, such as `N/(m s)`, of {', '.join(SYMBOLS)}. Of these"
     yield f"{', '.join(name for name, own in SYMBOLS.items() if own.prefixed)} may have a prefix:"
@@ -128,16 +152,96 @@ def word(name: str, parts: Schema) -> str:
     return f"`{kind}`" if kind else title(name, parts)
 
 
-def table(part: Schema, parts: Schema) -> Iterator[str]:
-    """Lines of the table of a definition's keys."""
+def table(part: Schema, parts: Schema, name: str = "") -> Iterator[str]:
+    """Lines of the table of a definition's keys; without a name, of the whole file's."""
     required = part.get("required", [])
-    yield "| key | meaning | value | default |\n|---|---|---|---|"
+    last = ("| example ", "|---") if name else ("", "")
+    yield f"| key | meaning | value | default {last[0]}|\n|---|---|---|---{last[1]}|"
     for key, value in sorted(part["properties"].items(), key=lambda one: one[0] != "type"):
         meaning = UNIT.sub("", value.get("description", "")) or "-"
-        if "const" in value:
-            meaning = "which part this is"
+        meaning = meaning.rstrip(".")  # of a type: its class's sentence
         default = "required" if key in required else default_of(value)
-        yield f"| `{key}` | {escaped(meaning)} | {kind_of(value, parts)} | {default} |"
+        row = f"| `{key}` | {escaped(meaning)} | {kind_of(value, parts)} | {default} |"
+        yield row + (f" {example_of(name, key)} |" if name else "")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A part in a model of the examples: where it stands, and what it says."""
+
+    document: Document
+    path: KeyPath
+    data: Schema
+
+
+@cache
+def shown() -> dict[str, list[Shown]]:
+    """Parts in the models of the examples, by the name of their definition."""
+    whole = json_schema()
+    found: dict[str, list[Shown]] = {name: [] for name in whole["$defs"]}
+    for path in EXAMPLES:
+        document = load_document(path)
+        for section, value in whole["properties"].items():
+            if section in document.data:
+                data = document.data[section]
+                for name, at, part in meant(value, whole["$defs"], data, (section,)):
+                    found[name].append(Shown(document, at, part))
+    return found
+
+
+def meant(
+    value: Schema, parts: Schema, data: Any, path: KeyPath
+) -> Iterator[tuple[str, KeyPath, Schema]]:
+    """Definition, place and data of every part in `data`, which a piece of the schema describes."""
+    if isinstance(data, list):
+        for i, item in enumerate(data):
+            yield from meant(value.get("items", {}), parts, item, (*path, i))
+    elif isinstance(data, dict) and "additionalProperties" in value:
+        for key, item in data.items():
+            yield from meant(value["additionalProperties"], parts, item, (*path, key))
+    elif isinstance(data, dict) and (names := references(value)):
+        kinds = {name: parts[name]["properties"].get("type", {}) for name in names}
+        word = data.get("type", next((own["default"] for own in kinds.values() if own), None))
+        name = next((name for name in names if kinds[name].get("const") == word), names[0])
+        yield name, path, data
+        for key, item in parts[name]["properties"].items():
+            if key in data:
+                yield from meant(item, parts, data[key], (*path, key))
+
+
+def example_of(name: str, key: str) -> str:
+    """How the examples write a key of a definition; longer ones are shown below the table."""
+    texts = [flow(part.data[key]) for part in shown()[name] if key in part.data]
+    if not texts:
+        return "none"
+    text = min(texts, key=len) if len(texts[0]) > LONGEST_VALUE else texts[0]
+    return f"`{escaped(text)}`" if len(text) <= LONGEST_VALUE else "below"
+
+
+def flow(value: Any) -> str:
+    """A value as YAML in one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(flow, value)) + "]"
+    return str(value).lower() if isinstance(value, bool) else f"{value}"
+
+
+def snippet(name: str) -> Iterator[str]:
+    """Lines of the example that shows most keys of a definition, under its section."""
+    if not shown()[name]:
+        return
+    best = max(shown()[name], key=lambda part: len(part.data))
+    places = best.document.key_places
+    top = best.path[:2] if best.path[:2] in places and len(best.path) > 1 else best.path[:1]
+    inside = [*best.document.places.items(), *places.items()]
+    last = max(place.line for at, place in inside if at[: len(top)] == top)
+    lines = best.document.text.splitlines()[places[top].line - 1 : last]
+    head = [f"{top[0]}:"] if len(top) > 1 else []
+    model = Path(best.document.name).name
+    yield f"\nIn `docs/reference/examples/{model}`:\n\n```yaml"
+    yield from [*head, *lines]
+    yield "```"
 
 
 def default_of(value: Schema) -> str:
@@ -156,6 +260,9 @@ def kind_of(value: Schema, parts: Schema) -> str:
         return escaped(named + ", ".join(told))
     inner = value.get("additionalProperties", value)
     forms = inner.get("anyOf", [inner])
+    if any(form.get("type") == "array" for form in forms) and len(forms) > 1:  # gravity
+        units = [UNIT.search(form.get("description", "")) for form in forms]
+        return " or ".join(unit["unit"] if unit else "pair" for unit in units)
     words = [f"`{word}`" for form in forms for word in form.get("enum", [])]
     if "const" in value:
         words = [f"`{value['const']}`"]

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import make_docs
 import pytest
@@ -267,6 +268,43 @@ def test_the_reference_has_every_key(tmp_path: Path) -> None:
     for name in schema["$defs"]:
         assert text.count(f"(model-file-{name.lower()})=") == 1
     assert "usage: exudyn-flexlink simulate" in (tmp_path / "commands.md").read_text()
+
+
+@pytest.mark.parametrize("path", reference.EXAMPLES, ids=lambda path: path.stem)
+def test_the_examples_of_the_reference_are_models(path: Path) -> None:
+    load_scene(path)
+
+
+def test_the_examples_of_the_reference_show_every_type_and_key() -> None:
+    """A new part of the language needs its example in docs/reference/examples."""
+    missing = [
+        f"{name}.{key}"
+        for name, part in json_schema()["$defs"].items()
+        for key in part["properties"]
+        if reference.example_of(name, key) == "none" and not optional_type(part, key)
+    ]
+    assert not missing
+
+
+def optional_type(part: dict[str, Any], key: str) -> bool:
+    """A type that may be left out, since there is only one, or one that is meant then."""
+    return key == "type" and key not in part.get("required", ())
+
+
+def test_every_key_says_what_it_is() -> None:
+    for part in json_schema()["$defs"].values():
+        for key, value in part["properties"].items():
+            assert len(value["description"]) > 3, (part, key)
+
+
+def test_an_example_of_each_part_stands_below_its_table(tmp_path: Path) -> None:
+    reference.write(tmp_path)
+    text = (tmp_path / "model_file.md").read_text(encoding="utf-8")
+    sections = text.split("\n(model-file-")[1:]
+    assert len(sections) == len(json_schema()["$defs"])
+    for section in sections:
+        (told,) = re.findall(r"```yaml\n(.*?)```", section, re.DOTALL)
+        assert parse_document(told, "example.yaml").data
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,10 @@ def json_schema() -> dict[str, Any]:
     _, whole = models_json_schema([(Scene, "validation")], by_alias=True)
     definitions = {name: _tidy(part) for name, part in whole["$defs"].items()}
     for name, part in definitions.items():
-        if "type" in part["properties"] and name not in _OPTIONAL_TYPE:
-            part["required"] = ["type", *part.get("required", [])]
+        if "type" in part["properties"]:
+            part["properties"]["type"]["description"] = part["description"]
+            if name not in _OPTIONAL_TYPE:
+                part["required"] = ["type", *part.get("required", [])]
     scene = definitions.pop("Scene")
     return {
         "$schema": DRAFT,

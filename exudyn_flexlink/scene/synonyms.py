@@ -40,6 +40,8 @@ OTHER_WORDS: dict[str, str] = {
     "linear": "spring damper dashpot coil translational axial linear_spring",
     "speed": "motor velocity angular_velocity angular_speed rotation omega rpm",
     "torque": "moment couple motor_torque",
+    "force": "load point_force thrust",
+    "motion": "position displacement angle prescribed",
     "point_on_line": "impact stop collision point_line point_segment contact",
     "penalty": "compliant spring_damper hertz hunt_crossley kelvin_voigt elastic soft",
     "impulse": "rigid hard impulsive newton nonsmooth",
