@@ -51,7 +51,8 @@ A short model is one of bodies, joints and something that moves it:
 ```
 """
 COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")
-UNIT = re.compile(r"(?:^|: )[a-z ]+; (?P<unit>[^;]+) or e\.g\. '[^']+'$")  # end of a description
+VARYING = ", or an expression or a table"  # what a drive's value may be beside a number
+UNIT = re.compile(rf"(?:^|: )[a-z ]+; (?P<unit>[^;]+?)(?:,| or) e\.g\. '[^']+'(?:{VARYING})?$")
 WIDTH = "100"  # columns of a help text
 EXAMPLES = sorted((DOCS / "reference" / "examples").glob("*.yaml"))
 LONGEST_VALUE = 50  # characters of an example in a table
@@ -194,8 +195,9 @@ def meant(
 ) -> Iterator[tuple[str, KeyPath, Schema]]:
     """Definition, place and data of every part in `data`, which a piece of the schema describes."""
     if isinstance(data, list):
-        for i, item in enumerate(data):
-            yield from meant(value.get("items", {}), parts, item, (*path, i))
+        entries = value.get("prefixItems") or [value.get("items", {})] * len(data)
+        for i, (entry, item) in enumerate(zip(entries, data, strict=True)):
+            yield from meant(entry, parts, item, (*path, i))
     elif isinstance(data, dict) and "additionalProperties" in value:
         for key, item in data.items():
             yield from meant(value["additionalProperties"], parts, item, (*path, key))
@@ -256,6 +258,9 @@ def kind_of(value: Schema, parts: Schema) -> str:
     """Unit, words to choose from, or parts that a key takes."""
     told = [f"[{word(name, parts)}](#{anchor(name)})" for name in dict.fromkeys(references(value))]
     named = "by name: " if "additionalProperties" in value else ""
+    description = value.get("description", "")
+    if unit := UNIT.search(description) if VARYING in description else None:
+        told = [unit["unit"], "an expression", *told]
     if told:
         return escaped(named + ", ".join(told))
     inner = value.get("additionalProperties", value)

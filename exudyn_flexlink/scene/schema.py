@@ -17,7 +17,11 @@ _OPTIONAL_TYPE = ("ContactLaw", "RectangleSection")  # the type meant where none
 def json_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12) of a model file, from the classes that check it."""
     _, whole = models_json_schema([(Scene, "validation")], by_alias=True)
-    definitions = {name: _tidy(part) for name, part in whole["$defs"].items()}
+    tidy = {name: _tidy(part) for name, part in whole["$defs"].items()}
+    definitions = {
+        name: {key: _with_references(value, tidy) for key, value in part.items()}
+        for name, part in tidy.items()
+    }
     for name, part in definitions.items():
         if "type" in part["properties"]:
             part["properties"]["type"]["description"] = part["description"]
@@ -30,6 +34,18 @@ def json_schema() -> dict[str, Any]:
         **scene,
         "$defs": dict(sorted(definitions.items())),
     }
+
+
+def _with_references(value: Any, definitions: dict[str, Any]) -> Any:
+    """Refer to a definition where pydantic has written it out again."""
+    if isinstance(value, list):
+        return [_with_references(item, definitions) for item in value]
+    if not isinstance(value, dict):
+        return value
+    name = next((name for name, part in definitions.items() if part == value), None)
+    if name is not None:
+        return {"$ref": f"#/$defs/{name}"}
+    return {key: _with_references(item, definitions) for key, item in value.items()}
 
 
 def is_schema(text: str) -> bool:
