@@ -9,7 +9,7 @@ import pytest
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, scene_of
-from exudyn_flexlink.report import check_text
+from exudyn_flexlink.report import check_text, run_text
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import Document, parse_document
 
@@ -134,3 +134,29 @@ def test_a_damper_without_damping_is_still_a_spring_of_a_model_file() -> None:
     bare = idealise(scene(FLYWHEEL), ["damping"])
     assert parse_scene(Document("again", data=bare.to_data())) == bare
     assert bare.springs["oil"].stiffness == 0
+
+
+BALL = """
+title: ball over a fixed bar
+gravity: 9.81
+bodies:
+  ball: {type: rigid, mass: 1, inertia: 0}
+  bar: {type: rigid, mass: 1, inertia: 0.1, points: {a: [-0.5, 0], b: [0.5, 0]}}
+joints: {hold: {type: weld, points: [ground, bar.centre], at: [0, 0]}}
+contacts:
+  hit: {type: point_on_line, point: ball.centre, line: [bar.a, bar.b],
+        law: {stiffness: 1.0e+5, restitution: 0.8}}
+initial: {positions: {ball: [0.1, 0.2]}}
+run: {duration: 0.4}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+def test_a_run_without_a_joint_that_turns_has_neither_laps_nor_crank() -> None:
+    """Fallen from 0.2 m, the ball strikes at sqrt(2 h / g) = 0.20193 s."""
+    text = run_text(simulate(scene(BALL), measure=False))
+    head, row = text[text.index("Strikes of hit") :].splitlines()[1:3]
+    assert head.split() == ["time", "approach", "place", "bar", "peak"]
+    assert row.split()[:3] == ["0.20193", "s", "1.9809"]
+    assert "lap" not in text
+    assert "crank" not in text

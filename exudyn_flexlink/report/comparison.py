@@ -6,7 +6,13 @@ from collections.abc import Callable
 from math import isfinite
 
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
-from exudyn_flexlink.observables import Deviation, Strike, name_of, relative_energy_residual
+from exudyn_flexlink.observables import (
+    Deviation,
+    Strike,
+    crank_joint,
+    name_of,
+    relative_energy_residual,
+)
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.forces import force_table
 from exudyn_flexlink.report.text import number, table
@@ -134,9 +140,11 @@ def _levers(comparison: Comparison) -> list[str]:
 
 def _strikes(comparison: Comparison, contact: str) -> list[str]:
     pairs = [pair for pair in comparison.strikes if pair.contact == contact]
-    rows = [["lap", "", comparison.first.name, comparison.second.name, "difference"]]
+    turns = crank_joint(comparison.first.result.scene) is not None
+    names = [comparison.first.name, comparison.second.name, "difference"]
+    rows = [["lap" if turns else "", "", *names]]
     for pair in pairs[:MOST_STRIKES]:
-        rows += _strike(pair)
+        rows += [row if turns else ["", *row[1:]] for row in _strike(pair)]
     more = len(pairs) - MOST_STRIKES
     return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
 

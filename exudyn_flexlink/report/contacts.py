@@ -50,7 +50,10 @@ def sleeve_lines(result: Result, joint: str) -> list[str]:
         what,
         *table(
             [
-                ["lap", *(f"{name}{f', {unit}' if unit else ''}" for name, unit in UNITS.items())],
+                [
+                    "lap" if laps else "",
+                    *(f"{name}{f', {unit}' if unit else ''}" for name, unit in UNITS.items()),
+                ],
                 *rows,
             ]
         ),

@@ -7,6 +7,7 @@ from math import degrees, inf, isfinite
 from exudyn_flexlink.observables import (
     LeverResponse,
     Strike,
+    crank_joint,
     forces_of,
     joints_with_play,
     lever_response,
@@ -68,9 +69,11 @@ def _strikes(result: Result, contact: str) -> list[str]:
     response = None if struck is None else lever_response(result, contact)
     ends = [strike.begin for strike in found[1:]] + [inf]
     peak = "" if struck is None else f"{struck} peak"
-    rows = [["lap", "time", "crank angle", "approach", "place", peak]]
+    crank = crank_joint(result.scene)
+    turned = [] if crank is None else ["lap", f"angle of {crank}"]
+    rows = [[*turned, "time", "approach", "place", peak]]
     rows += [
-        _strike(strike, response, end)
+        [*(_turned(strike) if turned else []), *_strike(strike, response, end)]
         for strike, end in list(zip(found, ends, strict=True))[:MOST_STRIKES]
     ]
     more = len(found) - MOST_STRIKES
@@ -79,16 +82,19 @@ def _strikes(result: Result, contact: str) -> list[str]:
 
 def _strike(strike: Strike, response: LeverResponse | None, until: float) -> list[str]:
     """Return one row of the table; `until` is when the next strike begins."""
-    angle = strike.crank_angle
     peak = None if response is None else response.between(strike.begin, until).farthest
     return [
-        str(strike.lap),
         f"{strike.begin:.5f} s",
-        "" if angle is None else f"{degrees(angle) % 360:.2f} deg",
         f"{strike.approach_speed:.4f} m/s",
         f"{strike.place:.5f} m",
         "" if peak is None else f"{peak:+.5f} rad",
     ]
+
+
+def _turned(strike: Strike) -> list[str]:
+    """Lap and angle of the joint whose turns count."""
+    angle = strike.crank_angle
+    return [str(strike.lap), "" if angle is None else f"{degrees(angle) % 360:.2f} deg"]
 
 
 def _responses(result: Result) -> list[str]:
