@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PPoly
 
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.mechanism.antiderivative import Antiderivative
@@ -114,7 +113,10 @@ class Tabled:
     def __init__(self, rows: Sequence[tuple[float, float]], rule: str) -> None:
         times, values = np.array(rows, dtype=float).T
         self.times: list[float] = times.tolist()
-        self._values: PPoly
+        # Only who has a table waits for SciPy.
+        from scipy.interpolate import CubicSpline, PPoly  # noqa: PLC0415
+
+        self._values: Any
         if rule == "cubic":
             self._values = CubicSpline(times, values)
         elif rule == "linear":
