@@ -8,7 +8,7 @@ import pytest
 
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines.lagrangian import walls
-from exudyn_flexlink.engines.lagrangian.equations import chain_of
+from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of

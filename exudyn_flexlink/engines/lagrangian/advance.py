@@ -65,10 +65,11 @@ LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
 @inlined
 def _start(h: float, method: Method, work: Work) -> None:
     """Speeds to start the iteration with where no last step is known: of steady acceleration."""
-    stages, free = work.speeds.shape
+    speeds, nodes, begin = work.speeds, method.nodes, work.begin
+    stages, free = speeds.shape
     for i in range(stages):
         for j in range(free):
-            work.speeds[i, j] = method.nodes[i] * h * work.begin[free + j]
+            speeds[i, j] = nodes[i] * h * begin[free + j]
 
 
 @inlined
@@ -78,12 +79,13 @@ def _slip(h: float, method: Method, work: Work) -> float:
     P follows from the guide's angle: a bend of the track between two stages, or a jump of P, shows
     in no coordinate that is solved for.
     """
-    stages = len(work.near)
-    x, y = work.way[stages, 0] - work.way[0, 0], work.way[stages, 1] - work.way[0, 1]
+    way, matrix = work.way, method.matrix
+    stages = len(matrix)
+    x, y = way[stages, 0] - way[0, 0], way[stages, 1] - way[0, 1]
     for m in range(stages):
-        weight = h * method.matrix[stages - 1, m]
-        x -= weight * work.way[1 + m, 2]
-        y -= weight * work.way[1 + m, 3]
+        weight = h * matrix[stages - 1, m]
+        x -= weight * way[1 + m, 2]
+        y -= weight * way[1 + m, 3]
     return float(np.sqrt(x * x + y * y))
 
 
@@ -217,10 +219,10 @@ def _end_at_touch(
     h = part * whole
     if h < shortest_step(at.t):
         return h, pair
-    known = changes.copy()
+    known, speeds = changes.copy(), work.speeds
     for i in range(stages):
         for j in range(free):
-            work.speeds[i, j] = changes[i, free + j]
+            speeds[i, j] = changes[i, free + j]
     by_q, by_v = slopes(at, pressing_at(at, equations), equations)
     factor(h, by_q, by_v, method, work)
     scale = scale_at(at, equations, control.reaches)
@@ -233,7 +235,9 @@ def _end_at_touch(
         if again != NONE:
             _cut(part, at.y, changes, method, work.states)
             return part * h, again
-    changes[:] = known
+    for i in range(stages):
+        for j in range(len(at.y)):
+            changes[i, j] = known[i, j]
     return h, pair
 
 
@@ -241,11 +245,11 @@ def _end_at_touch(
 def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) -> Instant:
     """Rates and P at the start of a step; of one that goes on from the last they are known."""
     if going_on:  # a step's last stage is its end, where the iteration left its rates
-        stages = len(work.near)
+        begin, rates, way, stages = work.begin, work.rates, work.way, len(work.near)
         for j in range(len(at.y)):
-            work.begin[j] = work.rates[stages - 1, j]
+            begin[j] = rates[stages - 1, j]
         for j in range(4):
-            work.way[0, j] = work.way[stages, j]
+            way[0, j] = way[stages, j]
         return at
     near, _ = rate_at(at, equations, work.begin, work.way[0])
     return Instant(at.t, at.y, near)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inner
+from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
 
 FloatArray = NDArray[np.float64]
 TrackPoint = tuple[float, float, float, float, float, float]
@@ -75,3 +75,9 @@ def unpacked(data: FloatArray) -> Constants:
         data[at[13] : at[14]],
         data[at[14] :],
     )
+
+
+@compiled
+def chain_of(c: Constants) -> tuple[FloatArray, float, FloatArray, FloatArray]:
+    """What `walls` needs: coordinates and lengths of rods, coordinate of P, numbers of walls."""
+    return c.rods, c.track_coordinate, c.lengths, c.channel

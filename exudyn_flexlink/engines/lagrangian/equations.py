@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint, unpacked
+from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint, chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
 from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
@@ -89,16 +89,17 @@ def _mass(axes: Turned, point: TrackPoint, c: Constants) -> FloatArray:
     begin = int(c.rods[0])  # the rods' coordinates follow one another
     cosines, sines = axes[0][begin : begin + n], axes[1][begin : begin + n]
     mass = np.zeros((count, count))
+    couplings, firsts, inertias = c.couplings, c.firsts, c.inertias
     for i in range(n):
         cosine, sine = cosines[i], sines[i]
         for h in range(n):
-            mass[begin + i, begin + h] = c.couplings[i, h] * (cosine * cosines[h] + sine * sines[h])
+            mass[begin + i, begin + h] = couplings[i, h] * (cosine * cosines[h] + sine * sines[h])
     for i in range(n):
-        slip = c.firsts[i] * (point[3] * cosines[i] - point[2] * sines[i])
+        slip = firsts[i] * (point[3] * cosines[i] - point[2] * sines[i])
         mass[p, begin + i] += slip
         mass[begin + i, p] += slip
     for j in range(count):
-        mass[j, j] += c.inertias[j]
+        mass[j, j] += inertias[j]
     mass[p, p] += c.mass * (point[2] * point[2] + point[3] * point[3])
     return mass
 
@@ -116,21 +117,22 @@ def _take_quadratic_terms(
     axes: Turned, v: FloatArray, point: TrackPoint, c: Constants, right: FloatArray
 ) -> None:
     """Take the terms of the squares of the speeds from the right side (N,)."""
-    n, p, begin = len(c.firsts), int(c.track_coordinate), int(c.rods[0])
+    firsts, couplings = c.firsts, c.couplings
+    n, p, begin = len(firsts), int(c.track_coordinate), int(c.rods[0])
     cosines, sines = axes[0][begin : begin + n], axes[1][begin : begin + n]
     moved = v[p] * v[p]
     along, across = np.empty(n), np.empty(n)
     for h in range(n):
         square = v[begin + h] * v[begin + h]
         along[h], across[h] = cosines[h] * square, sines[h] * square
-        right[p] += c.firsts[h] * (point[2] * along[h] + point[3] * across[h])
+        right[p] += firsts[h] * (point[2] * along[h] + point[3] * across[h])
     for i in range(n):
         pulled, pushed = 0.0, 0.0
         for h in range(n):
-            pulled += c.couplings[i, h] * along[h]
-            pushed += c.couplings[i, h] * across[h]
+            pulled += couplings[i, h] * along[h]
+            pushed += couplings[i, h] * across[h]
         right[begin + i] -= sines[i] * pulled - cosines[i] * pushed
-        right[begin + i] -= c.firsts[i] * (point[5] * cosines[i] - point[4] * sines[i]) * moved
+        right[begin + i] -= firsts[i] * (point[5] * cosines[i] - point[4] * sines[i]) * moved
     right[p] -= c.mass * (point[2] * point[4] + point[3] * point[5]) * moved
 
 
@@ -139,29 +141,24 @@ def _torques(state: State, axes: Turned, c: Constants) -> FloatArray:
     """Generalised forces Q (N,) of springs, dampers and weight."""
     q, v, point = state
     cosines, sines = axes
-    count = len(q)
-    torques = np.zeros(count)
+    stiffness, damping, preload = c.stiffness, c.damping, c.preload
+    count, gx, gy = len(q), c.gravity[0], c.gravity[1]
+    torques = np.empty(count)
     for j in range(count):
-        torque = c.preload[j]
+        torque = preload[j]
         for k in range(count):
-            torque -= c.stiffness[j, k] * q[k] + c.damping[j, k] * v[k]
+            torque -= stiffness[j, k] * q[k] + damping[j, k] * v[k]
         torques[j] = torque
-    gx, gy = c.gravity[0], c.gravity[1]
     if gx != 0.0 or gy != 0.0:
+        firsts, moments, rods = c.firsts, c.moments, c.rods
         torques[int(c.track_coordinate)] += c.mass * (gx * point[2] + gy * point[3])
         for j in range(count):
-            x, y = c.moments[j, 0], c.moments[j, 1]
+            x, y = moments[j, 0], moments[j, 1]
             torques[j] += cosines[j] * (gy * x - gx * y) - sines[j] * (gx * x + gy * y)
-        for i in range(len(c.firsts)):
-            j = int(c.rods[i])
-            torques[j] += c.firsts[i] * (gy * cosines[j] - gx * sines[j])
+        for i in range(len(firsts)):
+            j = int(rods[i])
+            torques[j] += firsts[i] * (gy * cosines[j] - gx * sines[j])
     return torques
-
-
-@compiled
-def chain_of(c: Constants) -> tuple[FloatArray, float, FloatArray, FloatArray]:
-    """What `walls` needs: coordinates and lengths of rods, coordinate of P, numbers of walls."""
-    return c.rods, c.track_coordinate, c.lengths, c.channel
 
 
 @inlined
@@ -235,10 +232,12 @@ def _push(
     states, gradients, slides = touches(state.q, state.v, state.point, c)
     for k in range(len(acting)):
         if acting[k] == PENALTY:
-            forces[k] = penalty_force(states[k, 0], states[k, 2], c.faces[k])
-            drags[k] = -c.faces[k, 10] * forces[k] * np.tanh(states[k, 3] / c.faces[k, 11])
+            face = c.faces[k]
+            force = penalty_force(states[k, 0], states[k, 2], face)
+            drag = -face[10] * force * np.tanh(states[k, 3] / face[11])
+            forces[k], drags[k] = force, drag
             for j in range(len(right)):
-                right[j] += forces[k] * gradients[k, j] + drags[k] * slides[k, j]
+                right[j] += force * gradients[k, j] + drag * slides[k, j]
     return states, gradients
 
 
@@ -338,11 +337,11 @@ def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> No
     )
     for j in range(free):
         rate[j], rate[free + j] = v[first + j], found[first + j]
-    supplied = motor * v[0]
+    supplied, damping = motor * v[0], c.damping
     for j in range(count):
         supplied += torques[j] * v[j]
         for k in range(count):
-            lost += v[j] * c.damping[j, k] * v[k]
+            lost += v[j] * damping[j, k] * v[k]
     at = 2 * free
     rate[at], rate[at + 1] = lost, supplied
     for k in range(contacts):

@@ -21,21 +21,22 @@ def touches(
     ``g = n.d - offset``, ``g' = n.d' - side psi' t.d``, and
     ``g'' = n.d'' - 2 side psi' t.d' - side psi'' t.d - side psi'^2 t^.d``.
     """
-    n, count, p = len(c.firsts), len(c.faces), int(c.track_coordinate)
+    faces, rods, arms = c.faces, c.rods, c.arms
+    n, count, p = len(rods), len(faces), int(c.track_coordinate)
     states, gradients = np.zeros((count, 5)), np.zeros((count, len(q)))
     slides = np.zeros((count, len(q)))
     for k in range(count):
-        lever = int(c.faces[k, 0])
-        side, psi_rate = c.faces[k, 4], v[lever]
-        angle = q[lever] + c.faces[k, 3]
+        lever = int(faces[k, 0])
+        side, psi_rate = faces[k, 4], v[lever]
+        angle = q[lever] + faces[k, 3]
         tx, ty = np.cos(angle), np.sin(angle)
         nx, ny = -side * ty, side * tx
-        dx, dy = point[0] - c.faces[k, 1], point[1] - c.faces[k, 2]
+        dx, dy = point[0] - faces[k, 1], point[1] - faces[k, 2]
         ux, uy = point[2] * v[p], point[3] * v[p]
         bx, by = point[4] * v[p] * v[p], point[5] * v[p] * v[p]
         for i in range(n):
-            j = int(c.rods[i])
-            x, y = c.arms[k, i] * np.cos(q[j]), c.arms[k, i] * np.sin(q[j])
+            j = int(rods[i])
+            x, y = arms[k, i] * np.cos(q[j]), arms[k, i] * np.sin(q[j])
             dx, dy = dx + x, dy + y
             ux, uy = ux - y * v[j], uy + x * v[j]
             bx, by = bx - x * v[j] * v[j], by - y * v[j] * v[j]
@@ -47,8 +48,8 @@ def touches(
         slides[k, p] += tx * point[2] + ty * point[3]
         gradients[k, lever] = -side * along
         slides[k, lever] = side * across
-        states[k, 0] = across - c.faces[k, 5]
-        states[k, 1] = along - c.faces[k, 6]
+        states[k, 0] = across - faces[k, 5]
+        states[k, 1] = along - faces[k, 6]
         states[k, 2] = nx * ux + ny * uy - side * psi_rate * along
         states[k, 3] = slide + side * psi_rate * across
         states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across

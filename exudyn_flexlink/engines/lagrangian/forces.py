@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.equations import chain_of
+from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.system import Motion

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import inner
+from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inner
 from exudyn_flexlink.engines.lagrangian.equations import turned
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 
@@ -25,6 +25,9 @@ class Scale(NamedTuple):
     reaches: FloatArray  # (N,): of guide and levers, m
 
 
+ScaleByReference, scale_of = by_reference(Scale, "ScaleByReference", __name__)
+
+
 @inner
 def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
     """Lengths that changes at the state y mean."""
@@ -34,26 +37,27 @@ def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
     cosines, sines = turned(q[begin : begin + n])
     places = np.array([int(mode.drive[0]), int(c.track_coordinate), begin])
     gamma = np.array([point[2], point[3]])
-    return Scale(cosines, sines, c.lengths, gamma, places, reaches)
+    return scale_of(cosines, sines, c.lengths, gamma, places, reaches)
 
 
 @inner
 def length_of(change: FloatArray, scale: Scale) -> float:
     """Largest way that a point of the mechanism goes in a change (f,) of the free coordinates."""
     first, point, begin = scale.places[0], scale.places[1], scale.places[2]
+    cosines, sines, lengths, reaches = scale.cosines, scale.sines, scale.lengths, scale.reaches
     x, y = 0.0, 0.0
     if point >= first:
         x, y = scale.tangent[0] * change[point - first], scale.tangent[1] * change[point - first]
     largest = x * x + y * y
-    for i in range(len(scale.lengths)):
+    for i in range(len(lengths)):
         if begin + i >= first:
-            way = scale.lengths[i] * change[begin + i - first]
-            x, y = x - way * scale.sines[i], y + way * scale.cosines[i]
+            way = lengths[i] * change[begin + i - first]
+            x, y = x - way * sines[i], y + way * cosines[i]
             square = x * x + y * y
             if not square <= largest:
                 largest = square
-    for j in range(first, len(scale.reaches)):
-        way = scale.reaches[j] * change[j - first]
+    for j in range(first, len(reaches)):
+        way = reaches[j] * change[j - first]
         if not way * way <= largest:
             largest = way * way
     return float(np.sqrt(largest))

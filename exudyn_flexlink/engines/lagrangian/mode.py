@@ -83,11 +83,11 @@ def guide_at(t: float, y: FloatArray, free: int, mode: Mode) -> tuple[float, flo
 @inner
 def torques_at(t: float, count: int, mode: Mode) -> FloatArray:
     """Generalised forces (N,) of the torque motors."""
-    torques = np.zeros(count)
-    for i in range(len(mode.motors)):
-        now = _ramp(t, mode.motors[i, 0], mode.motors[i, 1])[1]
+    torques, motors = np.zeros(count), mode.motors
+    for i in range(len(motors)):
+        now = _ramp(t, motors[i, 0], motors[i, 1])[1]
         for j in range(count):
-            torques[j] += now * mode.motors[i, 2 + j]
+            torques[j] += now * motors[i, 2 + j]
     return torques
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
-from exudyn_flexlink.engines.lagrangian.equations import chain_of
+from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem

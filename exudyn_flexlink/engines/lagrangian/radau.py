@@ -82,76 +82,81 @@ def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: W
     """Factors of the real and of the complex matrices of a step h."""
     factor_real(h, by_q, by_v, method, work)
     free = len(by_q)
-    for p in range(len(method.pairs)):
-        turning = method.pairs[p] / h
+    pairs, factors = method.pairs, work.pairs
+    for p in range(len(pairs)):
+        turning = pairs[p] / h
         inverse = 1.0 / turning
         for i in range(free):
             for j in range(free):
-                work.pairs[p, i, j] = -by_v[i, j] - by_q[i, j] * inverse
-            work.pairs[p, i, i] += turning
-        decompose(work.pairs[p], work.rows[1 + p])
+                factors[p, i, j] = -by_v[i, j] - by_q[i, j] * inverse
+            factors[p, i, i] += turning
+        decompose(factors[p], work.rows[1 + p])
 
 
 @inner
 def factor_real(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
     """Factors of the real matrix alone, which filters the estimated error."""
-    free = len(by_q)
+    free, factors = len(by_q), work.real
     mu = method.real / h
     for i in range(free):
         for j in range(free):
-            work.real[i, j] = -by_v[i, j] - by_q[i, j] / mu
-        work.real[i, i] += mu
-    decompose(work.real, work.rows[0])
+            factors[i, j] = -by_v[i, j] - by_q[i, j] / mu
+        factors[i, i] += mu
+    decompose(factors, work.rows[0])
 
 
 @inlined
 def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
     """Speeds at the stages from the polynomial of the last step's changes, `ahead` = h / its h."""
-    stages, free = work.speeds.shape
+    speeds, nodes, powers = work.speeds, method.nodes, method.powers
+    stages, free = speeds.shape
     for i in range(stages):
-        sigma = 1.0 + ahead * method.nodes[i]
+        sigma = 1.0 + ahead * nodes[i]
         for j in range(free):
-            work.speeds[i, j] = 0.0
+            speeds[i, j] = 0.0
         power = 1.0
         for k in range(stages):
             power *= sigma
             for m in range(stages):
-                weight = (power - 1.0) * method.powers[k, m]
+                weight = (power - 1.0) * powers[k, m]
                 for j in range(free):
-                    work.speeds[i, j] += weight * last[m, free + j]
+                    speeds[i, j] += weight * last[m, free + j]
 
 
 @inlined
 def _stages(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> int:
     """States and rates at the stages from their speeds; return how the search for P ended."""
-    stages, free = work.speeds.shape
+    speeds, states, places = work.speeds, work.states, work.near
+    nodes, matrix = method.nodes, method.matrix
+    stages, free = speeds.shape
     y, near = at.y, at.near
     for i in range(stages):
-        state = work.states[i]
+        state = states[i]
         for j in range(free):
-            moved = method.nodes[i] * y[free + j]
+            moved = nodes[i] * y[free + j]
             for m in range(stages):
-                moved += method.matrix[i, m] * work.speeds[m, j]
+                moved += matrix[i, m] * speeds[m, j]
             state[j] = y[j] + h * moved
-            state[free + j] = y[free + j] + work.speeds[i, j]
-        stage = Instant(at.t + method.nodes[i] * h, state, near)
+            state[free + j] = y[free + j] + speeds[i, j]
+        stage = Instant(at.t + nodes[i] * h, state, near)
         near, ended = rate_at(stage, equations, work.rates[i], work.way[1 + i])
         if ended != FINE:
             return ended
-        work.near[i] = near
+        places[i] = near
     return FINE
 
 
 @inlined
 def _residual(h: float, method: Method, work: Work) -> FloatArray:
     """What the speeds W lack of ``a - A^-1 W / h`` being zero, (s, f)."""
-    stages, free = work.speeds.shape
+    speeds, rates, inverse = work.speeds, work.rates, method.inverse
+    stages, free = speeds.shape
     residual = np.empty((stages, free))
     for i in range(stages):
         for j in range(free):
-            value = work.rates[i, free + j]
+            value = rates[i, free + j]
             for m in range(stages):
-                value -= method.inverse[i, m] * work.speeds[m, j] / h
+                value -= inverse[i, m] * speeds[m, j] / h
             residual[i, j] = value
     return residual
 
@@ -159,15 +164,16 @@ def _residual(h: float, method: Method, work: Work) -> FloatArray:
 @inlined
 def _add_pair(p: int, residual: FloatArray, change: FloatArray, method: Method, work: Work) -> None:
     """Add what the pair p of complex eigenvalues gives to the `change` of `_solve_transformed`."""
-    stages, free = work.speeds.shape
+    rows, columns = method.rows, method.columns
+    stages, free = residual.shape
     part = np.zeros(free, dtype=np.complex128)
     for i in range(stages):
         for j in range(free):
-            part[j] += method.rows[p, i] * residual[i, j]
+            part[j] += rows[p, i] * residual[i, j]
     solve(work.pairs[p], work.rows[1 + p], part)
     for i in range(stages):
         for j in range(free):
-            change[i, j] += 2.0 * (method.columns[i, p] * part[j]).real
+            change[i, j] += 2.0 * (columns[i, p] * part[j]).real
 
 
 @inlined
@@ -175,15 +181,16 @@ def _solve_transformed(
     residual: FloatArray, change: FloatArray, method: Method, work: Work
 ) -> None:
     """Fill in the `change` (s, f) of the speeds that removes a residual (s, f)."""
-    stages, free = work.speeds.shape
+    row, column = method.row, method.column
+    stages, free = residual.shape
     part = np.zeros(free)
     for i in range(stages):
         for j in range(free):
-            part[j] += method.row[i] * residual[i, j]
+            part[j] += row[i] * residual[i, j]
     solve(work.real, work.rows[0], part)
     for i in range(stages):
         for j in range(free):
-            change[i, j] = method.column[i] * part[j]
+            change[i, j] = column[i] * part[j]
     for p in range(len(method.pairs)):
         _add_pair(p, residual, change, method, work)
 
@@ -191,16 +198,18 @@ def _solve_transformed(
 @inlined
 def _correct(h: float, change: FloatArray, method: Method, work: Work) -> None:
     """One step of Newton's method: `change` (s, f) of the speeds, which are changed by it."""
-    stages, free = work.speeds.shape
+    speeds = work.speeds
+    stages, free = speeds.shape
     _solve_transformed(_residual(h, method, work), change, method, work)
     for i in range(stages):
         for j in range(free):
-            work.speeds[i, j] += change[i, j]
+            speeds[i, j] += change[i, j]
 
 
 @inlined
 def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Method) -> float:
     """Length that a change (s, f) of the stages' speeds means."""
+    matrix = method.matrix
     stages, free = change.shape
     largest = 0.0
     moved = np.empty(free)
@@ -208,7 +217,7 @@ def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Met
         for j in range(free):
             way = 0.0
             for m in range(stages):
-                way += method.matrix[i, m] * change[m, j]
+                way += matrix[i, m] * change[m, j]
             moved[j] = h * way
         size = max(length_of(moved, scale), tau * length_of(change[i], scale))
         if not size <= largest:
@@ -269,18 +278,19 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
 @inner
 def finish(y: FloatArray, h: float, method: Method, work: Work, changes: FloatArray) -> None:
     """Changes (s, size) of the whole state at the stages, from the speeds and the last rates."""
-    stages, free = work.speeds.shape
+    nodes, matrix, speeds, rates = method.nodes, method.matrix, work.speeds, work.rates
+    stages, free = speeds.shape
     for i in range(stages):
         for j in range(free):
-            moved = method.nodes[i] * y[free + j]
+            moved = nodes[i] * y[free + j]
             for m in range(stages):
-                moved += method.matrix[i, m] * work.speeds[m, j]
+                moved += matrix[i, m] * speeds[m, j]
             changes[i, j] = h * moved
-            changes[i, free + j] = work.speeds[i, j]
+            changes[i, free + j] = speeds[i, j]
         for j in range(2 * free, len(y)):
             value = 0.0
             for m in range(stages):
-                value += method.matrix[i, m] * work.rates[m, j]
+                value += matrix[i, m] * rates[m, j]
             changes[i, j] = h * value
 
 
@@ -294,7 +304,8 @@ def estimate(
 ) -> float:
     """Estimate the error of the step, m; `begin` are the accelerations (f,) at its start."""
     method, scale, work = means
-    stages, free = work.speeds.shape
+    speeds, differences, inverse = work.speeds, method.differences, method.inverse
+    stages, free = speeds.shape
     mu = method.real / h
     moved, sped = np.zeros(free), np.zeros(free)
     for j in range(free):
@@ -302,10 +313,10 @@ def estimate(
     for i in range(stages):
         weight = 0.0
         for m in range(stages):
-            weight += method.differences[m] * method.inverse[m, i]
+            weight += differences[m] * inverse[m, i]
         for j in range(free):
-            moved[j] += h * method.differences[i] * work.speeds[i, j]
-            sped[j] += weight * work.speeds[i, j]
+            moved[j] += h * differences[i] * speeds[i, j]
+            sped[j] += weight * speeds[i, j]
     right = np.empty(free)
     for j in range(free):
         right[j] = mu * sped[j]

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.constants import unpacked
+from exudyn_flexlink.engines.lagrangian.constants import chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Drive,
     State,
     accelerations,
-    chain_of,
 )
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import (

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
+from exudyn_flexlink.engines.lagrangian.constants import TrackPoint, chain_of
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
-from exudyn_flexlink.engines.lagrangian.equations import PENALTY, chain_of, mass_matrix
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY, mass_matrix
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, any_is, take_wall_slopes
@@ -33,9 +33,10 @@ def slopes(
     q, v, point, _ = coordinates_at(at, equations)
     count, contacts = len(q), len(mode.acting)
     springs, dampers = np.empty((count, count)), np.empty((count, count))
+    stiffness, damping = c.stiffness, c.damping
     for i in range(count):
         for j in range(count):
-            springs[i, j], dampers[i, j] = -c.stiffness[i, j], -c.damping[i, j]
+            springs[i, j], dampers[i, j] = -stiffness[i, j], -damping[i, j]
     if presses(pressing[:contacts]):
         _add_contacts((q, v, point), pressing[:contacts], equations, (springs, dampers))
     if presses(pressing[contacts:]):

@@ -8,12 +8,9 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
+from exudyn_flexlink.engines.lagrangian.constants import TrackPoint, chain_of
 from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
-from exudyn_flexlink.engines.lagrangian.equations import (
-    chain_of,
-    state_rate,
-)
+from exudyn_flexlink.engines.lagrangian.equations import state_rate
 from exudyn_flexlink.engines.lagrangian.event_functions import APART, BEHIND, PRESSED, EventData
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face

@@ -138,7 +138,8 @@ def fill_rows(
     n = len(rods)
     ways = 2 if walls[5] > 0.0 else 1
     c, s, side = axes[0, 0], axes[0, 1], sides[k]
-    rows[:] = 0.0
+    for j in range(rows.shape[1]):
+        rows[0, j] = rows[1, j] = 0.0
     if k < ways * (n + 1):
         last = k // ways
         x, y = nodes[last, 0], nodes[last, 1]
