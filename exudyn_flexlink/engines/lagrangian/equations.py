@@ -38,7 +38,8 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint, chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
-from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
+from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
+from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
 
 FloatArray = NDArray[np.float64]
@@ -232,9 +233,9 @@ def _push(
     states, gradients, slides = touches(state.q, state.v, state.point, c)
     for k in range(len(acting)):
         if acting[k] == PENALTY:
-            face = c.faces[k]
-            force = penalty_force(states[k, 0], states[k, 2], face)
-            drag = -face[10] * force * np.tanh(states[k, 3] / face[11])
+            law = c.faces[k, LAW:]
+            force = penalty_force(states[k, 0], states[k, 2], law)
+            drag = friction(force, states[k, 3], law)
             forces[k], drags[k] = force, drag
             for j in range(len(right)):
                 right[j] += force * gradients[k, j] + drag * slides[k, j]

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
+from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
 
 FloatArray = NDArray[np.float64]
@@ -62,7 +63,7 @@ def _none_below_zero(at: Instant, equations: Equations, event_data: EventData) -
         if side == PRESSED:
             if min(place, event_data.lengths[k] - place, -gap) < -NOTHING:
                 return False
-            force = penalty_force(gap, states[k, 2], c.faces[k])
+            force = penalty_force(gap, states[k, 2], c.faces[k, LAW:])
             event_data.peaks[k] = max(event_data.peaks[k], force)
         elif (gap if side == APART else -gap) < -NOTHING:
             return False

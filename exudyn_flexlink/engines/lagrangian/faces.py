@@ -1,14 +1,16 @@
-"""Points against faces of levers: gaps, places, their rates and gradients, and the force."""
+"""Points against faces of levers: gaps, places, their rates and gradients."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint
 
 FloatArray = NDArray[np.float64]
+
+LAW = 7  # of a row of `Constants.faces`: where the numbers of `penalty` begin
 
 
 @compiled
@@ -54,14 +56,3 @@ def touches(
         states[k, 3] = slide + side * psi_rate * across
         states[k, 4] = nx * bx + ny * by - 2 * side * psi_rate * slide - psi_rate**2 * across
     return states, gradients, slides
-
-
-@inner
-def penalty_force(gap: float, gap_rate: float, face: FloatArray) -> float:
-    """Force (N) of `laws.RestitutionPenalty` at a gap and its rate.
-
-    It goes on smoothly where the gap has opened: there the contact ends, within the step.
-    """
-    e2 = face[8] * face[8]
-    rising = np.tanh(-gap_rate / face[9])
-    return float(-gap * face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising))

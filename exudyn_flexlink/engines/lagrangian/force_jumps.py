@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import inlined
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY
-from exudyn_flexlink.engines.lagrangian.faces import penalty_force, touches
+from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.radau import Work
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
 from exudyn_flexlink.integrate.collocation import Collocation as Method
@@ -67,22 +68,22 @@ def _missed(at: Instant, h: float, equations: Equations, method: Method, work: W
     impulses = np.zeros(len(q))
     for k in range(len(mode.acting)):
         if mode.acting[k] == PENALTY:
-            impulse = _impulse(h, rows[:, k], c.faces[k], method)
+            impulse = _impulse(h, rows[:, k], c.faces[k, LAW:], method)
             for j in range(len(q)):
                 impulses[j] += gradients[k, j] * impulse
     return accelerated_by(impulses, q, point, equations)
 
 
 @inlined
-def _impulse(h: float, rows: FloatArray, face: FloatArray, method: Method) -> float:
+def _impulse(h: float, rows: FloatArray, law: FloatArray, method: Method) -> float:
     """By how much a contact's impulse along the polynomial differs from that by the stages, N s.
 
-    `rows` (1 + s, 2) are gap and rate at the step's start and at the stages.
+    `rows` (1 + s, 2) are gap and rate at the step's start and at the stages; `law` as in `penalty`.
     """
     stages = len(rows) - 1
     impulse = 0.0
     for i in range(stages):
-        force = penalty_force(min(rows[i + 1, 0], 0.0), rows[i + 1, 1], face)
+        force = penalty_force(min(rows[i + 1, 0], 0.0), rows[i + 1, 1], law)
         impulse -= method.matrix[stages - 1, i] * force
     for j in range(len(PLACES)):
         gap, rate, power = rows[0, 0], rows[0, 1], 1.0
@@ -92,5 +93,5 @@ def _impulse(h: float, rows: FloatArray, face: FloatArray, method: Method) -> fl
                 weight = power * method.powers[k, i]
                 gap += weight * (rows[i + 1, 0] - rows[0, 0])
                 rate += weight * (rows[i + 1, 1] - rows[0, 1])
-        impulse += WEIGHTS[j] * penalty_force(min(gap, 0.0), rate, face)
+        impulse += WEIGHTS[j] * penalty_force(min(gap, 0.0), rate, law)
     return h * impulse

@@ -13,8 +13,9 @@ from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import TrackPoint, chain_of
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY, mass_matrix
-from exudyn_flexlink.engines.lagrangian.faces import touches
+from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, any_is, take_wall_slopes
 
 FloatArray = NDArray[np.float64]
@@ -75,14 +76,9 @@ def pressing_at(at: Instant, equations: Equations) -> FloatArray:
         return found
     states, _, _ = touches(q, v, point, c)
     for k in range(len(mode.acting)):
-        if mode.acting[k] != PENALTY:
-            continue
-        face, depth = c.faces[k], max(-states[k, 0], 0.0)
-        e2, rising = face[8] * face[8], np.tanh(-states[k, 2] / face[9])
-        slip = np.tanh(states[k, 3] / face[11])
-        found[k, 0] = face[7] * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
-        found[k, 1] = depth * face[7] * (1 - e2) / 2 * (1 - rising * rising) / face[9]
-        found[k, 2] = face[10] * depth * found[k, 0] * (1 - slip * slip) / face[11]
+        if mode.acting[k] == PENALTY:
+            law = c.faces[k, LAW:]
+            fill_slopes(states[k, 0], states[k, 2], states[k, 3], law, found[k])
     return found
 
 

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
+from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes, friction, penalty_force
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,6 +34,7 @@ Chain = tuple[FloatArray, float, FloatArray, FloatArray]
 
 # Columns of a pair: gap, its rate, way inside the face from its nearer end, its rate, slip (m, m/s)
 GAP, GAP_RATE, INSIDE, INSIDE_RATE, SLIP = range(5)
+LAW = 6  # of the numbers of the walls: where those of `penalty` begin
 PRESS, RUB = range(2)  # columns of `wall_forces`
 
 
@@ -179,10 +181,9 @@ def any_is(numbers: IntArray, value: int) -> bool:
 @inner
 def pressing(pair: FloatArray, walls: FloatArray) -> tuple[float, float]:
     """Force of a pair by the law of `laws.RestitutionPenalty`, and its friction, N."""
-    e2 = walls[7] * walls[7]
-    rising = np.tanh(-pair[GAP_RATE] / walls[8])
-    force = -pair[GAP] * walls[6] * ((1.0 + e2) / 2 + (1.0 - e2) / 2 * rising)
-    return force, -walls[9] * force * np.tanh(pair[SLIP] / walls[10])
+    law = walls[LAW:]
+    force = penalty_force(pair[GAP], pair[GAP_RATE], law)
+    return force, friction(force, pair[SLIP], law)
 
 
 @compiled
@@ -218,17 +219,12 @@ def take_wall_slopes(
     found: FloatArray,
 ) -> None:
     """Fill in how pairs that touch give way, damp and drag (pairs, 3), N/m, N s/m and N s/m."""
-    walls = chain[3]
+    law = chain[3][LAW:]
     pairs = look(state[0], state[1], state[2], chain).pairs
-    e2 = walls[7] * walls[7]
     for k in range(len(touching)):
-        if touching[k] == 0:
-            continue
-        depth, slip = max(-pairs[k, GAP], 0.0), np.tanh(pairs[k, SLIP] / walls[10])
-        rising = np.tanh(-pairs[k, GAP_RATE] / walls[8])
-        found[k, 0] = walls[6] * ((1.0 + e2) / 2 + (1.0 - e2) / 2 * rising)
-        found[k, 1] = depth * walls[6] * (1.0 - e2) / 2 * (1.0 - rising * rising) / walls[8]
-        found[k, 2] = walls[9] * depth * found[k, 0] * (1.0 - slip * slip) / walls[10]
+        if touching[k] != 0:
+            pair = pairs[k]
+            fill_slopes(pair[GAP], pair[GAP_RATE], pair[SLIP], law, found[k])
 
 
 @inlined
