@@ -1,4 +1,4 @@
-"""Force of a penalty law and its friction, and how both rise with depth and speeds, in machine code.
+"""Force of a penalty law and its friction, and how both rise: in machine code.
 
 `law` holds stiffness, restitution, transition speed, coefficient of friction and slip speed.
 """

@@ -2,8 +2,8 @@
 
 A pair touches from where its gap closes, or its point comes over the face, until the one opens or
 the other ends. An event is located in the step's polynomial, and the step made again to end there;
-what is left of the gap then is below `EXACT`, and the rates tell on which
-side of the event the pair is.
+what is left of the gap then is below `EXACT`, and the rates tell on which side of the event the
+pair is.
 """
 
 from __future__ import annotations
