@@ -12,7 +12,7 @@ from exudyn_flexlink import source
 from exudyn_flexlink.chain import Beam, discretise
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian.contacts import Contact
+from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import sample_bytes
 from exudyn_flexlink.report import check_text
@@ -208,14 +208,8 @@ def test_elastic_bounces_without_end_stop_with_the_contact() -> None:
 
 
 def bounced(restitution: float, speeds: Iterable[float]) -> str:
-    scene = with_impact(
-        load_scene(
-            MODELS / "no_clearance.yaml", [f"contacts.strike.law.restitution={restitution}"]
-        ),
-        "impulse",
-    )
-    contact = Contact(assemble_scene(scene).mechanism.contacts[0], [])
-    told = [contact.endless(0.001 * i, speed, 1e-6) for i, speed in enumerate(speeds)]
+    bounces = Bounces("strike", restitution)
+    told = [bounces.endless(0.001 * i, speed, 1e-6) for i, speed in enumerate(speeds)]
     return next((text for text in told if text), "")
 
 

@@ -126,7 +126,7 @@ def _add_compare(commands: Any) -> None:
         metavar="M",
         help="end with code 1 if a point differs by more than this, in m, up to the horizon",
     )
-    _add_impact(parser, "; impulse is for the Lagrangian alone")
+    _add_impact(parser)
     _add_without(parser, "compare the model with itself without the effect, in one engine: ")
     _add_engine(parser, "the engine of '--without'; default: exudyn", None)
     _add_output(parser, "runs/<name of the model>-compare")
@@ -163,11 +163,11 @@ def _add_accuracy(commands: Any) -> None:
     _add_output(parser, "runs/<name of the model>-accuracy")
 
 
-def _add_impact(parser: argparse.ArgumentParser, more: str = "") -> None:
+def _add_impact(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--impact",
         choices=("penalty", "impulse"),
-        help=f"how contacts strike, instead of what the model says{more}",
+        help="how contacts strike, instead of what the model says",
     )
 
 

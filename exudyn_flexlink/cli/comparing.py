@@ -94,13 +94,11 @@ def _both_engines(options: argparse.Namespace) -> Found:
 
     scene = read_scene(options, options.impact)
     require_length("--tolerance", options.tolerance, scene)
-    # Impulses are the Lagrangian's alone; a model that gives no penalty is refused here.
-    other = read_scene(options, "penalty")
     hint_at_numba("lagrangian", options)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
     runs = Runs(options)
     judge = runs.run(_tightened(scene), "lagrangian", "lagrangian")
-    exudyn = runs.run(other, "exudyn", "exudyn")
+    exudyn = runs.run(scene, "exudyn", "exudyn")
     loose = retuned(scene, judge, LOOSER)
     again = runs.for_horizon(loose, "lagrangian", "lagrangian, for the horizon")
     return Found(compare(exudyn, judge, again), runs.whole)

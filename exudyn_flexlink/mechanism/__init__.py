@@ -88,6 +88,7 @@ from exudyn_flexlink.mechanism.schedule import (
     cut_short,
     end_of_run,
     formulation,
+    has_impulses,
     turn_goal,
 )
 from exudyn_flexlink.mechanism.sensing import force_at, size_at, sizes_at
@@ -151,6 +152,7 @@ __all__ = [
     "force_at",
     "formulation",
     "half_period",
+    "has_impulses",
     "joint_residuals",
     "kept_interval",
     "least_tolerance",

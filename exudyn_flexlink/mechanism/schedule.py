@@ -9,7 +9,7 @@ from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import GROUND, Mechanism
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import ImpulseLaw, Scene
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,14 @@ def formulation(scene: Scene) -> str:
     """How Exudyn represents the scene: what it asks for, or the fastest.
 
     Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
-    for redundant ones.
+    for redundant ones, which know no impulses.
     """
     asked = scene.solver.formulation
     if asked != "auto":
         return asked
-    return "minimal" if scene.accuracy.step is None else "redundant"
+    return "minimal" if scene.accuracy.step is None or has_impulses(scene) else "redundant"
+
+
+def has_impulses(scene: Scene) -> bool:
+    """Tell whether speeds jump in a contact."""
+    return any(isinstance(contact.law, ImpulseLaw) for contact in scene.contacts.values())

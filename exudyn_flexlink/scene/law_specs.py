@@ -30,7 +30,7 @@ class ContactLaw(Part):
 
 
 class ImpulseLaw(Part):
-    """Rigid contact with restitution: speeds jump. For the Lagrangian engine only."""
+    """Rigid contact with restitution: speeds jump. Not for redundant coordinates."""
 
     type: Literal["impulse"] = "impulse"
     restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(

@@ -19,7 +19,8 @@ class Written:
 
     `totals` are impulse (N s) and energy lost (J) of its contact since time 0 at every entry;
     `totals_of` tells them of a contact at the run's end, `peak_of` the largest force (N) that the
-    steps of its last interval showed. `seeker` knows the peaks within steps.
+    steps of its last interval showed. `seeker` knows the peaks within steps. `impacts` are what is
+    without duration, by the number of the contact.
     """
 
     entries: Sequence[Entry]
@@ -27,10 +28,11 @@ class Written:
     totals_of: Callable[[int], Totals]
     peak_of: Callable[[int], float]
     seeker: ExtremeSeeker
+    impacts: Sequence[tuple[int, Interval]] = ()
 
     def intervals(self, first: int = 0, count: int = 1) -> Intervals:
         """Return the intervals of the contacts from number `first` on; those are its pairs."""
-        found: list[Interval] = []
+        found = [own for k, own in self.impacts if first <= k < first + count]
         begun: dict[int, tuple[Entry, Totals]] = {}
         for entry, total in zip(self.entries, self.totals, strict=True):
             if not first <= entry.index < first + count:

@@ -12,7 +12,7 @@ from exudyn_flexlink.engines.exudyn.redundant import run as redundant
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.outcome import finish
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, formulation
+from exudyn_flexlink.mechanism import Mechanism, formulation, has_impulses
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import ImpulseLaw, Scene
 
@@ -21,13 +21,11 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
     Raises:
-        NotRepresentableError: a contact's law is an impulse, or the formulation that the scene asks
-            for can't represent it.
+        NotRepresentableError: the formulation that the scene asks for can't represent it.
         SceneError: the scene can't be put together.
 
     """
     began = perf_counter()
-    _refuse_impulses(scene)
     assembly = assemble_scene(scene)
     if formulation(scene) == "minimal":
         prepared = minimal.prepare(scene, assembly, progress)
@@ -36,6 +34,7 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
         solved = perf_counter()
         result = minimal.finish(prepared, complaint)
     else:
+        _refuse_impulses(scene)
         assembled = redundant.prepare(scene, assembly, progress)
         ready = perf_counter()
         error, iterations = redundant.solve(assembled)
@@ -57,6 +56,8 @@ def formulations(scene: Scene) -> tuple[str, ...]:
 
     """
     mechanism = assemble_scene(scene).mechanism
+    if has_impulses(scene):
+        return ("minimal",)
     found = ("minimal", "redundant") if scene.accuracy.step is None else ("redundant", "minimal")
     return (*found, "beam") if _has_beams(scene, mechanism) else found
 
@@ -73,6 +74,6 @@ def _refuse_impulses(scene: Scene) -> None:
         if isinstance(contact.law, ImpulseLaw):
             raise NotRepresentableError(
                 ("contacts", name, "law"),
-                "the Exudyn engine needs a penalty law; speeds that jump are for the engine "
-                "'lagrangian'",
+                "redundant coordinates need a penalty law; speeds that jump are for the "
+                "formulation 'minimal' and for the engine 'lagrangian'",
             )

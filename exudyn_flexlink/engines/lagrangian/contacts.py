@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import inf, log
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
 from exudyn_flexlink.engines.lagrangian.impact import Impact
 from exudyn_flexlink.intervals import Interval
@@ -21,10 +22,6 @@ from exudyn_flexlink.mechanism import FaceContact, face_length
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
-
-SUNK = 1e-2  # of the fastest approach of a contact: what slower ones do is no motion to be seen
-MOST_SUNK = 1000  # sunk impacts in a row: some seconds of work
-MOST_LEFT = 100_000  # that restitution may still need to end them: some minutes
 
 
 class Side(Enum):
@@ -46,15 +43,14 @@ class Contact:
     intervals: list[Interval] = field(default_factory=list)  # those that ended, and impacts
     _before: tuple[float, float] | None = None  # gap and its rate at the last look
     _open: Interval | None = None  # with impulse and loss when it began
-    _fastest: float = 0.0  # approach, m/s
-    _sunk: int = 0  # impacts in a row far slower than that
-    _since: float = 0.0  # time of the first of them
     length: float = field(init=False)
     rigid: bool = field(init=False)
+    bounces: Bounces = field(init=False)
 
     def __post_init__(self) -> None:
         self.length = face_length(self.face)
         self.rigid = isinstance(self.face.law, Impulse)
+        self.bounces = Bounces(self.face.name, self.face.law.restitution)
 
     @property
     def acting(self) -> int:
@@ -140,27 +136,6 @@ class Contact:
             )
         )
         self._tell(t, "impact")
-
-    def endless(self, t: float, approach_speed: float, rest_speed: float) -> str:
-        """Say so if the contact has bounced on the spot for long, and restitution won't end it.
-
-        The bounces of an elastic contact that is pressed get ever shorter but never end, since no
-        speed is lost; those of restitution e end after ``ln(v / rest_speed) / ln(1 / e)`` more.
-        """
-        if approach_speed >= SUNK * self._fastest:
-            self._fastest, self._sunk = max(self._fastest, approach_speed), 0
-            return ""
-        self._since = t if self._sunk == 0 else self._since
-        self._sunk += 1
-        restitution = self.face.law.restitution
-        left = log(max(approach_speed / rest_speed, 1.0))
-        if self._sunk < MOST_SUNK or restitution == 0 or left < -MOST_LEFT * log(restitution):
-            return ""
-        return (
-            f"contact '{self.face.name}' bounces on the spot: {self._sunk} impacts within "
-            f"{t - self._since:.2g} s, at {approach_speed:.2g} m/s, and a restitution of "
-            f"{restitution:g} won't end them"
-        )
 
     def _tell(self, t: float, kind: str) -> None:
         self._before = None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.equations import mass_matrix
 from exudyn_flexlink.engines.lagrangian.faces import touches
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-LOSE_SPEED = "a smaller restitution, which ends the bounces, or a law with stiffness"
 ROUNDS = 50  # of impacts that follow from one
 
 
@@ -32,7 +32,7 @@ def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
     y, hit, work = _jump(system, t, y, k, e)
     if not over:
         contact.hit(t, float(touch[1]), hit, work)
-        endless = contact.endless(t, hit.approach_speed, REST_SPEED)
+        endless = contact.bounces.endless(t, hit.approach_speed, REST_SPEED)
         if endless:
             system.stop(endless, LOSE_SPEED)
         totals = system.contact_totals(y, k)

@@ -1,4 +1,4 @@
-"""The penalty force of a contact on a tree's coordinates, and what the contact does."""
+"""Contacts of a tree: where each is, and the forces of those that give way."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, Vector, add_force, shape_of
 from exudyn_flexlink.integrate.problem import Press, Pressing
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -30,11 +30,12 @@ class Side(Enum):
 
 
 class MinimalContact:
-    """A contact of any shape; both parts may be anywhere in the tree, or on the ground."""
+    """A contact of any shape; both parts may be anywhere in the tree, or on the ground.
+
+    `peak` (N) is the largest force since it began to press.
+    """
 
     def __init__(self, layout: TreeLayout, contact: Contact) -> None:
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        self.law, self.friction = contact.law, contact.friction
         self.side = Side.APART
         self.peak = 0.0
         self._shape = shape_of(layout, contact)
@@ -62,6 +63,38 @@ class MinimalContact:
             return 0.0
         beyond = touch.place - self.length if touch.slip > 0 else touch.place
         return beyond / touch.slip if abs(beyond) <= NEAR_END * self.length else 0.0
+
+    def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Gradient of the gap (links,)."""
+        look = self._look(x, v)
+        return self._row(look, look.normal, (look.at, look.at))
+
+    def _row(self, look: Look, way: Vector, at: tuple[Vector, Vector]) -> FloatArray:
+        """Derivatives (links,) of how far both parts move apart, each at its own place."""
+        row = np.zeros(self._count)
+        add_force(row, look.first, at[0], way)
+        add_force(row, look.second, at[1], (-way[0], -way[1]))
+        return row
+
+
+class RigidContact(MinimalContact):
+    """A contact by impulse: speeds jump as it closes, and pushing leaves no gap."""
+
+    def __init__(self, layout: TreeLayout, contact: Contact, law: Impulse) -> None:
+        super().__init__(layout, contact)
+        self.restitution = law.restitution
+
+    def steady_bend(self, x: FloatArray, v: FloatArray) -> float:
+        """Second derivative (m/s^2) of the gap where no coordinate of the tree accelerates."""
+        return self._shape.steady_bend(x.tolist(), v.tolist())
+
+
+class PenaltyContact(MinimalContact):
+    """A contact with a penalty force, and friction if it has any."""
+
+    def __init__(self, layout: TreeLayout, contact: Contact, law: RestitutionPenalty) -> None:
+        super().__init__(layout, contact)
+        self.law, self.friction = law, contact.friction
 
     def turns(self, before: float, after: float) -> bool:
         """Tell whether the force leaps between two rates of the gap: the point was at rest."""
@@ -105,18 +138,6 @@ class MinimalContact:
         """Friction (N) along the slip."""
         return 0.0 if self.friction is None else float(self.friction.force(press, touch.slip))
 
-    def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Gradient of the gap (links,)."""
-        look = self._look(x, v)
-        return self._row(look, look.normal, (look.at, look.at))
-
-    def _row(self, look: Look, way: Vector, at: tuple[Vector, Vector]) -> FloatArray:
-        """Derivatives (links,) of how far both parts move apart, each at its own place."""
-        row = np.zeros(self._count)
-        add_force(row, look.first, at[0], way)
-        add_force(row, look.second, at[1], (-way[0], -way[1]))
-        return row
-
     def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Stiffness and damping (links, links) beside those along the gap; None without any.
 
@@ -143,6 +164,14 @@ class MinimalContact:
         stiffness -= rubbed * (spring * np.outer(slid, normal) + turned)
         damping += drag * np.outer(slid, slid) - rubbed * damper * np.outer(slid, normal)
         return stiffness, damping
+
+
+def contact_of(layout: TreeLayout, contact: Contact) -> PenaltyContact | RigidContact:
+    """Return a contact as its law asks."""
+    law = contact.law
+    if isinstance(law, Impulse):
+        return RigidContact(layout, contact, law)
+    return PenaltyContact(layout, contact, law)
 
 
 def press_by(laws: list[RestitutionPenalty]) -> Press:

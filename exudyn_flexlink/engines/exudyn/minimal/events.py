@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    MinimalContact,
+    PenaltyContact,
+    RigidContact,
+    Side,
+)
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
@@ -22,6 +27,7 @@ FloatArray = NDArray[np.float64]
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 
+LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it
 
 
@@ -82,6 +88,12 @@ class Finder:
             found.append(Event(time, TurnsMade()))
         return min(found, key=lambda event: event.time, default=None)
 
+    def look_again(self, end: Held) -> None:
+        """Take the present state, whose speeds have jumped."""
+        self.touches = [contact.touch(end.x, end.v) for contact in self.model.contacts]
+        if self.walls is not None:
+            self.walls.accept(end)
+
     def _at_end(self, end: Held) -> list[Touch]:
         """Touches at the end of a step, which are asked for again as it is accepted."""
         if self._ahead is None or self._ahead[0] is not end:
@@ -123,7 +135,7 @@ class Finder:
             time = self._change(contact, k, step)
             if time is not None:
                 found.append(Event(time, ContactChange(k)))
-            elif contact.acts:
+            elif contact.acts and isinstance(contact, PenaltyContact):
                 turn = self._turn(contact, step)
                 if turn is not None:
                     found.append(Event(turn, ContactChange(k), leaps=True))
@@ -133,7 +145,7 @@ class Finder:
         at = self._at(step, t)
         return contact.touch(at.x, at.v)
 
-    def _turn(self, contact: MinimalContact, step: Step) -> float | None:
+    def _turn(self, contact: PenaltyContact, step: Step) -> float | None:
         """When within the step the force of a contact leaps, as its point turns; None if never."""
 
         def rate(t: float) -> float:
@@ -147,6 +159,8 @@ class Finder:
         """When within the step a contact's state changes; None if it does not."""
         if self._surely_unchanged(contact, k, step):
             return None
+        if isinstance(contact, RigidContact) and contact.acts:
+            return first_fall(partial(self._holds, contact, k, step), None, (step.t, step.end))
         if contact.acts:
             stays, closes = (
                 partial(self._stays, contact, step),
@@ -168,6 +182,12 @@ class Finder:
         touch = self._touch(contact, step, t)
         return min(-touch.gap, touch.inside)
 
+    def _holds(self, contact: RigidContact, k: int, step: Step, t: float) -> float:
+        """Value that is positive as long as a rigid contact presses (N), on its face (m)."""
+        q, v = step.at(np.array([t]))
+        at = self.model.evaluate(t, q[0], v[0]).kept
+        return min(float(at.pushes[k, 0]), contact.touch(at.held.x, at.held.v).inside)
+
     def _closes(self, contact: MinimalContact, step: Step, t: float) -> float:
         """How fast (m/s) the gap closes of a contact that began just before its point touches."""
         touch = self._touch(contact, step, t)
@@ -183,6 +203,11 @@ class Finder:
         inner = [contact.touch(*at) for at in zip(x[:-1], v[:-1], strict=True)]
         touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
         unchanged = _apart if apart else _pressed
+        if not apart and isinstance(contact, RigidContact):
+            press = step.stages.kept.pushes[:, k, 0]
+            if press.min() < LEAST_PRESS * press.max():
+                return False
+            unchanged = _on_the_face
         between = zip(touches[:-1], touches[1:], parts.tolist(), strict=True)
         return all(unchanged(before, after, h) for before, after, h in between)
 
@@ -201,8 +226,12 @@ def _beside(length: float, before: Touch, after: Touch, h: float) -> bool:
     return same_end and inside < -slid
 
 
+def _on_the_face(before: Touch, after: Touch, h: float) -> bool:
+    """Tell, likewise, that a point stayed on its face."""
+    return min(before.inside, after.inside) > farthest(before.slip, after.slip, h)
+
+
 def _pressed(before: Touch, after: Touch, h: float) -> bool:
     """Tell, likewise, that a contact lasted on its face."""
     way = farthest(before.gap_rate, after.gap_rate, h)
-    slid = farthest(before.slip, after.slip, h)
-    return min(before.inside, after.inside) > slid and max(before.gap, after.gap) < -way
+    return _on_the_face(before, after, h) and max(before.gap, after.gap) < -way

@@ -16,7 +16,11 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, press_by
+from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    PenaltyContact,
+    contact_of,
+    press_by,
+)
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
@@ -25,6 +29,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
+from exudyn_flexlink.engines.exudyn.minimal.rigid import RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
@@ -80,7 +85,8 @@ class MinimalModel:
         self.window = Window()
         self.trouble: NoValueError | None = None  # of the last evaluation that failed
         self._springy: tuple[FloatArray, FloatArray] | None = None
-        self.contacts = [MinimalContact(layout, contact) for contact in mechanism.touching]
+        self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
+        self.rigid = RigidContacts(self.contacts)
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
         self._build(count)
 
@@ -161,7 +167,14 @@ class MinimalModel:
         supply = np.sum(applied * held.v, axis=1)
         kept = Whole(t, held, mass, force, pushes, wall, supply)
         left = force - (mass @ held.b[:, :, None])[:, :, 0]
-        return Evaluation(*self._reduced(held.reach, mass, left), kept, touching)
+        free = Evaluation(*self._reduced(held.reach, mass, left), kept, touching)
+        return self.rigid.held(free, self.reach) if self.rigid.lasting() else free
+
+    def reach(self, held: Held) -> FloatArray:
+        """How all coordinates (links, independent) follow the independent ones."""
+        if held.reach is not None:
+            return held.reach
+        return np.eye(held.x.shape[-1])[:, self._picked]
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
@@ -202,26 +215,34 @@ class MinimalModel:
         (n, c, 2).
         """
         pushes = np.zeros((len(x), len(self.contacts), 2))
-        acting = [k for k, contact in enumerate(self.contacts) if contact.acts]
+        acting = self._giving_way()
         touching = np.empty((len(x), len(acting), 2))
-        for c, k in enumerate(acting):
+        for c, (k, contact) in enumerate(acting):
             for i in range(len(x)):
-                pushes[i, k], touching[i, c] = self.contacts[k].push(x[i], v[i], onto[i])
+                pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
         return pushes, touching
 
+    def _giving_way(self) -> list[tuple[int, PenaltyContact]]:
+        """Numbered contacts with a penalty force that acts."""
+        all_of_them = enumerate(self.contacts)
+        return [(k, c) for k, c in all_of_them if c.acts and isinstance(c, PenaltyContact)]
+
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs, dampers, loads, walls, friction and round contacts.
+        """Springs, dampers, loads, walls, friction, round contacts, and what rigid ones hold.
 
         What else turns with the mechanism is left to the iteration.
         """
+        giving, keeping = self._giving(at), self.rigid.keeping(at, self.reach)
+        return giving if keeping is None else keeping.slopes(*giving)
+
+    def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix without rigid contacts."""
         stiffness, damping = self.springs(at)
         whole: Whole = at.kept
         slopes = self._slopes(whole)
         if whole.wall is None and not slopes:
             return stiffness, damping
-        reach = whole.held.reach
-        if reach is None:
-            reach = np.eye(len(whole.held.x))[:, self._picked]
+        reach = self.reach(whole.held)
         for across in slopes:
             stiffness = stiffness + reach.T @ across[0] @ reach
             damping = damping + reach.T @ across[1] @ reach
@@ -233,7 +254,7 @@ class MinimalModel:
     def _slopes(self, whole: Whole) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
         x, v = whole.held.x, whole.held.v
-        found = [contact.slopes(x, v) for contact in self.contacts if contact.acts]
+        found = [contact.slopes(x, v) for _, contact in self._giving_way()]
         if self.loads.stiff:
             found.append(self.loads.slopes(float(whole.t), x, v))
         return [slopes for slopes in found if slopes is not None]
@@ -254,12 +275,15 @@ class MinimalModel:
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
-        acting = [contact for contact in self.contacts if contact.acts]
+        acting = [contact for _, contact in self._giving_way()]
         if not acting:
             return None
         held: Held = at.kept.held
         rows = np.array([contact.gradient(held.x, held.v) for contact in acting])
         rows = rows[:, self._picked] if held.reach is None else rows @ held.reach
+        # Closed gaps let a force through to the same motions by which they let a gap open.
+        keeping = self.rigid.keeping(at, self.reach)
+        rows = rows if keeping is None else rows @ keeping.through.T
         return rows, press_by([contact.law for contact in acting])
 
     def size(self, change: FloatArray) -> float:

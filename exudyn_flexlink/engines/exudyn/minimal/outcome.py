@@ -20,7 +20,7 @@ from exudyn_flexlink.engines.exudyn.reporting import Report
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Contact,
     approach,
@@ -93,8 +93,10 @@ class _Reading:
         for k in np.flatnonzero(self.pressed.any(axis=0)).tolist():
             contact, rows = self.run.recorder.contacts[k], self.pressed[:, k]
             at = approach(contact, self.moved.poses[rows], self.moved.rates[rows])
-            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-            press = contact.law.force(-at.gap, -at.gap_rate)
+            if isinstance(contact.law, Impulse):
+                press = np.array([s.forces[k] for s in self.run.recorder.samples])[rows]
+            else:
+                press = contact.law.force(-at.gap, -at.gap_rate)
             self.pressing[rows, k] = press
             push = np.zeros((len(rows), 2))
             push[rows] = push_of(contact, self.moved.poses[rows], self.moved.rates[rows], press)
@@ -146,6 +148,7 @@ class _Reading:
             recorder.totals_of,
             lambda k: peaks[k] if k < len(peaks) else 0.0,  # of walls the seeker knows it
             recorder.seeker,
+            self.run.problem.impacts,
         )
 
     def _settings(self) -> dict[str, float | str]:

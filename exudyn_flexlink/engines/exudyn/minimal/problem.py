@@ -13,10 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.coasting import SWING
+from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    MinimalContact,
+    PenaltyContact,
+    RigidContact,
+    Side,
+)
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
@@ -26,19 +32,24 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     TurnsMade,
     WallChange,
 )
+from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
-from exudyn_flexlink.integrate.collocation import WEIGHTS
+from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, Press, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.slow_motions import slow_motions
+from exudyn_flexlink.intervals import Interval
 
 FloatArray = NDArray[np.float64]
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
+# Where the largest reaction in a step is looked for, on the polynomial through its nodes.
+TO_LOOKS = np.vander(np.linspace(0.0, 1.0, 33), STAGES + 1, increasing=True) @ NODES
+GIVE_WAY = "a drive by a torque in place of a speed, or a law with stiffness"
 SHORTEST_LOOK = 1e-3  # of a contact's half period
 
 
@@ -72,6 +83,12 @@ class MinimalProblem:
         self._finder = Finder(self.model, self.goal, x, v)
         if self._finder.walls is not None:
             self._change_walls(self._finder.walls, 0.0)
+        self._rigid = Impacts(self.model, self._finder, self.recorder, self.entries)
+
+    @property
+    def impacts(self) -> list[tuple[int, Interval]]:
+        """Contacts without duration, by their numbers."""
+        return self._rigid.impacts
 
     @property
     def over(self) -> bool:
@@ -113,6 +130,9 @@ class MinimalProblem:
         if self._slow is None or len(self._slow) != len(q) or held.reach is not None:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
             self._slow = slow_motions(at.mass, self.model.springs(at)[0], self.end, SWING)
+        if self._rigid.changed:
+            self._rigid.changed = False
+            self.recorder.keep_again(at)
         return at, State(q, v, self.model.accelerations(at)), self._slow
 
     def worn(self) -> bool:
@@ -126,14 +146,22 @@ class MinimalProblem:
         self.model.look(end.x, end.reach)
         self._finder.accept(step, end)
         for contact, touch in self._contacts():
-            if contact.acts:
+            if contact.acts and isinstance(contact, PenaltyContact):
                 contact.peak = max(contact.peak, contact.force(touch))
+        self._note_reactions(step)
         self.recorder.take(step, end)
         if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
             self.recorder.mark()  # even samples miss the peaks of a contact's force
         walls = self._finder.walls
         if walls is not None and (broken := walls.broken()) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
+
+    def _note_reactions(self, step: Step) -> None:
+        """Keep the largest reactions of rigid contacts in a step."""
+        for k in self.model.rigid.lasting():
+            nodes = [step.begin.kept.pushes[k, 0], *step.stages.kept.pushes[:, k, 0]]
+            contact = self.model.contacts[k]
+            contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
 
     def _end_of(self, step: Step) -> Held:
         """All coordinates at the end of a step, found once."""
@@ -149,7 +177,11 @@ class MinimalProblem:
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
         near = self.model.coordinates.longest(at.kept.held)
-        rests = [contact.rests_in(touch) for contact, touch in self._contacts() if contact.acts]
+        rests = [
+            contact.rests_in(touch)
+            for contact, touch in self._contacts()
+            if contact.acts and isinstance(contact, PenaltyContact)
+        ]
         return min([near, *rests, *self._limits_given()], default=inf)
 
     def _limits_given(self) -> list[float]:
@@ -202,7 +234,8 @@ class MinimalProblem:
     def late(self, event: Event, step: Step) -> float:
         """How long before the step's end a wall began or ceased to press, s, or a point slid off.
 
-        There it matters: a force is gone from one instant to the next.
+        There it matters: a force is gone from one instant to the next. Likewise a rigid contact
+        closed: what gaps are off by would be as much as the smallest bounces.
         """
         if isinstance(event.what, WallChange):
             assert self._finder.walls is not None
@@ -211,10 +244,13 @@ class MinimalProblem:
             return 0.0
         end = self._end_of(step)
         contact = self.model.contacts[event.what.contact]
-        return contact.left_since(contact.touch(end.x, end.v))
+        touch = contact.touch(end.x, end.v)
+        if isinstance(contact, RigidContact) and not contact.acts:
+            return touch.gap / touch.gap_rate if touch.gap_rate != 0 else 0.0
+        return contact.left_since(touch)
 
     def misses(self, event: Event, step: Step) -> bool:
-        """Tell that a contact would end well off its face.
+        """Tell that a contact would end well off its face, or a rigid one close well off it.
 
         A tolerance may allow more than the contact is deep, but a force that pulls there, or is
         gone too early, changes speeds by no little.
@@ -223,10 +259,12 @@ class MinimalProblem:
             return False
         k = event.what.contact
         contact = self.model.contacts[k]
-        if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
-            return False
         end = self._end_of(step)
         touch = contact.touch(end.x, end.v)
+        if isinstance(contact, RigidContact):
+            return contact.side is Side.APART and touch.inside >= 0 and not meets(touch, step.end)
+        if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
+            return False
         off = FARTHEST_OFF * contact.peak / contact.law.stiffness
         return touch.inside >= 0 and touch.gap > off
 
@@ -245,12 +283,23 @@ class MinimalProblem:
             self._change_walls(self._finder.walls, event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
+            if k in self.model.rigid.all:
+                self._change_rigid(event.time, k)
+                return longest
             self._change_contact(event.time, k, self._finder.touches[k])
             if k < self._of_scene:
                 self.recorder.mark()
             if self.model.contacts[k].acts:
                 longest = IN_CONTACT * self.half_periods[k]
         return longest
+
+    def _change_rigid(self, time: float, k: int) -> None:
+        try:
+            self._rigid.change(time, k)
+        except ArithmeticError as error:
+            self.stop_reason, self.stop_advice = str(error), GIVE_WAY
+        if self._rigid.endless:
+            self.stop_reason, self.stop_advice = self._rigid.endless, LOSE_SPEED
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> None:
         contact = self.model.contacts[k]

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
 from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS, C
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.laws import RestitutionPenalty
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +34,7 @@ class Sample(NamedTuple):
     """One kept instant: coordinates, places on the slots' curves, which contacts press.
 
     Contacts are here and below those of the scene and of its bearings, then the pairs of its
-    sleeves.
+    sleeves; `forces` (N) are of all but the pairs.
     """
 
     time: float
@@ -42,6 +42,7 @@ class Sample(NamedTuple):
     v: FloatArray
     places: tuple[float, ...]
     pressed: BoolArray
+    forces: FloatArray
 
 
 class Recorder:
@@ -73,9 +74,11 @@ class Recorder:
         self._ends: list[Held] = []
         self._pressed: list[BoolArray] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
-        self._between: list[tuple[int, float]] = []  # of each new sample: step of the block, part
+        # Of each new sample: step of the block, part of it, leaps before it.
+        self._between: list[tuple[int, float, int]] = []
         self._kept: list[Evaluation] = []  # of the new samples: those of one step each
-        self._notes: list[int] = []  # steps of the block made before each note
+        self._notes: list[tuple[int, int]] = []  # steps and leaps of the block before each note
+        self._leaps: list[tuple[int, FloatArray]] = []  # of the totals, after so many steps
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
 
@@ -112,7 +115,26 @@ class Recorder:
 
     def note(self) -> None:
         """Keep the totals at the end of the last step."""
-        self._notes.append(len(self._steps))
+        self._notes.append((len(self._steps), len(self._leaps)))
+
+    def leap(
+        self, contacts: Sequence[int], impulse: FloatArray, lost: FloatArray, supplied: float
+    ) -> None:
+        """Take an impact: impulses (N s) and losses (J) of contacts (c,), work (J) of drives."""
+        totals, which = np.zeros_like(self._reached), np.asarray(contacts)
+        totals[1] = supplied
+        totals[2 + which], totals[2 + len(self.contacts) + which] = impulse, lost
+        self._leaps.append((len(self._steps), totals))
+
+    def keep_again(self, at: Evaluation) -> None:
+        """Keep the state after an impact, in place of that before it at the same instant."""
+        if self.samples[-1].time >= at.kept.t:
+            self.samples.pop()
+            self._between.pop()
+            last = self._kept.pop()
+            if len(last.kept.t) > 1:
+                self._kept.append(last.pick(slice(-1)))
+        self._keep(at.pick(None), len(self._steps), np.zeros(1))
 
     def totals_of(self, contact: int, at: FloatArray | None = None) -> tuple[float, float]:
         """Impulse (N s) and energy lost (J) of a contact so far, or `at` a note's totals.
@@ -134,9 +156,10 @@ class Recorder:
         pressed = self._acting()
         x, v, _, places, *_ = whole.held
         for i, t in enumerate(whole.t.tolist()):
-            self.samples.append(Sample(t, x[i], v[i], self._places(places[i]), pressed))
+            on_curves, forces = self._places(places[i]), whole.pushes[i, :, 0]
+            self.samples.append(Sample(t, x[i], v[i], on_curves, pressed, forces))
         self._kept.append(found)
-        self._between += [(step, part) for part in parts.tolist()]
+        self._between += [(step, part, len(self._leaps)) for part in parts.tolist()]
 
     def _places(self, on_pieces: FloatArray) -> tuple[float, ...]:
         """Places on the whole curves, in the order of the mechanism's slots."""
@@ -163,18 +186,23 @@ class Recorder:
         rates = self._rates_of(nodes, held, left).reshape(shape)
         lengths = np.array([step.h for step in steps])
         gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
-        reached = self._reached + np.vstack([0 * self._reached, np.cumsum(gained, axis=0)])
-        rows = np.array([row for row, _ in self._between], dtype=int)
-        parts = np.array([part for _, part in self._between])
-        gained = np.einsum("si,sij->sj", _shares(parts), rates[rows, 1:])
-        self.totals.append(reached[rows] + lengths[rows, None] * gained)
-        self.at_notes += [reached[row] for row in self._notes]
+        nothing = 0 * self._reached
+        reached = self._reached + np.vstack([nothing, np.cumsum(gained, axis=0)])
+        leapt = np.cumsum([nothing, *(leap for _, leap in self._leaps)], axis=0)
+        rows, leaps = (np.array([own[i] for own in self._between], dtype=int) for i in (0, 2))
+        parts = np.array([part for _, part, _ in self._between])
+        # A sample right after an impact that no step of the block follows is at none of its part.
+        inner = np.minimum(rows, len(steps) - 1)
+        gained = np.einsum("si,sij->sj", _shares(parts), rates[inner, 1:])
+        self.totals.append(reached[rows] + leapt[leaps] + lengths[inner, None] * gained)
+        self.at_notes += [reached[row] + leapt[leap] for row, leap in self._notes]
         pressed = np.array(self._pressed)
-        self._check(self._ends, reached[1:], pressed)
+        before = np.searchsorted([row for row, _ in self._leaps], np.arange(1, len(steps) + 1))
+        self._check(self._ends, reached[1:] + leapt[before], pressed)
         self._seek(held, lengths, pressed)
-        self._reached = reached[-1]
+        self._reached = reached[-1] + leapt[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
-        self._between, self._notes = [], []
+        self._between, self._notes, self._leaps = [], [], []
 
     def _work_off_samples(self) -> None:
         """Accelerations of all coordinates at the new samples, and forces that are left over."""
@@ -244,7 +272,8 @@ class Recorder:
         lost = totals[:, 0] + totals[:, 2 + len(self.contacts) :].sum(axis=1)
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = self.contacts[k], pressed[:, k]
-            assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+            if isinstance(contact.law, Impulse):
+                continue  # rigid: it stores nothing
             elastic = contact.law.stored_energy(-approach(contact, poses[rows], rates[rows]).gap)
             stored[rows] += elastic
             lost[rows] -= elastic

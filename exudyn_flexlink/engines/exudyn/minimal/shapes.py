@@ -51,6 +51,9 @@ class Shape(Protocol):
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
 
+    def steady_bend(self, x: list[float], v: list[float]) -> float:
+        """Second derivative (m/s^2) of the gap where no coordinate of the tree accelerates."""
+
 
 def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
     """Return the shape of a contact."""
@@ -91,6 +94,16 @@ class _Face:
         )
         return Look(touch, (-side * ty, side * tx), (tx, ty), (px, py), first, second)
 
+    def steady_bend(self, x: list[float], v: list[float]) -> float:
+        """Centripetal accelerations of point and face, and what the face's turning makes of it."""
+        look, turning = self.look(x, v), self._start.state(x, v)[2][1]
+        (ax, ay), (bx, by) = self._point.steady_bend(x, v), self._start.steady_bend(x, v)
+        (nx, ny), touch = look.normal, look.touch
+        # `slip` is the speed along the face as the face itself sees it.
+        along = touch.slip - turning * self._side * touch.gap
+        turned = -2 * self._side * turning * along - turning * turning * touch.gap
+        return nx * (ax - bx) + ny * (ay - by) + turned
+
 
 class _Circles:
     """Two circles, which touch at the second one's edge."""
@@ -115,6 +128,16 @@ class _Circles:
         bend = way / far if far > 0 else 0.0
         centres = (px, py), (sx, sy)
         return Look(touch, (way * nx, way * ny), (-ny, nx), at, first, second, centres, bend)
+
+    def steady_bend(self, x: list[float], v: list[float]) -> float:
+        """Centripetal accelerations of the centres, and how they pass each other."""
+        look = self.look(x, v)
+        _, (pu, pv), _, _ = self._first.state(x, v)
+        _, (su, sv), _, _ = self._second.state(x, v)
+        (ax, ay), (bx, by) = self._first.steady_bend(x, v), self._second.steady_bend(x, v)
+        (nx, ny), (tx, ty) = look.normal, look.along
+        past = tx * (pu - su) + ty * (pv - sv)
+        return nx * (ax - bx) + ny * (ay - by) + look.bend * past * past
 
 
 def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector) -> None:
@@ -163,3 +186,22 @@ class _Carrier:
         ax, ay = c * self._end[0] - s * self._end[1], s * self._end[0] + c * self._end[1]
         place, velocity = (px + ax, py + ay), (ux - turning * ay, uy + turning * ax)
         return place, velocity, (angle, turning), row
+
+    def steady_bend(self, x: list[float], v: list[float]) -> Vector:
+        """Acceleration (m/s^2) of the anchor where no coordinate of the tree accelerates."""
+        angle = turning = bx = by = 0.0
+        c, s = 1.0, 0.0
+        for i, kind, turn, ox, oy in self._links:
+            inward = -turning * turning
+            bx, by = bx + inward * (c * ox - s * oy), by + inward * (s * ox + c * oy)
+            angle += turn
+            c, s = cos(angle), sin(angle)
+            if kind == 0:
+                angle, turning = angle + x[i], turning + v[i]
+                c, s = cos(angle), sin(angle)
+                continue
+            ex, ey = (c, s) if kind == 1 else (-s, c)
+            inward, aside = inward * x[i], 2 * turning * v[i]  # centripetal, and Coriolis'
+            bx, by = bx + inward * ex - aside * ey, by + inward * ey + aside * ex
+        (ax, ay), inward = self._end, -turning * turning
+        return bx + inward * (c * ax - s * ay), by + inward * (s * ax + c * ay)

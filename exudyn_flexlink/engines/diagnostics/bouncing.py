@@ -1,0 +1,44 @@
+"""Bounces on the spot, of a rigid contact whose restitution won't end them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+
+SUNK = 1e-2  # of the fastest approach of a contact: what slower ones do is no motion to be seen
+MOST_SUNK = 1000  # sunk impacts in a row: some seconds of work
+MOST_LEFT = 100_000  # that restitution may still need to end them: some minutes
+LOSE_SPEED = "a smaller restitution, which ends the bounces, or a law with stiffness"
+
+
+@dataclass
+class Bounces:
+    """Impacts of the contact `name`; `fastest` (m/s) is the approach of the fastest so far."""
+
+    name: str
+    restitution: float
+    fastest: float = 0.0
+    _sunk: int = 0  # impacts in a row far slower than that
+    _since: float = 0.0  # time of the first of them
+
+    def endless(self, time: float, approach_speed: float, rest_speed: float) -> str:
+        """Take an impact; say so if the contact has bounced on the spot for long, without an end.
+
+        The bounces of an elastic contact that is pressed get ever shorter but never end, since no
+        speed is lost; those of restitution e end after ``ln(v / rest_speed) / ln(1 / e)`` more.
+        """
+        if approach_speed >= SUNK * self.fastest:
+            self.fastest, self._sunk = max(self.fastest, approach_speed), 0
+            return ""
+        self._since = time if self._sunk == 0 else self._since
+        self._sunk += 1
+        left = log(max(approach_speed / rest_speed, 1.0))
+        if self._sunk < MOST_SUNK or self.restitution == 0:
+            return ""
+        if left < -MOST_LEFT * log(self.restitution):
+            return ""
+        return (
+            f"contact '{self.name}' bounces on the spot: {self._sunk} impacts within "
+            f"{time - self._since:.2g} s, at {approach_speed:.2g} m/s, and a restitution of "
+            f"{self.restitution:g} won't end them"
+        )

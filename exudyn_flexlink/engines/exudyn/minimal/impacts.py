@@ -1,0 +1,272 @@
+"""Impacts by impulse: what happens at the instant at which gaps of rigid contacts close.
+
+The configuration stays, the speeds z' jump by impulses p along the gaps' gradients G:
+
+    M (z'_s - z'_a) = G^T p,      0 <= p,   g'_s + e g'_a >= 0,   p (g'_s + e g'_a) = 0
+
+with g' the rates of the gaps before (a) and after (s): Newton's law of impact for all contacts that
+are closed at that instant, as complementarity (J. J. Moreau, in *Nonsmooth Mechanics and
+Applications*, Springer 1988; F. Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral
+Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2`` of each, and by
+what drives do that keep their speeds. Bounces get shorter and shorter; where the next one would be
+too low to be seen, the contact lasts: which of those at rest press follows likewise from their
+accelerations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.engines.exudyn.faces import Touch
+from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.events import Finder
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, mobility
+from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.complementarity import complementary
+from exudyn_flexlink.integrate.events import EVENT_TIME
+from exudyn_flexlink.integrate.problem import Evaluation
+from exudyn_flexlink.intervals import Interval
+
+FloatArray = NDArray[np.float64]
+
+REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
+LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
+CLOSED = 1e-15  # m: a gap so small is closed, by rounding, and so is one that is so many
+AT_ONCE = 10.0  # instants from its zero
+HIDDEN = 1e-4  # m/s: as slow as this a point may come out of what a gap is off by, and not be seen
+UNMOVED = 1e-9  # of the parts that a gap's acceleration is the sum of: as little is none
+NOTHING_KNOWN: Mapping[int, float] = {}
+OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
+
+
+def meets(touch: Touch, time: float) -> bool:
+    """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
+    return abs(touch.gap) <= CLOSED + AT_ONCE * instant(time, EVENT_TIME) * abs(touch.gap_rate)
+
+
+class Jump(NamedTuple):
+    """Jump of the independent speeds, and of each contact (c,) what it does.
+
+    Impulse (N s), rate of the gap before and after (m/s), energy lost, and work of the drives that
+    keep their speeds (J).
+    """
+
+    speeds: FloatArray
+    impulse: FloatArray
+    before: FloatArray
+    after: FloatArray
+    lost: FloatArray
+    motor_work: FloatArray
+
+
+def jump_of(at: Evaluation, gaps: Gaps, reach: FloatArray, restitution: FloatArray) -> Jump:
+    """Jump at one state, by contacts (c,) that are closed.
+
+    Raises:
+        ArithmeticError: drives press contacts together that nothing lets give way.
+
+    """
+    before = gaps.touching[:, 1]
+    arms, moved = mobility(gaps, at.mass)
+    push = complementary(moved, (1 + restitution) * before)
+    after = before + moved @ push
+    # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
+    after = np.where(push > 0, -restitution * before, after)
+    drives = at.kept.mass @ reach @ (arms * push) - gaps.rows.T * push  # impulses, by contact
+    return Jump(
+        arms @ push,
+        push,
+        before,
+        after,
+        -0.5 * push * (before + after),
+        drives.T @ at.kept.held.v,
+    )
+
+
+@dataclass
+class Impacts:
+    """Changes of a model's rigid contacts, in a run.
+
+    `entries` are the run's beginnings and ends of contacts; `impacts` what is without duration, by
+    the number of the contact. `changed` tells that the state is another one since the last step.
+    """
+
+    model: MinimalModel
+    finder: Finder
+    recorder: Recorder
+    entries: list[Entry]
+    impacts: list[tuple[int, Interval]] = field(default_factory=list)
+    endless: str = ""
+    changed: bool = False
+
+    def __post_init__(self) -> None:
+        names = [contact.name for contact in self.model.assembly.mechanism.touching]
+        self._bounces = {
+            k: Bounces(names[k], contact.restitution) for k, contact in self._contacts.items()
+        }
+
+    @property
+    def _contacts(self) -> dict[int, RigidContact]:
+        return self.model.rigid.all
+
+    def change(self, time: float, k: int) -> None:
+        """Contact k closes, opens, or its point passes the face's line beside it."""
+        contact, touch = self._contacts[k], self.finder.touches[k]
+        self.changed = True
+        if contact.acts:
+            off = touch.inside < OFF_THE_END
+            contact.side = Side.BEHIND if off else Side.APART
+            self._tell(time, k, "leaves the face" if off else "contact ends")
+            self._rest(time, self.model.rigid.lasting())
+        elif touch.inside < 0:
+            contact.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
+        elif contact.side is Side.BEHIND:
+            contact.side = Side.APART
+        else:
+            self._meet(time, k)
+
+    # --- impacts ------------------------------------------------------------------------------
+
+    def _meet(self, time: float, struck: int) -> None:
+        """Let contacts that are closed bounce, or rest."""
+        touches = self.finder.touches
+        which = [k for k in self._contacts if k == struck or self._is_closed(time, k)]
+        at, gaps = self._look(time, which)
+        restitution = np.array([self._contacts[k].restitution for k in which])
+        free = gaps.free @ self.model.accelerations(at) + gaps.bend
+        over = np.array(
+            [
+                self._contacts[k].acts or is_over(gaps.touching[c, 1], restitution[c], free[c])
+                for c, k in enumerate(which)
+            ]
+        )
+        restitution = np.where(over, 0.0, restitution)
+        if gaps.touching[:, 1].min() < 0:
+            self._jump(time, jump_of(at, gaps, self._reach(at), restitution), which, over)
+        # The next bounce of one that was struck as it went away is lower than gaps are known to.
+        slow = {k: HIDDEN if k == struck else REST_SPEED for k in which}
+        resting = [
+            k
+            for k, e in zip(which, restitution.tolist(), strict=True)
+            if e == 0 and self.finder.touches[k].gap_rate <= slow[k]
+        ]
+        for k in which:
+            if self._contacts[k].acts and k not in resting:
+                self._open(time, k)
+        stopped = [k for k, ended in zip(which, over, strict=True) if ended]
+        self._rest(time, resting, struck, {k: max(0.0, -touches[k].gap_rate) for k in stopped})
+
+    def _is_closed(self, time: float, k: int) -> bool:
+        contact, touch = self._contacts[k], self.finder.touches[k]
+        if contact.acts:
+            return True
+        apart = contact.side is Side.APART and touch.inside >= 0
+        return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
+
+    def _jump(self, time: float, jump: Jump, which: Sequence[int], over: NDArray[np.bool_]) -> None:
+        """Let the speeds jump, and write down the impacts."""
+        coordinates, before = self.model.coordinates, self.finder.touches
+        z, v = coordinates.state()
+        end = self.model.whole(time, z, v + jump.speeds)
+        coordinates.settle(time, end, np.zeros(len(z)))
+        self.finder.look_again(end)
+        self.recorder.leap(which, jump.impulse, jump.lost, float(jump.motor_work.sum()))
+        for c, k in enumerate(which):
+            if not over[c] and jump.impulse[c] > 0:
+                hit = _interval(time, before[k].place, jump, c)
+                self.impacts.append((k, hit))
+                endless = self._bounces[k].endless(time, hit.approach_speed, REST_SPEED)
+                self.endless = self.endless or endless
+
+    # --- contacts that last -------------------------------------------------------------------
+
+    def _rest(
+        self,
+        time: float,
+        resting: Sequence[int],
+        struck: int | None = None,
+        approach: Mapping[int, float] = NOTHING_KNOWN,
+    ) -> None:
+        """Let those of the contacts at rest press that have to, and open the others.
+
+        The gap of `struck` falls; `approach` (m/s) are speeds at which contacts came to rest.
+        """
+        if not resting:
+            return
+        acting = {k for k in resting if self._contacts[k].acts}
+        for k in resting:
+            self._contacts[k].side = Side.APART
+        at, gaps = self._look(time, resting)
+        now = self.model.accelerations(at)
+        free = gaps.free @ now + gaps.bend
+        moved = mobility(gaps, at.mass)[1]
+        press = complementary(moved, free)
+        # A gap that falls though nothing accelerates it yet will be pressed.
+        parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
+        still = free + moved @ press <= UNMOVED * parts
+        pressed = (press > 0) | (still & (np.array(resting) == struck))
+        for k, pressing in zip(resting, pressed.tolist(), strict=True):
+            contact = self._contacts[k]
+            contact.side = Side.PRESSED if pressing else Side.APART
+            if pressing and k not in acting:
+                contact.peak = 0.0
+                self._tell(time, k, "contact begins", approach.get(k, 0.0))
+            elif k in acting and not pressing:
+                self._open(time, k)
+
+    def _open(self, time: float, k: int) -> None:
+        self._contacts[k].side = Side.APART
+        self._tell(time, k, "contact ends")
+
+    def _tell(self, time: float, k: int, kind: str, approach: float = 0.0) -> None:
+        touch, peak = self.finder.touches[k], self._contacts[k].peak
+        self.entries.append(Entry(time, k, kind, touch, approach, peak))
+        self.recorder.note()
+
+    # --- the state now ------------------------------------------------------------------------
+
+    def _look(self, time: float, which: Sequence[int]) -> tuple[Evaluation, Gaps]:
+        """Look at the present state, and the gaps of some contacts in it."""
+        at = self.model.evaluate(time, *self.model.coordinates.state())
+        gaps = self.model.rigid.gaps(which, at.kept.held.pick(None), self._reach(at))
+        return at, gaps.pick(0)
+
+    def _reach(self, at: Evaluation) -> FloatArray:
+        return self.model.reach(at.kept.held)
+
+
+def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:
+    """Impact number c of a jump, at a time (s) and a place on its face (m)."""
+    return Interval(
+        time,
+        time,
+        place,
+        place,
+        approach_speed=-float(jump.before[c]),
+        separation_speed=float(jump.after[c]),
+        impulse=float(jump.impulse[c]),
+        energy_lost=float(jump.lost[c]),
+        peak_force=inf,
+        motor_work=float(jump.motor_work[c]),
+    )
+
+
+def is_over(gap_rate: float, restitution: float, gap_acceleration: float) -> bool:
+    """Tell whether the next bounce is so small that the contact lasts instead.
+
+    `gap_acceleration` (m/s^2) is that without force of the contact: where it presses (negative), a
+    bounce takes ``2 e g'/g''``, and an endless sequence of them only a finite time.
+    """
+    if -gap_rate < REST_SPEED:
+        return True
+    return 0 < -2 * restitution * gap_rate < LEAST_FLIGHT * -gap_acceleration

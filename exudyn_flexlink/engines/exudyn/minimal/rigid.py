@@ -1,0 +1,118 @@
+"""Reactions of contacts by impulse that last: pushing leaves no gap.
+
+With g the gaps and G their gradients by the independent coordinates, which accelerate by z'',
+
+    M z'' = f + G^T r,      G z'' + c = -2 HOLD g' - HOLD^2 g
+
+for the reactions r (N); c is what gaps bend without z''. The right side lets die out what gaps
+are off by (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.integrate.problem import Evaluation
+
+FloatArray = NDArray[np.float64]
+Reach = Callable[[Held], FloatArray]
+"""How all coordinates (..., links, independent) follow the independent ones."""
+
+HOLD = 1e2  # 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared
+RANK = 1e-10  # of the largest mobility: contacts that depend on others share the load
+
+
+class Gaps(NamedTuple):
+    """Gaps of some contacts at one instant, or at several: then with one axis more, the first.
+
+    `rows` (c, links) are gradients by all coordinates, `free` (c, independent) by the independent
+    ones; `bend` (c,), m/s^2, second derivatives where those do not accelerate. `touching` (c, 2)
+    are gaps and rates.
+    """
+
+    rows: FloatArray
+    free: FloatArray
+    bend: FloatArray
+    touching: FloatArray
+
+    def pick(self, which: int) -> Gaps:
+        """Return those of one of several instants."""
+        return Gaps(*(column[which] for column in self))
+
+
+def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Accelerations (..., independent, c) by 1 N in each contact, and those (..., c, c) of gaps."""
+    arms = np.asarray(np.linalg.solve(mass, np.swapaxes(gaps.free, -1, -2)), dtype=np.float64)
+    return arms, gaps.free @ arms
+
+
+class Keeping(NamedTuple):
+    """What closed gaps let through: of forces (independent, independent), and of the gaps."""
+
+    through: FloatArray
+    closed: FloatArray
+
+    def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix with the reactions in them."""
+        of_gaps = HOLD * HOLD * self.closed
+        return self.through @ stiffness + of_gaps, self.through @ damping + 2 * HOLD * self.closed
+
+
+class RigidContacts:
+    """Those of a model's contacts that are rigid, by their numbers."""
+
+    def __init__(self, contacts: Sequence[MinimalContact]) -> None:
+        self.all = {k: c for k, c in enumerate(contacts) if isinstance(c, RigidContact)}
+
+    def lasting(self) -> list[int]:
+        """Numbers of those that press."""
+        return [k for k, contact in self.all.items() if contact.acts]
+
+    def gaps(self, which: Sequence[int], held: Held, reach: FloatArray) -> Gaps:
+        """Gaps at coordinates of the tree at instants (n, links), which follow by `reach`."""
+        shape = len(held.x), len(which)
+        rows, touching = np.empty((*shape, held.x.shape[1])), np.empty((*shape, 2))
+        bend = np.empty(shape)
+        for i, (x, v) in enumerate(zip(held.x, held.v, strict=True)):
+            for c, contact in enumerate(self.all[k] for k in which):
+                touch = contact.touch(x, v)
+                touching[i, c] = touch.gap, touch.gap_rate
+                rows[i, c], bend[i, c] = contact.gradient(x, v), contact.steady_bend(x, v)
+        bend += (rows @ held.b[:, :, None])[:, :, 0]
+        return Gaps(rows, rows @ reach, bend, touching)
+
+    def held(self, at: Evaluation, reach: Reach) -> Evaluation:
+        """Return evaluations at instants (n,) with the reactions of those that last."""
+        which, kept = self.lasting(), at.kept
+        gaps = self.gaps(which, kept.held, reach(kept.held))
+        arms, moved = mobility(gaps, at.mass)
+        gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
+        wanted = -gaps.bend - 2 * HOLD * rate - HOLD * HOLD * gap
+        wanted -= (np.swapaxes(arms, -1, -2) @ at.force[..., None])[..., 0]
+        press = (_inverse(moved) @ wanted[..., None])[..., 0]
+        kept.pushes[:, which] = np.stack([press, -press * rate], axis=-1)
+        force = kept.force + (press[:, None] @ gaps.rows)[:, 0]
+        free = at.force + (press[:, None] @ gaps.free)[:, 0]
+        return at._replace(force=free, kept=kept._replace(force=force))
+
+    def keeping(self, at: Evaluation, reach: Reach) -> Keeping | None:
+        """What those that last let through at one state; None if none does."""
+        which = self.lasting()
+        if not which:
+            return None
+        held: Held = at.kept.held
+        gaps = self.gaps(which, held.pick(None), reach(held)).pick(0)
+        arms, moved = mobility(gaps, at.mass)
+        back = gaps.free.T @ _inverse(moved)
+        return Keeping(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)
+
+
+def _inverse(moved: FloatArray) -> FloatArray:
+    """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
+    return np.asarray(np.linalg.pinv(moved, rcond=RANK, hermitian=True))
