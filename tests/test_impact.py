@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from exudyn_flexlink.effects import with_impact
-from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.equations import mass_matrix
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact import is_over, strike
@@ -207,10 +207,26 @@ def test_impulse_is_near_the_penalty():
     assert least == pytest.approx(-0.3622, abs=5e-4)
 
 
-def test_the_exudyn_engine_refuses_impulses():
-    with pytest.raises(NotRepresentableError) as caught:
-        simulate(impulse_scene(0.5), "exudyn")
-    assert caught.value.path == ("contacts", "strike", "law")
+@pytest.mark.parametrize(("restitution", "grown"), [(0.0, 1), (0.5, 1), (1.0, 100)])
+def test_both_engines_bounce_alike(restitution, grown):
+    """Every impact, and every contact that lasts; 102 elastic impacts in a row multiply errors."""
+    judge = struck(restitution)
+    ours = simulate(impulse_scene(restitution, "accuracy.tolerance=1e-9"), measure=False)
+    expected, found = (result.contacts["strike"].touches for result in (judge, ours))
+    assert len(expected) == len(found) > 5
+    allowed = {"begin": 1e-10, "end": 1e-9, "place": 1e-9, "approach_speed": 2e-7,
+               "separation_speed": 2e-7, "impulse": 1e-9, "energy_lost": 1e-10,
+               "motor_work": 1e-12}  # fmt: skip
+    for column, error in allowed.items():
+        a, b = getattr(found, column), getattr(expected, column)
+        np.testing.assert_allclose(a, b, rtol=0, atol=error * grown, err_msg=column)
+    np.testing.assert_allclose(found.peak_force, expected.peak_force, rtol=1e-4)  # inf: an impact
+    np.testing.assert_array_equal(found.slides_off, expected.slides_off)
+    assert [event.kind for event in ours.events] == [event.kind for event in judge.events]
+    a, b = (lever_response(result, "strike") for result in (ours, judge))
+    assert a.least[0] == pytest.approx(b.least[0], abs=1e-9 * grown)
+    assert a.greatest[0] == pytest.approx(b.greatest[0], abs=1e-9 * grown)
+    assert ours.checks.energy_residual < 1e-8 * ours.checks.largest_kinetic_energy
 
 
 def test_stiffness_is_no_part_of_an_impulse():

@@ -1,0 +1,217 @@
+"""Contacts by impulse that last, in minimal coordinates: reactions and release by closed forms."""
+
+from math import cos, radians, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from test_physics_impulse import FLOOR, LEVER, alone, balanced
+from test_physics_tools import angle, scene, where
+
+from exudyn_flexlink.engines.exudyn.minimal.shapes import shape_of
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism.tree import tree_layout
+
+G = 9.81
+
+# --- bodies that rest -------------------------------------------------------------------------
+
+
+def table(*legs):
+    """A table that stands on some of its legs."""
+    contacts = "".join(
+        f"  {leg}: {{type: point_on_line, point: table.{leg}, line: [floor.a, floor.b], "
+        "law: {type: impulse, restitution: 0.5}}\n"
+        for leg in legs
+    )
+    return f"""
+bodies:
+  table:
+    type: rigid
+    mass: 4
+    inertia: 0.3
+    centre_of_mass: [0.1, 0.2]
+    points: {{left: [-0.5, 0], middle: [0, 0], right: [0.5, 0]}}
+{FLOOR}
+contacts:
+{contacts}
+gravity: 9.81
+initial: {{positions: {{table: [0, 0.5]}}}}
+run: {{duration: 2}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+
+
+def test_a_table_that_falls_flat_bounces_flat_and_rests_by_statics():
+    """Both legs strike at once: the table keeps level, and each carries by the lever rule."""
+    result = alone(table("left", "right"))
+    left, right = (list(result.intervals[leg]) for leg in ("left", "right"))
+    assert len(left) == len(right) > 10
+    first, v = sqrt(2 * 0.5 / G), sqrt(G)
+    assert left[1].begin == pytest.approx(2 * first, abs=1e-9)
+    assert [hit.begin for hit in left] == [hit.begin for hit in right]
+    total = 4 * 1.5 * v
+    assert (left[0].impulse, right[0].impulse) == pytest.approx((0.4 * total, 0.6 * total))
+    lost = left[0].energy_lost + right[0].energy_lost
+    assert lost == pytest.approx(0.5 * 4 * 0.75 * v * v)
+    assert abs(angle(result, "table")).max() < 1e-9
+    assert left[-1].begin == pytest.approx(first * 1.5 / 0.5, abs=2e-6)
+    assert result.contacts["left"].force[-1] == pytest.approx(0.4 * 4 * G)
+    assert result.contacts["right"].force[-1] == pytest.approx(0.6 * 4 * G)
+    assert balanced(result)
+
+
+def test_three_legs_carry_a_table_though_two_would_do():
+    legs = ("left", "middle", "right")
+    result = alone(table(*legs), "initial.positions.table=[0, 0]", "run.duration=0.2")
+    left, middle, right = (result.contacts[leg].force[-1] for leg in legs)
+    assert left + middle + right == pytest.approx(4 * G)
+    assert right - left == pytest.approx(0.1 * 4 * G / 0.5)
+    assert middle == pytest.approx((left + right) / 2)  # the least forces
+    assert abs(angle(result, "table")).max() < 1e-12
+
+
+SLOPE = radians(20)
+CHUTE = f"""
+bodies:
+  ball: {{type: rigid, mass: 2, inertia: 0, points: {{c: [0, 0]}}}}
+  chute:
+    type: rigid
+    mass: 1
+    inertia: 1
+    points: {{o: [0, 0], a: [0, 0], b: [{cos(SLOPE)}, {-sin(SLOPE)}]}}
+joints: {{hold: {{type: weld, points: [ground, chute.o], at: [0, 0]}}}}
+contacts:
+  slide:
+    type: point_on_line
+    point: ball.c
+    line: [chute.a, chute.b]
+    law: {{type: impulse, restitution: 0.5}}
+gravity: 9.81
+initial: {{positions: {{ball: [{0.1 * cos(SLOPE)}, {-0.1 * sin(SLOPE)}]}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+
+
+def test_a_ball_slides_down_and_off_the_end_of_a_chute():
+    """It goes down by g sin a, pressed by m g cos a, and falls freely from the end."""
+    result = alone(CHUTE)
+    (touch,) = result.intervals["slide"]
+    assert touch.begin == 0
+    assert touch.end == pytest.approx(sqrt(2 * 0.9 / (G * sin(SLOPE))), abs=1e-9)
+    assert touch.slides_off
+    assert touch.peak_force == pytest.approx(2 * G * cos(SLOPE))
+    assert touch.impulse == pytest.approx(2 * G * cos(SLOPE) * touch.end)
+    v, fall = sqrt(2 * 0.9 * G * sin(SLOPE)), 1 - touch.end
+    end = np.array([cos(SLOPE), -sin(SLOPE)])
+    expected = end * (1 + v * fall) + [0, -0.5 * G * fall**2]
+    assert where(result, "ball.c")[-1] == pytest.approx(expected, abs=1e-8)
+    assert balanced(result)
+
+
+# --- drives ---------------------------------------------------------------------------------
+
+
+def test_a_lever_is_lifted_off_its_stop_as_the_torque_outweighs_it():
+    """The stop carries m g/2 - T/l until that is nothing."""
+    drive = "drives: {lift: {type: torque, joint: pivot, value: 20, ramp: 1}}\n"
+    result = alone(LEVER + drive)
+    (touch,) = result.intervals["rest"]
+
+    def torque(t):
+        return 20 * t**3 * (10 - 15 * t + 6 * t * t)
+
+    lifted = brentq(lambda t: G - torque(t), 0, 1)
+    assert (touch.begin, touch.end) == pytest.approx((0, lifted), abs=1e-9)
+    assert not touch.slides_off
+    assert touch.energy_lost == pytest.approx(0, abs=1e-12)
+    force = np.where(result.time < touch.end, G - torque(result.time), 0)
+    assert result.contacts["rest"].force == pytest.approx(force, abs=1e-8)
+    i = np.searchsorted(result.time, touch.end)
+    assert angle(result, "lever")[:i].max() < 1e-12
+    assert angle(result, "lever")[-1] > 0.1
+    assert balanced(result)
+
+
+def test_a_turning_arm_carries_a_ball_outwards():
+    """Pressed along a driven straight groove it goes as r0 cosh(w t), by 2 m w r'."""
+    omega = 3.0
+    result = alone("""
+bodies:
+  arm: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], a: [0, 0], b: [5, 0]}}
+  ball: {type: rigid, mass: 2, inertia: 0, points: {c: [0, 0]}}
+joints: {pivot: {type: revolute, points: [ground, arm.o], at: [0, 0]}}
+drives: {turn: {type: speed, joint: pivot, value: 3}}
+contacts:
+  push:
+    type: point_on_line
+    point: ball.c
+    line: [arm.a, arm.b]
+    law: {type: impulse, restitution: 0.5}
+initial:
+  angles: {arm: 0}
+  positions: {ball: [1, 0]}
+  velocities: {ball: [0, 3]}
+  speeds: {arm: 3}
+run: {duration: 0.5}
+accuracy: {tolerance: 1.0e-8}
+""")
+    (touch,) = result.intervals["push"]
+    assert (touch.begin, touch.lasts) == (0, True)
+    radius = np.cosh(omega * result.time)
+    turned = np.column_stack([np.cos(omega * result.time), np.sin(omega * result.time)])
+    assert where(result, "ball.c") == pytest.approx(radius[:, None] * turned, abs=1e-8)
+    force = 2 * 2 * omega**2 * np.sinh(omega * result.time)
+    assert result.contacts["push"].force[1:] == pytest.approx(force[1:], abs=1e-5)
+    assert abs(result.contacts["push"].gap).max() < 1e-9
+
+
+# --- accelerations of gaps --------------------------------------------------------------------
+
+TURNING = """
+bodies:
+  arm:
+    type: rigid
+    mass: 1
+    inertia: 0.1
+    points: {o: [0, 0], e: [0.7, 0.1], a: [0.2, 0.1], b: [0.9, 0.3]}
+  hand: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], a: [0.1, -0.2], b: [0.8, 0.1]}}
+  ball: {type: rigid, mass: 1, inertia: 0.1, points: {c: [0.1, 0.05]}}
+joints:
+  pivot: {type: revolute, points: [ground, arm.o], at: [0, 0]}
+  wrist: {type: revolute, points: [arm.e, hand.o]}
+contacts:
+  on_arm:
+    type: point_on_line
+    point: ball.c
+    line: [arm.a, arm.b]
+    law: &law {type: impulse, restitution: 0}
+  on_hand: {type: point_on_line, side: right, point: ball.c, line: [hand.a, hand.b], law: *law}
+  of_hand:
+    type: circle_on_circle
+    circles: [{at: hand.b, radius: 0.1}, {at: ball.c, radius: 0.2}]
+    law: *law
+  within:
+    type: circle_on_circle
+    circles: [{at: ball.c, radius: 0.1}, {at: arm.b, radius: 5, inside: true}]
+    law: *law
+initial: {angles: {arm: 0.3, hand: 0.9}, positions: {ball: [2, 1.5]}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.mark.parametrize("name", ["on_arm", "on_hand", "of_hand", "within"])
+def test_gaps_bend_at_steady_speeds_as_their_rates_change(name):
+    """Against differences of the gap's rate along the motion, of any speeds."""
+    mechanism = assemble_scene(scene(TURNING)).mechanism
+    layout, random = tree_layout(mechanism), np.random.default_rng(1)
+    contact = next(contact for contact in mechanism.contacts if contact.name == name)
+    shape, count = shape_of(layout, contact), len(layout.links)
+    for _ in range(5):
+        x, v = random.uniform(0.5, 1.5, count), random.uniform(-2, 2, count)
+        steps = np.array([-2, -1, 1, 2]) * 1e-3
+        rates = [shape.look((x + h * v).tolist(), v.tolist()).touch.gap_rate for h in steps]
+        slope = np.array(rates) @ [1 / 12, -2 / 3, 2 / 3, -1 / 12] / 1e-3
+        assert shape.steady_bend(x.tolist(), v.tolist()) == pytest.approx(slope, abs=1e-8)
