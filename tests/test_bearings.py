@@ -10,7 +10,7 @@ from test_physics_tools import scene
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.effects import absent, idealise
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact
+from exudyn_flexlink.engines.exudyn.minimal.contacts import contact_of
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -87,7 +87,7 @@ def test_slopes_of_a_contact_are_derivatives_of_its_force(which):
     """By central differences, for one disc in a dish: nothing else turns with the coordinates."""
     text = disc_in_dish(0.3, 1, friction=0.4 if which == "friction" else 0.0, slip=0.2)
     assembly = assemble_scene(scene(text, "contacts.dish.law.restitution=0.6"))
-    contact = MinimalContact(tree_layout(assembly.mechanism), assembly.mechanism.contacts[0])
+    contact = contact_of(tree_layout(assembly.mechanism), assembly.mechanism.contacts[0])
     far = 0.4 + 1e-4
     x = np.array([far * np.sin(0.7), -far * np.cos(0.7), 0.2])
     v = np.array([0.02, 0.03, 0.7])
