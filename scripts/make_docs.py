@@ -2,7 +2,7 @@
 
 Usage:
   .venv/bin/python scripts/make_docs.py                  all of them, which takes hours
-  .venv/bin/python scripts/make_docs.py tutorial verify  some, by name
+  .venv/bin/python scripts/make_docs.py tutorial promises  some, by name
   .venv/bin/python scripts/make_docs.py --list           names, files and how long they take
   .venv/bin/python scripts/make_docs.py --check          measure cheap parts again, write nothing
 
@@ -139,11 +139,11 @@ ITEMS = (
         sample=script("loop_tolerance", "--models", "textbook/double_pendulum"),
     ),
     Item(
-        "verify",
+        "promises",
         "5 min",
-        (script("verify"),),
-        table="tables/verify.md",
-        sample=script("verify", "--only", "frequencies"),
+        (script("promises"),),
+        table="tables/promises.md",
+        sample=script("promises", "--only", "frequencies"),
     ),
     Item(
         "accuracy",

@@ -1,7 +1,7 @@
 """The paper's scenes against an independent integration (tests/data, see the headers there).
 
 The limit at shipped accuracy is the models' own tolerance, the peaks are those of the same
-independent integration. scripts/verify.py prints the measured deviations, with
+independent integration. scripts/promises.py prints the measured deviations, with
 tighter settings than a test has time for.
 """
 

@@ -1,6 +1,6 @@
 """The two engines against each other: no shared equation of motion, the same answer.
 
-Short runs; scripts/verify.py measures the same over two turns.
+Short runs; scripts/promises.py measures the same over two turns.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Measure what docs/accuracy.md claims against independent answers, and print it as its table.
 
 Usage:
-  .venv/bin/python scripts/verify.py               everything, some five minutes
-  .venv/bin/python scripts/verify.py --quick       without the parts that take long
-  .venv/bin/python scripts/verify.py --only peaks  one part, or some
+  .venv/bin/python scripts/promises.py               everything, some five minutes
+  .venv/bin/python scripts/promises.py --quick       without the parts that take long
+  .venv/bin/python scripts/promises.py --only peaks  one part, or some
 
 Where a series of tests/data judges, its own uncertainty is part of what is promised. Times are of
 the processor, for a whole run.
