@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 HERE = Path(__file__).parent
+PUBLISHED = ".published.yaml"
+"""How a file of published numbers ends: it stands beside its model, and is none itself."""
 
 
 def models_folder() -> Path:
@@ -23,8 +25,8 @@ def models_folder() -> Path:
 def model_names() -> list[str]:
     """Names of the models, such as ``no_clearance`` or ``textbook/whitworth``."""
     folder = models_folder()
-    files = (file.relative_to(folder) for file in folder.rglob("*.yaml"))
-    return sorted(file.with_suffix("").as_posix() for file in files)
+    files = (file for file in folder.rglob("*.yaml") if not file.name.endswith(PUBLISHED))
+    return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in files)
 
 
 def model_file(name: str) -> Path | None:
@@ -34,3 +36,9 @@ def model_file(name: str) -> Path | None:
     if len(exact or found) != 1:
         return None
     return models_folder() / f"{(exact or found)[0]}.yaml"
+
+
+def benchmark_files() -> dict[str, Path]:
+    """Files of published numbers by the names of their models, such as ``n_four_bar``."""
+    files = sorted((models_folder() / "benchmarks").glob(f"*{PUBLISHED}"))
+    return {file.name.removesuffix(PUBLISHED): file for file in files}

@@ -9,10 +9,11 @@ import pytest
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.scene import FlexibleBody, Scene, json_schema
+from exudyn_flexlink.shipped import model_names
 from exudyn_flexlink.source import load_document
 
 FOLDER = Path(__file__).parents[1] / "models"
-FILES = sorted(FOLDER.rglob("*.yaml"))
+FILES = [FOLDER / f"{name}.yaml" for name in model_names()]
 SCHEMA = FOLDER / "flexlink.schema.json"
 
 any_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

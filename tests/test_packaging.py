@@ -11,6 +11,7 @@ import pytest
 from cli_runs import ROOT
 
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.shipped import benchmark_files, model_names
 
 NOT_BUILT = {".gitignore"}
 RUN = [sys.executable, *(["-P"] if sys.version_info >= (3, 11) else [])]
@@ -72,9 +73,14 @@ def test_the_wheel_brings_the_models(installed: Path, tmp_path: Path) -> None:
     assert str(installed) in told
     assert load_scene(ROOT / "models" / "spline_track.yaml").title in told
     code = "from exudyn_flexlink.shipped import model_names; print(*model_names())"
-    assert len(run(installed, tmp_path, "-c", code).split()) == len(
-        list((ROOT / "models").rglob("*.yaml"))
-    )
+    assert run(installed, tmp_path, "-c", code).split() == model_names()
+
+
+def test_the_wheel_brings_the_published_numbers(installed: Path, tmp_path: Path) -> None:
+    code = "from exudyn_flexlink.shipped import benchmark_files; print(*benchmark_files().values())"
+    files = [Path(file) for file in run(installed, tmp_path, "-c", code).split()]
+    assert [file.name for file in files] == [file.name for file in benchmark_files().values()]
+    assert all(file.is_relative_to(installed) for file in files)
 
 
 def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed: Path, tmp_path: Path) -> None:

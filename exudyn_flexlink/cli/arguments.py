@@ -9,6 +9,7 @@ from typing import Any
 from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
 from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.completing import (
+    BENCHMARK,
     FILE,
     FOLDER,
     MODEL,
@@ -19,7 +20,7 @@ from exudyn_flexlink.cli.completing import (
 )
 from exudyn_flexlink.cli.copying import DEFAULT as NEW_MODEL
 from exudyn_flexlink.cli.copying import new_command
-from exudyn_flexlink.cli.figures import add_figures
+from exudyn_flexlink.cli.figures import add_figure_file, add_figures
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
@@ -30,8 +31,10 @@ from exudyn_flexlink.cli.values import (
     effects,
     length,
     model_path,
+    published_file,
     shipped_model,
 )
+from exudyn_flexlink.cli.verifying import verify_command
 
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
@@ -51,6 +54,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     _add_simulate(commands)
     _add_compare(commands)
     _add_accuracy(commands)
+    _add_verify(commands)
     _add_check(commands)
     _add_plot(commands)
     _add_new(commands)
@@ -216,10 +220,49 @@ def _add_check(commands: Any) -> None:
         exudyn-flexlink check no_clearance
         exudyn-flexlink check no_clearance --set bodies.link.hinges.stiffness=beam
         exudyn-flexlink check smooth --set bodies.link.rods=20
-        exudyn-flexlink check clearance --without impact""",
+        exudyn-flexlink check clearance --without impact
+        exudyn-flexlink check whitworth --figure whitworth.png""",
     )
     _add_model(parser)
     _add_without(parser)
+    add_figure_file(
+        parser, "draw the mechanism where it starts, with names; png, pdf or svg by FILE's ending"
+    )
+
+
+def _add_verify(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "verify",
+        verify_command,
+        "run benchmarks and hold the results against published numbers",
+        """\
+        exudyn-flexlink verify
+        exudyn-flexlink verify pendulum n_four_bar
+        exudyn-flexlink verify cantilever --figure cantilever.png
+        exudyn-flexlink verify pendulum --as json""",
+    )
+    benchmarks = parser.add_argument(
+        "benchmarks",
+        nargs="*",
+        type=published_file,
+        metavar="NAME",
+        help="a model with published numbers that comes with the program, or a file "
+        "'MODEL.published.yaml' beside a model; default: all that come with the program",
+    )
+    completes(benchmarks, BENCHMARK)
+    parser.add_argument(
+        "--as",
+        dest="form",
+        choices=("text", "markdown", "json"),
+        default="text",
+        help="how results are printed; default: text",
+    )
+    add_figure_file(
+        parser, "draw the differences, and what is allowed; png, pdf or svg by FILE's ending"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress; results stay")
+    parser.set_defaults(impact=None)
 
 
 def _add_plot(commands: Any) -> None:

@@ -6,9 +6,16 @@ import argparse
 import json
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.figures import look_of, why_not
+from exudyn_flexlink.cli.figures import look_of, why_not, write_figure
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, tell
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from exudyn_flexlink.mechanism import Assembly
+    from exudyn_flexlink.scene import Scene
 
 
 def check_command(options: argparse.Namespace) -> int:
@@ -24,7 +31,15 @@ def check_command(options: argparse.Namespace) -> int:
     except SceneError as error:
         return complain(str(error), BAD_INPUT)
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
-    return DONE
+    if options.figure is None:
+        return DONE
+    return write_figure(options.figure, lambda: _start(scene, assembly), force=options.force)
+
+
+def _start(scene: Scene, assembly: Assembly) -> Figure:
+    from exudyn_flexlink.plots import start
+
+    return start(scene, assembly)
 
 
 def plot_command(options: argparse.Namespace) -> int:

@@ -12,15 +12,18 @@ PREFIX = "_exudyn_flexlink_"  # of the scripts' functions
 # What follows a command. shtab's bash script takes functions with "_file" or "_dir" in their names
 # for those of paths, and puts a slash, not a space, behind a folder.
 MODEL, MODEL_OR_FILE, FILE, FOLDER = "model", "file_or_model", "file", "dir"
+BENCHMARK = "benchmark"
 
 BASH = """\
 {prefix}model() {{ compgen -W "{names}" -- "$1"; }}
+{prefix}benchmark() {{ compgen -W "{benchmarks}" -- "$1"; }}
 {prefix}file() {{ compgen -f -- "$1"; }}
 {prefix}dir() {{ compgen -d -- "$1"; }}
 {prefix}file_or_model() {{ {prefix}model "$1"; {prefix}file "$1"; }}
 """
 ZSH = """\
 {prefix}model() {{ _values -w model {names} }}
+{prefix}benchmark() {{ _values -w benchmark {benchmarks} }}
 {prefix}file() {{ _files }}
 {prefix}dir() {{ _files -/ }}
 {prefix}file_or_model() {{ _alternative "models:model:({names})" "files:file:_files" }}
@@ -28,7 +31,7 @@ ZSH = """\
 
 
 def completes(action: argparse.Action, what: str) -> argparse.Action:
-    """Say what an argument is completed with: one of the four above."""
+    """Say what an argument is completed with: one of those above."""
     function = PREFIX + what
     action.complete = dict.fromkeys(SHELLS, function)  # type: ignore[attr-defined]
     return action
@@ -39,9 +42,10 @@ def completion_command(options: argparse.Namespace) -> int:
     import shtab
 
     from exudyn_flexlink.cli.arguments import program_parser
-    from exudyn_flexlink.shipped import model_names
+    from exudyn_flexlink.shipped import benchmark_files, model_names
 
     functions = {"bash": BASH, "zsh": ZSH}[options.shell]
-    preamble = functions.format(prefix=PREFIX, names=" ".join(model_names()))
+    named = {"names": " ".join(model_names()), "benchmarks": " ".join(benchmark_files())}
+    preamble = functions.format(prefix=PREFIX, **named)
     print(shtab.complete(program_parser(PROGRAM), options.shell, preamble=preamble))
     return DONE

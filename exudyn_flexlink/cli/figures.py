@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.completing import FILE, completes
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,6 +57,39 @@ def add_figures(parser: argparse.ArgumentParser) -> None:
         help="how figures look: print is one column of a page wide, 86 mm, without titles; "
         f"default: {FIGURE_STYLES[0]}",
     )
+
+
+def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:
+    """Add the option that asks for one figure, by the name of its file."""
+    figure = parser.add_argument("--figure", type=_figure_file, metavar="FILE", help=about)
+    completes(figure, FILE)
+    parser.add_argument(
+        "--force", action="store_true", help="replace FILE also if it is no figure of this program"
+    )
+
+
+def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
+    """Draw a figure into a file; returns the exit code, and says why there is none."""
+    from exudyn_flexlink.plots import figure_bytes, is_figure
+    from exudyn_flexlink.storage import StorageError, replace_bytes
+
+    try:
+        content = figure_bytes(draw(), file.suffix[1:].lower())
+        replace_bytes(file, content, is_figure, force=force)
+    except StorageError as error:
+        return complain(str(error), BAD_INPUT)
+    except Exception as error:  # a mistake of the program: what was computed is sound
+        return complain(f"no figure: {why_not(error)}; please report it", FAILED)
+    return DONE
+
+
+def _figure_file(text: str) -> Path:
+    """Read the name of a figure's file; its ending says the format."""
+    file = Path(text)
+    if file.suffix[1:].lower() not in FIGURE_FORMATS:
+        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
+    return file
 
 
 def look_of(options: argparse.Namespace) -> Look:

@@ -84,3 +84,25 @@ def shipped_model(name: str, what: str = "no model '{}'") -> Path:
     near = did_you_mean(name, [*names, *(each.split("/")[-1] for each in names)])
     told = f"{what.format(name)} comes with the program{near}"
     raise argparse.ArgumentTypeError(f"{told}; '{how_called()} new --list' names all")
+
+
+def published_file(text: str) -> Path:
+    """Return a file of published numbers, or that of a benchmark by its name.
+
+    Raises:
+        ArgumentTypeError: there is no such benchmark.
+
+    """
+    from exudyn_flexlink.shipped import PUBLISHED, benchmark_files
+    from exudyn_flexlink.source import did_you_mean
+
+    if text.endswith(PUBLISHED):
+        return Path(text)
+    try:
+        files = benchmark_files()
+    except FileNotFoundError as error:  # a damaged installation
+        raise argparse.ArgumentTypeError(str(error)) from None
+    if text not in files:
+        told = f"no benchmark '{text}'{did_you_mean(text, files)}; there are: {', '.join(files)}"
+        raise argparse.ArgumentTypeError(told)
+    return files[text]

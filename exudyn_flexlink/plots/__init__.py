@@ -14,9 +14,11 @@ from exudyn_flexlink.plots.drawing import mechanism
 from exudyn_flexlink.plots.forces import forces
 from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
-from exudyn_flexlink.plots.saving import FORMATS, save_figure
+from exudyn_flexlink.plots.saving import FORMATS, figure_bytes, is_figure, save_figure
 from exudyn_flexlink.plots.sleeve import guide_contact
+from exudyn_flexlink.plots.start import start
 from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style, styled
+from exudyn_flexlink.plots.verification import differences
 from exudyn_flexlink.result import Result
 
 __all__ = [
@@ -28,15 +30,19 @@ __all__ = [
     "Style",
     "comparison",
     "coordinates",
+    "differences",
     "energy",
+    "figure_bytes",
     "figures",
     "forces",
     "guide_contact",
+    "is_figure",
     "lever",
     "mechanism",
     "polar",
     "save_figure",
     "save_figures",
+    "start",
     "styled",
     "work_precision",
 ]

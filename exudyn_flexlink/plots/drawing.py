@@ -50,7 +50,7 @@ def mechanism(
     shown = _instants(result) if instants is None else [(time, "") for time in instants]
     if not shown:
         return None
-    sketch = Sketch(result)
+    sketch = Sketch.of(result)
     strike = _first_strike(result) if instants is None else None
     count = len(shown) + (strike is not None)
     handles = sketch.legend()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +34,21 @@ def save_figure(
         OSError: a file can't be written.
 
     """
-    written = []
+    written = [Path(folder) / f"{name}.{suffix}" for suffix in formats]
+    for file, suffix in zip(written, formats, strict=True):
+        file.write_bytes(figure_bytes(figure, suffix))
+    return written
+
+
+def figure_bytes(figure: Figure, suffix: str) -> bytes:
+    """Return a figure as the content of a file of a format."""
+    written = BytesIO()
     with mpl.rc_context(_RC), warnings.catch_warnings():
         warnings.filterwarnings("ignore", MISSING)
-        for suffix in formats:
-            file = Path(folder) / f"{name}.{suffix}"
-            figure.savefig(file, format=suffix, dpi=figure.dpi, metadata=_UNDATED.get(suffix))
-            written.append(file)
-    return written
+        figure.savefig(written, format=suffix, dpi=figure.dpi, metadata=_UNDATED.get(suffix))
+    return written.getvalue()
+
+
+def is_figure(content: bytes) -> bool:
+    """Whether the content of a file is a figure of matplotlib's, which it says in every format."""
+    return b"atplotlib" in content

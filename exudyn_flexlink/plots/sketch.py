@@ -24,7 +24,7 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
     turned,
 )
-from exudyn_flexlink.observables import path, point_anchor, watched_point
+from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from exudyn_flexlink.result import Result
@@ -39,30 +39,32 @@ _MARKS = {"O": "+", "P": "s", "S": "o"}
 
 
 @dataclass(frozen=True)
-class Sketch:
-    """What is drawn of a run: its mechanism, and the path (N, 2) m of the watched point S."""
+class Posed:
+    """A scene's mechanism in some poses (N, parts, 3): x, y in m and the angle of every part."""
 
-    result: Result
+    scene: Scene
+    poses: FloatArray
 
     @cached_property
     def model(self) -> Mechanism:
-        """The mechanism of the run's scene."""
-        return build_mechanism(self.result.scene)
+        """The mechanism of the scene."""
+        return build_mechanism(self.scene)
 
     @cached_property
     def track(self) -> FloatArray:
-        """Where S goes."""
-        return path(self.result, watched_point(self.result.scene)).position
+        """Where the watched point S goes (N, 2), m."""
+        anchor = point_anchor(self.scene, self.model, watched_point(self.scene))
+        return np.asarray(anchor_position(anchor, self.poses))
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Lower left and upper right corner (2,) m of all that is drawn, with a margin."""
-        every = max(1, len(self.result.time) // 200)
+        every = max(1, len(self.poses) // 200)
         points = [self.track]
-        for body in self.result.scene.bodies:
+        for body in self.scene.bodies:
             lines = self.lines(body, slice(None, None, every))
             points += [line.reshape(-1, 2) for line in lines]
-        ends = (0, len(self.result.time) - 1)
+        ends = (0, len(self.poses) - 1)
         points += [self.curve(slot, i) for slot in self.model.slots for i in ends]
         fixed = [pin.first for pin in self.model.hinges if pin.first.part == GROUND]
         points += [np.array([[at.x, at.y]]) for at in fixed]
@@ -89,8 +91,8 @@ class Sketch:
 
     def lines(self, body: str, samples: slice) -> list[FloatArray]:
         """Polylines (instants, points, 2) in m for a body: its rods, or rays to its points."""
-        result, model = self.result, self.model
-        q, scene = result.poses[samples], result.scene
+        scene, model = self.scene, self.model
+        q = self.poses[samples]
         spec = scene.bodies[body]
         if isinstance(spec, RigidBody):
             centre = anchor_position(point_anchor(scene, model, f"{body}.centre"), q)
@@ -108,7 +110,7 @@ class Sketch:
         points = slot.curve.samples[1]
         if slot.carrier == GROUND:
             return points
-        pose = self.result.poses[index, slot.carrier]
+        pose = self.poses[index, slot.carrier]
         return np.asarray(pose[:2] + turned(points, pose[2]))
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
@@ -116,13 +118,13 @@ class Sketch:
         factor, _ = self.unit
         for slot in self.model.slots:
             axes.plot(*(factor * self.curve(slot, index)).T, color=PURPLE, linewidth=1.0, zorder=1)
-        for i, body in enumerate(self.result.scene.bodies):
+        for i, body in enumerate(self.scene.bodies):
             own = self.model.parts_of(body)
             walls = [c for c in _with_play(self.model) if c.guide.part in own]
             if walls:
                 self._draw_walls(axes, index, walls, alpha)
                 continue
-            look = _body_style(self.result.scene, body, i)
+            look = _body_style(self.scene, body, i)
             for line in self.lines(body, slice(index, index + 1)):
                 axes.plot(*(factor * line[0]).T, **look, alpha=alpha)
         for circle in self._circles(index):
@@ -137,7 +139,7 @@ class Sketch:
         """Circles (points, 2), m, of contacts at a sample."""
         own = [contact for contact in self.model.contacts if isinstance(contact, CircleContact)]
         way = np.linspace(0, 2 * np.pi, 73)
-        around, q = np.stack([np.cos(way), np.sin(way)], axis=1), self.result.poses[index]
+        around, q = np.stack([np.cos(way), np.sin(way)], axis=1), self.poses[index]
         return [
             anchor_position(centre, q) + radius * around
             for contact in own
@@ -147,13 +149,39 @@ class Sketch:
     def _draw_walls(
         self, axes: Axes, index: int, channels: Sequence[Channel], alpha: float
     ) -> None:
-        q = self.result.poses[index]
+        q = self.poses[index]
         for channel in channels:
             at = channel.guide
             for y in (at.y + channel.clearance, at.y - channel.clearance):
                 ends = [Anchor(at.part, x, y) for x in (at.x, at.x + channel.length)]
                 wall = self.unit[0] * np.array([anchor_position(end, q) for end in ends])
                 axes.plot(*wall.T, **_WALL, alpha=alpha)
+
+    def body_legend(self) -> list[Line2D]:
+        """Entries for bodies, guides and curves."""
+        scene, model = self.scene, self.model
+        walled = {model.parts[channel.guide.part].body for channel in _with_play(model)}
+        handles = []
+        for i, body in enumerate(scene.bodies):
+            if body in walled:
+                handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
+                continue
+            handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
+        if any(joint.type == "slot" for joint in scene.joints.values()):
+            handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label="track"))
+        return handles
+
+
+@dataclass(frozen=True)
+class Sketch(Posed):
+    """What is drawn of a run: its mechanism, and the path of the watched point S."""
+
+    result: Result
+
+    @classmethod
+    def of(cls, result: Result) -> Sketch:
+        """Return that of a run."""
+        return cls(result.scene, result.poses, result)
 
     def draw_path(self, axes: Axes, done: slice) -> None:
         """Draw where S goes, the part of the samples `done` in black."""
@@ -191,16 +219,8 @@ class Sketch:
 
     def legend(self) -> list[Line2D]:
         """Entries for all that is drawn."""
-        scene, model = self.result.scene, self.model
-        walled = {model.parts[channel.guide.part].body for channel in _with_play(model)}
-        handles = []
-        for i, body in enumerate(scene.bodies):
-            if body in walled:
-                handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
-                continue
-            handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
-        if any(joint.type == "slot" for joint in scene.joints.values()):
-            handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label="track"))
+        scene, model = self.scene, self.model
+        handles = self.body_legend()
         mark: dict[str, Any] = {"color": BLACK, "markersize": sized(4)}
         handles.append(
             Line2D(
@@ -224,14 +244,18 @@ def _with_play(model: Mechanism) -> list[Channel]:
     return [channel for channel in model.channels if channel.clearance > 0]
 
 
+def body_colour(number: int) -> str:
+    """Colour of a body, by its number in the scene."""
+    return _BODY_COLOURS[number % len(_BODY_COLOURS)]
+
+
 def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
     """Guides are broad and pale, so that what slides in them is seen; hinges are dots."""
     guides = [joint.guide for joint in scene.joints.values() if joint.type == "sleeve"]
     spec = scene.bodies[body]
     if body in guides:
         return {"color": "#C9C9C9", "linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2}
-    colour = _BODY_COLOURS[number % len(_BODY_COLOURS)]
-    style: dict[str, Any] = {"color": colour, "linewidth": sized(2.2), "zorder": 4}
+    style: dict[str, Any] = {"color": body_colour(number), "linewidth": sized(2.2), "zorder": 4}
     if isinstance(spec, FlexibleBody):
         style |= {"linewidth": 1.5, "marker": ".", "markersize": sized(3)}
     return style | ({"marker": "o", "markersize": sized(4)} if isinstance(spec, RigidBody) else {})

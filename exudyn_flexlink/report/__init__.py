@@ -6,6 +6,11 @@ from exudyn_flexlink.report.comparison import comparison_text, excess_text, hori
 from exudyn_flexlink.report.idle_settings import idle_settings
 from exudyn_flexlink.report.run import failure_text, run_text
 from exudyn_flexlink.report.sensitivity import sensitivity_text
+from exudyn_flexlink.report.verification import (
+    verification_data,
+    verification_markdown,
+    verification_text,
+)
 
 __all__ = [
     "accuracy_text",
@@ -20,4 +25,7 @@ __all__ = [
     "run_duration",
     "run_text",
     "sensitivity_text",
+    "verification_data",
+    "verification_markdown",
+    "verification_text",
 ]

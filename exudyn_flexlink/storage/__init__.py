@@ -15,6 +15,7 @@ from exudyn_flexlink.storage.reading import load, read_summary
 from exudyn_flexlink.storage.series import Series, read_series
 from exudyn_flexlink.storage.staging import (
     KeptBesideError,
+    replace_bytes,
     replace_file,
     staged_files,
     staged_folder,
@@ -40,6 +41,7 @@ __all__ = [
     "own_files",
     "read_series",
     "read_summary",
+    "replace_bytes",
     "replace_file",
     "save",
     "save_accuracy",

@@ -81,9 +81,28 @@ def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
 
 
 def replace_file(file: Path, text: str, is_own: Callable[[str], bool], *, force: bool) -> None:
-    """Write a text to a file, whole or not at all.
+    """Write a text to a file, whole or not at all; see `replace_bytes`.
 
-    A file that stands there is replaced if its text `is_own`, this program's, or with `force`;
+    Raises:
+        StorageError: the file may not be replaced, or can't be written.
+
+    """
+
+    def holds_own(content: bytes) -> bool:
+        try:
+            return is_own(content.decode("utf-8"))
+        except ValueError:
+            return False
+
+    replace_bytes(file, text.encode("utf-8"), holds_own, force=force)
+
+
+def replace_bytes(
+    file: Path, content: bytes, is_own: Callable[[bytes], bool], *, force: bool
+) -> None:
+    """Write a file, whole or not at all.
+
+    A file that stands there is replaced if its content `is_own`, this program's, or with `force`;
     links, devices and folders never are.
 
     Raises:
@@ -102,15 +121,15 @@ def replace_file(file: Path, text: str, is_own: Callable[[str], bool], *, force:
             )
     folder = _resolved(file.parent)
     with _temporary(folder, folder) as staged:
-        (staged / file.name).write_text(text, encoding="utf-8", newline="\n")
+        (staged / file.name).write_bytes(content)
         os.replace(staged / file.name, folder / file.name)
         staged.rmdir()
 
 
-def _holds(file: Path, is_own: Callable[[str], bool]) -> bool:
+def _holds(file: Path, is_own: Callable[[bytes], bool]) -> bool:
     try:
-        return is_own(file.read_bytes().decode("utf-8"))
-    except (OSError, ValueError):
+        return is_own(file.read_bytes())
+    except OSError:
         return False
 
 

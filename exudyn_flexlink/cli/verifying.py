@@ -1,0 +1,84 @@
+"""The command `verify`: benchmarks, held against numbers that others published."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.cli.figures import write_figure
+from exudyn_flexlink.cli.simulating import run
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain, tell
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from exudyn_flexlink.verification import Benchmark, VerifiedRun
+
+
+def verify_command(options: argparse.Namespace) -> int:
+    """Run benchmarks and print how far they are off; code 1: one by more than is allowed."""
+    from exudyn_flexlink.shipped import benchmark_files
+    from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.verification import read_benchmark
+
+    found: list[VerifiedRun] = []
+    try:
+        files = options.benchmarks or benchmark_files().values()
+        # All are read before the first is run: a mistake is no news for the end.
+        whole = _verify([read_benchmark(file) for file in files], options, found)
+    except SceneError as error:
+        return complain(str(error), BAD_INPUT)
+    except FileNotFoundError as error:  # a damaged installation
+        return complain(str(error), BAD_INPUT)
+    if found:
+        tell(_printed(found, options.form))
+    if not whole:
+        return complain("interrupted: runs are missing", INTERRUPTED)
+    code = DONE if all(one.fine for one in found) else FAILED
+    if options.figure is None:
+        return code
+    return write_figure(options.figure, lambda: _drawn(found), force=options.force) or code
+
+
+def _verify(
+    benchmarks: Sequence[Benchmark], options: argparse.Namespace, found: list[VerifiedRun]
+) -> bool:
+    """Make all runs, and add what comes of each to `found`; tells whether the user let them end.
+
+    Raises:
+        SceneError: an engine can't represent a scene, or a run has no sample at an instant.
+
+    """
+    from exudyn_flexlink.engines.interrupts import LateInterruptError
+    from exudyn_flexlink.result import INTERRUPTED as STOPPED
+    from exudyn_flexlink.verification import judged
+
+    pairs = [(benchmark, one) for benchmark in benchmarks for one in benchmark.runs]
+    for i, (benchmark, one) in enumerate(pairs, 1):
+        what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
+        try:
+            result = run(one.scene, one.engine, options, what)
+        except LateInterruptError as error:
+            found.append(judged(benchmark, one, error.result))
+            return False
+        if result.outcome.reason == STOPPED:
+            return False
+        found.append(judged(benchmark, one, result))
+    return True
+
+
+def _printed(found: Sequence[VerifiedRun], form: str) -> str:
+    from exudyn_flexlink.report import verification_data, verification_markdown, verification_text
+
+    if form == "json":
+        return json.dumps(verification_data(found), indent=2, ensure_ascii=False)
+    return verification_markdown(found) if form == "markdown" else verification_text(found)
+
+
+def _drawn(found: Sequence[VerifiedRun]) -> Figure:
+    from exudyn_flexlink.plots import differences
+
+    return differences(found)

@@ -1,0 +1,200 @@
+"""A mechanism where it starts, with the names of its parts: what a model file says, to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, anchor_position
+from exudyn_flexlink.observables import point_anchor
+from exudyn_flexlink.plots.frame import Words, framed_figure
+from exudyn_flexlink.plots.panels import sized
+from exudyn_flexlink.plots.sketch import Posed, body_colour
+from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
+from exudyn_flexlink.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+LEGEND = 2.2  # inches on a screen, beside the drawing
+LOWEST, TALLEST = 2.4, 7.5  # inches, of the drawing
+SAME = 1e-6  # of the drawing: points nearer than this are one
+MOST_NAMED = 40  # points: more names hide the mechanism
+ROOM = 0.08  # of the drawing, around it, for names
+
+_SYMBOLS: dict[str, dict[str, Any]] = {
+    "revolute": {"marker": "o", "color": BLACK, "mfc": "white", "markersize": 6, "zorder": 6},
+    "revolute, on the ground": {
+        "marker": "^", "color": BLACK, "mfc": "white", "markersize": 8, "zorder": 5,
+    },
+    "weld": {"marker": "s", "color": BLACK, "mfc": BLACK, "markersize": 5, "zorder": 6},
+    "weld, to the ground": {
+        "marker": "s", "color": BLACK, "mfc": BLACK, "markersize": 9, "zorder": 6,
+    },
+    "in a slot": {"marker": "D", "color": BLACK, "mfc": "white", "markersize": 5, "zorder": 6},
+    "torsional spring": {
+        "marker": "$@$", "color": GREEN, "mfc": GREEN, "markersize": 13, "zorder": 7,
+    },
+    "drive": {
+        "marker": r"$\circlearrowleft$", "color": ORANGE, "mfc": ORANGE, "markersize": 19,
+        "zorder": 7,
+    },
+    "point that may strike": {
+        "marker": "*", "color": RED, "mfc": RED, "markersize": 9, "zorder": 7,
+    },
+}  # fmt: skip
+_FACE: dict[str, Any] = {"color": RED, "linewidth": 3.0, "alpha": 0.45, "zorder": 3}
+
+
+@styled
+def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
+    """Draw bodies, joints, curves, springs, drives and contacts at time 0, with their names."""
+    posed = Posed(scene, assembly.state.q[None])
+    low, high = posed.box
+    width, height = high - low
+    room = (style.width - LEGEND - 0.6) / style.scale
+    tall = min(TALLEST, max(LOWEST, room * float(height / width)))
+    caption = [(_caption(scene, posed), GREY)]
+    words = Words(scene.title, "The mechanism where it starts", [], caption)
+    figure = framed_figure(words, tall + 0.5, style)
+    axes = figure.subplots()
+    posed.draw(axes, 0)
+    labels = _Labels(axes, posed)
+    drawn = _draw_symbols(axes, posed)
+    labels.name_bodies()
+    labels.name_points()
+    margin = ROOM * float(max(width, height))
+    posed.window(axes, (low - margin, high + margin))
+    axes.set_xlabel(f"x ({posed.unit[1]})")
+    axes.set_ylabel(f"y ({posed.unit[1]})")
+    axes.legend(
+        handles=[*posed.body_legend(), *drawn], loc="upper left", bbox_to_anchor=(1.01, 1.0)
+    )
+    return figure
+
+
+def _caption(scene: Scene, posed: Posed) -> str:
+    x, y = scene.gravity
+    words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s^2"]
+    many = len(_named_points(posed))
+    words += [f"{many} named points, too many to be named here"] if many > MOST_NAMED else []
+    return "; ".join(words).replace("-", "\u2212")
+
+
+def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
+    """Draw joints, springs, drives and contacts; returns entries of a legend."""
+    factor, _ = posed.unit
+    seen: dict[str, Line2D] = {}
+    for kind, place in _symbols(posed):
+        look = {
+            **_SYMBOLS[kind],
+            "linestyle": "",
+            "markersize": sized(_SYMBOLS[kind]["markersize"]),
+        }
+        axes.plot(*(factor * place), **look)
+        seen[kind] = Line2D([], [], label=kind, **look)
+    for contact in posed.model.contacts:
+        ends = [_place(posed, end) for end in (contact.start, contact.end)]
+        axes.plot(*(factor * np.array(ends)).T, **_FACE)
+        seen["face of a contact"] = Line2D([], [], label="face of a contact", **_FACE)
+    return list(seen.values())
+
+
+def _symbols(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
+    """Kind and place (2,) m of every symbol."""
+    scene, model = posed.scene, posed.model
+    hinges = {pin.name: pin for pin in model.pins}
+    for pin in model.pins:
+        grounded = GROUND in (pin.first.part, pin.second.part)
+        if pin.name in scene.joints:  # not the hinges of a flexible body
+            yield f"revolute{', on the ground' * grounded}", _place(posed, pin.first)
+    for weld in model.welds:
+        grounded = GROUND in (weld.first.part, weld.second.part)
+        yield f"weld{', to the ground' * grounded}", _place(posed, weld.first)
+    for slot in model.slots:
+        yield "in a slot", _place(posed, slot.anchor)
+    for spring in scene.springs.values():
+        yield "torsional spring", _place(posed, hinges[spring.joint].first)
+    for drive in scene.drives.values():
+        yield "drive", _place(posed, hinges[drive.joint].first)
+    for contact in model.contacts:
+        yield "point that may strike", _place(posed, contact.point)
+
+
+def _place(posed: Posed, anchor: Anchor) -> FloatArray:
+    return np.asarray(anchor_position(anchor, posed.poses[0]))
+
+
+def _named_points(posed: Posed) -> dict[str, FloatArray]:
+    """Places of all points that the scene names; centres only where a body has no other."""
+    scene = posed.scene
+    return {
+        f"{name}.{point}": _place(posed, point_anchor(scene, posed.model, f"{name}.{point}"))
+        for name, body in scene.bodies.items()
+        for point in body.point_names
+        if point != "centre"
+    }
+
+
+@dataclass(frozen=True)
+class _Labels:
+    """Names beside what they name, away from the middle of the drawing."""
+
+    axes: Axes
+    posed: Posed
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        low, high = self.posed.box
+        return (low + high) / 2
+
+    def name_bodies(self) -> None:
+        """Write the name of each body at the middle of its longest line, and of flexible ones."""
+        for i, body in enumerate(self.posed.scene.bodies):
+            lines = [line[0] for line in self.posed.lines(body, slice(0, 1))]
+            line = max(lines, key=lambda points: float(np.ptp(points, axis=0).max()))
+            place = (line[0] + line[-1]) / 2
+            colour = body_colour(i)
+            self._write(body, place, 3.0, color=colour, weight="bold")
+
+    def name_points(self) -> None:
+        """Write the names of points, those of one place together."""
+        named = _named_points(self.posed)
+        if len(named) > MOST_NAMED:
+            return
+        low, high = self.posed.box
+        near = SAME * float(np.max(high - low))
+        groups: list[tuple[FloatArray, list[str]]] = []
+        for name, place in named.items():
+            for at, names in groups:
+                if np.max(np.abs(at - place)) < near:
+                    names.append(name)
+                    break
+            else:
+                groups.append((place, [name]))
+        small = float(mpl.rcParams["legend.fontsize"]) - 2
+        for place, names in groups:
+            self._write("\n".join(names), place, 6.0, color=BLACK, fontsize=small)
+
+    def _write(self, text: str, place: FloatArray, away: float, **look: Any) -> None:
+        right, up = (bool(x) for x in place >= self.middle)
+        x, y = self.posed.unit[0] * place
+        self.axes.annotate(
+            text,
+            (float(x), float(y)),
+            xytext=(away if right else -away, away if up else -away),
+            textcoords="offset points",
+            ha="left" if right else "right",
+            va="bottom" if up else "top",
+            zorder=8,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
+            **look,
+        )

@@ -1,0 +1,17 @@
+"""Runs of benchmarks held against numbers that others published.
+
+A benchmark is a model and, beside it, a file ``<name>.published.yaml`` with the numbers. Nothing
+here runs an engine: who verifies gives the results.
+"""
+
+from exudyn_flexlink.verification.judging import Compared, VerifiedRun, judged
+from exudyn_flexlink.verification.reading import Benchmark, BenchmarkRun, read_benchmark
+
+__all__ = [
+    "Benchmark",
+    "BenchmarkRun",
+    "Compared",
+    "VerifiedRun",
+    "judged",
+    "read_benchmark",
+]
