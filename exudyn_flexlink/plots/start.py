@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from itertools import pairwise
+from math import pi
 from typing import Any
 
 import matplotlib as mpl
@@ -12,15 +12,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import Words, framed_figure
+from exudyn_flexlink.plots.labels import Labels
 from exudyn_flexlink.plots.panels import sized
 from exudyn_flexlink.plots.sketch import Posed, body_colour
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import Scene, SleeveJoint
 
 FloatArray = NDArray[np.float64]
 
@@ -29,6 +31,14 @@ LOWEST, TALLEST = 2.4, 7.5  # inches, of the drawing
 SAME = 1e-6  # of the drawing: points nearer than this are one
 MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
+SPOTS = 12  # of a line that names keep away from
+
+
+def _spiral() -> Path:
+    """A marker: two turns of a spiral, as torsional springs are drawn."""
+    turn = np.linspace(0.0, 4 * pi, 60)
+    return Path(np.stack([turn * np.cos(turn), turn * np.sin(turn)], axis=1) / (4 * pi))
+
 
 _SYMBOLS: dict[str, dict[str, Any]] = {
     "revolute": {"marker": "o", "color": BLACK, "mfc": "white", "markersize": 6, "zorder": 6},
@@ -41,10 +51,10 @@ _SYMBOLS: dict[str, dict[str, Any]] = {
     },
     "in a slot": {"marker": "D", "color": BLACK, "mfc": "white", "markersize": 5, "zorder": 6},
     "torsional spring": {
-        "marker": "$@$", "color": GREEN, "mfc": GREEN, "markersize": 13, "zorder": 7,
+        "marker": _spiral(), "color": GREEN, "mfc": "none", "markersize": 13, "zorder": 7,
     },
     "drive": {
-        "marker": r"$\circlearrowleft$", "color": ORANGE, "mfc": ORANGE, "markersize": 19,
+        "marker": r"$\circlearrowleft$", "color": ORANGE, "mfc": ORANGE, "markersize": 15,
         "zorder": 7,
     },
     "point that may strike": {
@@ -67,10 +77,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     figure = framed_figure(words, tall + 0.5, style)
     axes = figure.subplots()
     posed.draw(axes, 0)
-    labels = _Labels(axes, posed)
     drawn = _draw_symbols(axes, posed)
-    labels.name_bodies()
-    labels.name_points()
     margin = ROOM * float(max(width, height))
     posed.window(axes, (low - margin, high + margin))
     axes.set_xlabel(f"x ({posed.unit[1]})")
@@ -78,6 +85,8 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     axes.legend(
         handles=[*posed.body_legend(), *drawn], loc="upper left", bbox_to_anchor=(1.01, 1.0)
     )
+    figure.draw_without_rendering()  # names are placed in a layout that is final
+    _name(axes, posed)
     return figure
 
 
@@ -144,57 +153,40 @@ def _named_points(posed: Posed) -> dict[str, FloatArray]:
     }
 
 
-@dataclass(frozen=True)
-class _Labels:
-    """Names beside what they name, away from the middle of the drawing."""
+def _name(axes: Axes, posed: Posed) -> None:
+    """Write the names of bodies and of points, those of one place together."""
+    factor, _ = posed.unit
+    low, high = posed.box
+    middle, near = (low + high) / 2, SAME * float(np.max(high - low))
+    lines = {
+        body: [line[0] for line in posed.lines(body, slice(0, 1))] for body in posed.scene.bodies
+    }
+    every = [
+        *(x for of in lines.values() for x in of),
+        *(s.curve.samples[1] for s in posed.model.slots),
+    ]
+    labels = Labels(axes, factor * np.concatenate([_along(line) for line in every]))
+    guides = [j.guide for j in posed.scene.joints.values() if isinstance(j, SleeveJoint)]
+    for i, (body, own) in enumerate(lines.items()):
+        longest = max(own, key=lambda points: float(np.ptp(points, axis=0).max()))
+        place = (longest[0] + longest[-1]) / 2
+        colour = GREY if body in guides else body_colour(i)
+        labels.write(body, factor * place, place - middle, color=colour, weight="bold")
+    named = _named_points(posed)
+    small = float(mpl.rcParams["legend.fontsize"]) - 2
+    groups: list[tuple[FloatArray, list[str]]] = []
+    for name, place in named.items() if len(named) <= MOST_NAMED else ():
+        same = [names for at, names in groups if np.max(np.abs(at - place)) < near]
+        if same:
+            same[0].append(name)
+        else:
+            groups.append((place, [name]))
+    for place, names in groups:
+        text = "\n".join(names)
+        labels.write(text, factor * place, place - middle, color=BLACK, fontsize=small)
 
-    axes: Axes
-    posed: Posed
 
-    @cached_property
-    def middle(self) -> FloatArray:
-        low, high = self.posed.box
-        return (low + high) / 2
-
-    def name_bodies(self) -> None:
-        """Write the name of each body at the middle of its longest line, and of flexible ones."""
-        for i, body in enumerate(self.posed.scene.bodies):
-            lines = [line[0] for line in self.posed.lines(body, slice(0, 1))]
-            line = max(lines, key=lambda points: float(np.ptp(points, axis=0).max()))
-            place = (line[0] + line[-1]) / 2
-            colour = body_colour(i)
-            self._write(body, place, 3.0, color=colour, weight="bold")
-
-    def name_points(self) -> None:
-        """Write the names of points, those of one place together."""
-        named = _named_points(self.posed)
-        if len(named) > MOST_NAMED:
-            return
-        low, high = self.posed.box
-        near = SAME * float(np.max(high - low))
-        groups: list[tuple[FloatArray, list[str]]] = []
-        for name, place in named.items():
-            for at, names in groups:
-                if np.max(np.abs(at - place)) < near:
-                    names.append(name)
-                    break
-            else:
-                groups.append((place, [name]))
-        small = float(mpl.rcParams["legend.fontsize"]) - 2
-        for place, names in groups:
-            self._write("\n".join(names), place, 6.0, color=BLACK, fontsize=small)
-
-    def _write(self, text: str, place: FloatArray, away: float, **look: Any) -> None:
-        right, up = (bool(x) for x in place >= self.middle)
-        x, y = self.posed.unit[0] * place
-        self.axes.annotate(
-            text,
-            (float(x), float(y)),
-            xytext=(away if right else -away, away if up else -away),
-            textcoords="offset points",
-            ha="left" if right else "right",
-            va="bottom" if up else "top",
-            zorder=8,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.3},
-            **look,
-        )
+def _along(line: FloatArray) -> FloatArray:
+    """Points (M, 2) all along a polyline, for names to keep away from."""
+    parts = [np.linspace(a, b, SPOTS) for a, b in pairwise(line)]
+    return np.concatenate(parts) if parts else line

@@ -35,8 +35,9 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
         axes.plot([number.allowed], [row], "|", color=BLACK, markersize=sized(8))
         if isfinite(number.computed):
             axes.plot([max(number.difference, LEAST)], [row], "o", color=colour)
-    for colour, marker, label in ((BLUE, "o", "as near as allowed"), (FAILED, "o", "off")):
-        axes.plot([], [], marker, color=colour, label=label)
+    for fine, colour, label in ((True, BLUE, "as near as allowed"), (False, FAILED, "off")):
+        if any(number.fine == fine for _, number in numbers):
+            axes.plot([], [], "o", color=colour, label=label)
     axes.plot([], [], "|", color=BLACK, markersize=sized(8), label="allowed")
     axes.set_yticks(
         range(len(numbers)),
