@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 LEGEND = 2.2  # inches on a screen, beside the drawing
 LOWEST, TALLEST = 2.4, 7.5  # inches, of the drawing
 SAME = 1e-6  # of the drawing: points nearer than this are one
+MOST_BODIES = 14  # in the legend: it has no more room
 MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
 SPOTS = 12  # of a line that names keep away from
@@ -82,9 +83,8 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     posed.window(axes, (low - margin, high + margin))
     axes.set_xlabel(f"x ({posed.unit[1]})")
     axes.set_ylabel(f"y ({posed.unit[1]})")
-    axes.legend(
-        handles=[*posed.body_legend(), *drawn], loc="upper left", bbox_to_anchor=(1.01, 1.0)
-    )
+    bodies = posed.body_legend() if len(scene.bodies) <= MOST_BODIES else []
+    axes.legend(handles=[*bodies, *drawn], loc="upper left", bbox_to_anchor=(1.01, 1.0))
     figure.draw_without_rendering()  # names are placed in a layout that is final
     _name(axes, posed)
     return figure

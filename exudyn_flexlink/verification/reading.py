@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, TypeAdapter, ValidationError
 
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import Scene, SleeveJoint
 from exudyn_flexlink.scene.base import FrozenMapping, Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
 from exudyn_flexlink.shipped import PUBLISHED
@@ -116,7 +116,7 @@ def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[M
         "body": list(scene.bodies),
         "relative_to": list(scene.bodies),
         "seen_from": list(scene.bodies),
-        "contact": list(scene.contacts),
+        "contact": [*scene.contacts, *_with_clearance(scene)],
     }
     for key, names in known.items():
         given = getattr(number, key, None)
@@ -125,3 +125,12 @@ def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[M
             what = "point" if key == "point" else "contact" if key == "contact" else "body"
             message = f"the model has no {what} '{given}'{did_you_mean(given, names)}"
             yield Mistake((*path, key), message, hint)
+
+
+def _with_clearance(scene: Scene) -> list[str]:
+    """Sleeves whose link touches walls."""
+    return [
+        name
+        for name, joint in scene.joints.items()
+        if isinstance(joint, SleeveJoint) and joint.clearance > 0
+    ]

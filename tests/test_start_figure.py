@@ -1,0 +1,75 @@
+"""`check --figure`: a model where it starts, drawn with its names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cli_runs import Capture
+from matplotlib.text import Annotation
+from matplotlib.transforms import Bbox
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.plots import start
+from exudyn_flexlink.shipped import model_file
+
+MODELS = ("no_clearance", "clearance", "whitworth", "geneva_wheel", "toggle_press",
+          "welded_cantilever", "andrews_squeezer_unsprung", "n_four_bar_40")  # fmt: skip
+
+
+def drawn(name: str):
+    file = model_file(name)
+    assert file is not None
+    scene = load_scene(file)
+    return scene, start(scene, assemble_scene(scene)).axes[0]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_body_is_named_within_the_figure(name: str) -> None:
+    scene, axes = drawn(name)
+    axes.figure.draw_without_rendering()
+    told = [text for text in axes.texts if isinstance(text, Annotation)]
+    assert set(scene.bodies) <= {text.get_text() for text in told}
+    whole = Bbox([[0, 0], axes.figure.bbox.size])
+    for text in told:
+        box = text.get_window_extent()
+        assert whole.x0 <= box.x0 < box.x1 <= whole.x1, text.get_text()
+        assert whole.y0 <= box.y0 < box.y1 <= whole.y1, text.get_text()
+
+
+def test_points_of_one_place_are_named_together() -> None:
+    _, axes = drawn("whitworth")
+    names = [text.get_text() for text in axes.texts]
+    assert "lever.end\ncoupler.start" in names
+    assert "crank.hub" in names
+
+
+def test_symbols_are_those_of_the_parts() -> None:
+    _, axes = drawn("no_clearance")
+    legend = axes.get_legend()
+    assert legend is not None
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told == ["guide", "link", "lever", "track", "revolute, on the ground", "in a slot",
+                    "torsional spring", "drive", "point that may strike",
+                    "face of a contact"]  # fmt: skip
+
+
+def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys: Capture) -> None:
+    heads = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
+    for suffix, head in heads.items():
+        file = tmp_path / f"start.{suffix}"
+        assert main(["check", "scotch_yoke", "--figure", str(file)]) == 0
+        assert file.read_bytes().startswith(head)
+    assert "no mistakes" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["check", "scotch_yoke", "--figure", str(tmp_path / "start.jpeg")])
+    assert "does not end in one of .png, .pdf, .svg" in capsys.readouterr().err
+
+
+def test_a_file_of_the_user_is_not_replaced(tmp_path: Path, capsys: Capture) -> None:
+    file = tmp_path / "mine.png"
+    file.write_bytes(b"mine")
+    assert main(["check", "scotch_yoke", "--figure", str(file)]) == 2
+    assert "did not write what is in it" in capsys.readouterr().err
+    assert file.read_bytes() == b"mine"

@@ -1,0 +1,104 @@
+"""Textbook mechanisms run without warnings, and do what closed forms say of them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import State, contact_states, crank_angle, path
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.shipped import models_folder
+
+TEXTBOOK = models_folder() / "textbook"
+NAMES = ("geneva_wheel", "scotch_yoke", "slider_crank_flexible", "slider_with_clearance",
+         "toggle_press")  # fmt: skip
+
+
+@cache
+def run(name: str, *settings: str) -> Result:
+    return simulate(load_scene(TEXTBOOK / f"{name}.yaml", settings))
+
+
+def angle(result: Result, part: str) -> np.ndarray:
+    return result.poses[:, result.part_names.index(part), 2]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_runs_without_warnings(name: str) -> None:
+    result = run(name)
+    assert result.outcome.completed
+    assert result.warnings == ()
+
+
+def test_a_scotch_yoke_moves_as_the_cosine_of_its_crank() -> None:
+    result = run("scotch_yoke")
+    far = path(result, "stem.far").position
+    expected = 0.4 + 0.1 * np.cos(crank_angle(result))
+    np.testing.assert_allclose(far[:, 0], expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(far[:, 1], 0.0, rtol=0, atol=1e-12)
+
+
+def test_a_geneva_wheel_follows_the_pin_but_for_the_play_in_its_slot() -> None:
+    """tan(wheel) = sin(driver) / (sqrt(2) - cos(driver)) between -45 and 45 degrees."""
+    result = run("geneva_wheel")
+    driver, wheel = angle(result, "driver"), angle(result, "wheel")
+    inside = np.clip(driver, -np.pi / 4, np.pi / 4)
+    ideal = -np.arctan2(np.sin(inside), np.sqrt(2) - np.cos(inside))
+    away = 0.1 * np.hypot(np.sin(inside), np.sqrt(2) - np.cos(inside))  # of the pin, m
+    given_way = max(history.touches.penetration.max(initial=0.0)
+                    for history in result.contacts.values())  # fmt: skip
+    # The wheel coasts by a trifle once the pin has left, until its bearing has stopped it.
+    play = (0.2e-3 + given_way) / away + 2e-4
+    assert given_way < 0.05e-3
+    assert np.all(np.abs(wheel - ideal) <= play)
+    assert wheel[-1] == pytest.approx(-np.pi / 4, abs=0.2e-3 / 0.1 + 2e-4)
+
+
+def test_a_toggle_press_presses_by_what_its_straight_knee_reaches() -> None:
+    """Lowest at 0.4 m - 2 * 0.2 m: half a millimetre into a work of 2e7 N/m, whatever drives it."""
+    result = run("toggle_press")
+    (pressed,) = result.intervals["press"]
+    assert pressed.penetration == pytest.approx(0.5e-3, abs=1e-8)
+    assert pressed.peak_force == pytest.approx(10e3, rel=1e-4)
+    assert np.abs(result.drive_torques["motor"]).max() < 20
+
+
+def test_a_flexible_coupler_bends_as_a_beam_under_its_own_inertia() -> None:
+    """5/768 (q1 + q2) L^4 / EI in the middle, for a load that grows evenly from q1 to q2.
+
+    Slow enough to be in balance; seven cells bend like a beam up to 1/n^2.
+    """
+    result = run("slider_crank_flexible", "drives.motor.value=10 rad/s")
+    late = result.time > 0.2  # after the ramp
+    big, small = (path(result, name) for name in ("coupler.start", "slider.pin"))
+    chord = small.position - big.position
+    length = np.linalg.norm(chord, axis=1)
+    assert length.max() <= 0.3 + 1e-9  # rods can't stretch
+    along = chord / length[:, None]
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    middle = result.poses[:, result.part_names.index("coupler 5"), :2]
+    bent = np.einsum("ij,ij->i", middle - big.position, normal)
+    pulls = sum(np.gradient(end.velocity, result.time, axis=0) for end in (big, small))
+    load = -7850 * 40e-6 * np.einsum("ij,ij->i", pulls, normal)
+    beam = 5 / 768 * load * 0.3**4 / (200e9 * 0.02 * 0.002**3 / 12)
+    assert np.abs(bent[late]).max() == pytest.approx(np.abs(beam[late]).max(), rel=1 / 7**2)
+    assert np.abs(bent - beam)[late].max() < 0.05 * np.abs(beam[late]).max()
+
+
+def test_a_slider_with_clearance_stays_between_its_walls() -> None:
+    result = run("slider_with_clearance")
+    deepest = result.sleeves["way"].deepest
+    assert deepest < 0.05e-3
+    for end in ("slider.start", "slider.end"):
+        side = path(result, end).position[:, 1]
+        assert np.abs(side).max() <= 0.5e-3 + deepest + 1e-12
+    shares = contact_states(result, "way").fractions()
+    assert min(shares[s] for s in (State.FREE, State.ONE_POINT, State.SAME_SIDE)) > 0
+    # Where it is, its coupler says: the crank's pin and the slider's are 120 mm apart.
+    place, turned = path(result, "slider.start").position, crank_angle(result)
+    pin = 0.05 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    np.testing.assert_allclose(np.linalg.norm(place - pin, axis=1), 0.12, rtol=0, atol=1e-9)

@@ -1,0 +1,185 @@
+"""Benchmarks against published numbers: files of numbers, what is computed, the command."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli_runs import Capture
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.plots import differences
+from exudyn_flexlink.result import Outcome
+from exudyn_flexlink.shipped import benchmark_files
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.verification import VerifiedRun, judged, read_benchmark
+from exudyn_flexlink.verification.spectrum import strongest_line
+
+PENDULUM = """\
+title: Pendulum
+bodies:
+  bob:
+    {type: rigid, mass: 1, inertia: 0, centre_of_mass: [1, 0],
+     points: {pivot: [0, 0], end: [1, 0]}}
+joints:
+  pivot: {type: revolute, points: [ground, bob.pivot], at: [0, 0]}
+initial: {angles: {bob: 0}, speeds: {bob: 2}}
+run: {duration: 1, sample: 10 ms}
+accuracy: {tolerance: 1.0e-9}
+"""
+NUMBERS = """\
+source: "closed form: it turns evenly"
+runs:
+  turning:
+    numbers:
+      x: {type: position, point: bob.end, axis: x, at: 0.5, value: 0.5403023058681398, allowed: 1.0e-8, because: tolerance}
+      still: {type: position, point: bob.end, axis: x, seen_from: bob, value: 1, allowed: 1.0e-8, because: tolerance}
+      fast: {type: velocity, point: bob.end, axis: y, at: 0.5, value: 1.0806046117362795, allowed: 1.0e-7, because: tolerance}
+      angle: {type: angle, body: bob, value: 2, allowed_part: 1.0e-9, because: tolerance}
+      speed: {type: angular_speed, body: bob, value: 2, allowed: 1.0e-8, because: tolerance}
+      drift: {type: energy_drift, value: 0, allowed: 1.0e-9, because: nothing damps it}
+"""  # noqa: E501
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    """Return a file of published numbers, beside its model."""
+    (tmp_path / "own.yaml").write_text(PENDULUM, encoding="utf-8")
+    file = tmp_path / "own.published.yaml"
+    file.write_text(NUMBERS, encoding="utf-8")
+    return file
+
+
+def verified(file: Path) -> list[VerifiedRun]:
+    benchmark = read_benchmark(file)
+    return [judged(benchmark, one, simulate(one.scene, one.engine)) for one in benchmark.runs]
+
+
+@pytest.mark.parametrize("name", sorted(set(benchmark_files()) - {"cantilever"}))
+def test_benchmarks_are_as_near_as_allowed(name: str) -> None:
+    off = [(one.run, n) for one in verified(benchmark_files()[name]) for n in one.numbers
+           if not n.fine]  # fmt: skip
+    assert off == []
+
+
+def test_frequencies_of_a_cantilever_of_rods_are_of_order_two() -> None:
+    benchmark = read_benchmark(benchmark_files()["cantilever"])
+    errors = []
+    for cells, one in zip((4, 8, 16), benchmark.runs[1:4], strict=True):
+        found = judged(benchmark, one, simulate(one.scene))
+        assert found.fine
+        assert one.scene.bodies["beam"].rods == cells + 1
+        errors.append([abs(n.difference) for n in found.numbers])
+    orders = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
+    assert np.all(np.abs(orders[1] - 2) < 0.25)
+    assert np.all(orders > 1.6)
+
+
+def test_every_benchmark_has_a_source_and_reasons() -> None:
+    there = {"pendulum", "n_four_bar", "n_four_bar_40", "cantilever", "flores_slider"}
+    assert there <= set(benchmark_files())
+    for file in benchmark_files().values():
+        benchmark = read_benchmark(file)
+        assert benchmark.source
+        assert all(n.because for one in benchmark.runs for n in one.numbers.values())
+
+
+def test_quantities_of_an_even_turn(files: Path) -> None:
+    (found,) = verified(files)
+    assert found.fine, found
+    assert [n.unit for n in found.numbers] == ["m", "m", "m/s", "rad", "rad/s", "J"]
+
+
+def test_a_number_that_is_off_costs_the_exit_code(files: Path, capsys: Capture) -> None:
+    files.write_text(NUMBERS.replace("body: bob, value: 2, allowed_part", "body: bob, value: 2.1, "
+                                     "allowed_part"), encoding="utf-8")  # fmt: skip
+    assert main(["verify", str(files), "--quiet"]) == 1
+    told = capsys.readouterr().out
+    assert "OFF" in told
+    assert "6 numbers: 1 is off" in told
+    assert "allowed because: tolerance" in told
+    assert "closed form: it turns evenly" in told
+
+
+def test_numbers_of_a_stopped_run_are_missing(files: Path) -> None:
+    benchmark = read_benchmark(files)
+    result = simulate(benchmark.runs[0].scene)
+    stopped = replace(result, outcome=Outcome(False, 0.3, "no step was small enough"))
+    found = judged(benchmark, benchmark.runs[0], stopped)
+    assert not found.fine
+    assert found.stopped == "stopped at 0.3 s: no step was small enough"
+    assert all(np.isnan(n.computed) for n in found.numbers)
+    assert differences([found]).axes
+
+
+def test_results_are_printed_as_json_and_markdown(files: Path, capsys: Capture) -> None:
+    assert main(["verify", str(files), "--as", "json"]) == 0
+    (one,) = json.loads(capsys.readouterr().out)
+    assert (one["benchmark"], one["run"], one["fine"]) == ("own", "turning", True)
+    assert one["numbers"][3]["computed"] == pytest.approx(2, abs=1e-8)
+    assert main(["verify", str(files), "--as", "markdown"]) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert len(rows) == 2 + 6
+    assert len({row.count("|") for row in rows}) == 1
+
+
+def test_its_figure_is_written_and_replaces_no_other_file(files: Path, capsys: Capture) -> None:
+    figure = files.with_name("differences.svg")
+    for _ in range(2):
+        assert main(["verify", str(files), "--figure", str(figure)]) == 0
+    assert "</svg>" in figure.read_text(encoding="utf-8")
+    figure.write_text("mine", encoding="utf-8")
+    assert main(["verify", str(files), "--figure", str(figure)]) == 2
+    assert "did not write what is in it" in capsys.readouterr().err
+    assert figure.read_text(encoding="utf-8") == "mine"
+    assert main(["verify", str(files), "--figure", str(figure), "--force"]) == 0
+
+
+MISTAKES = {
+    "value: 2, allowed_part: 1.0e-9": ("value: 2", "needs 'allowed' or 'allowed_part'"),
+    "axis: x, at: 0.5": ("axis: z, at: 0.5", "must be one of x, y"),
+    "point: bob.end, axis: x, at": ("point: bob.ende, axis: x, at", "no point 'bob.ende'; did you"),
+    "type: angle,": ("type: angel,", "did you mean 'angle'?"),
+    "body: bob, value: 2, allowed:": ("body: bib, value: 2, allowed:", "no body 'bib'; did you"),
+    "at: 0.5, value: 0.54": ("at: 0.505, value: 0.54", "no sample at 0.505 s"),
+    "    numbers:": ("    engin: exudyn\n    numbers:", "unknown key 'engin'; did you mean"),
+}
+
+
+@pytest.mark.parametrize("right", MISTAKES)
+def test_a_mistake_is_shown_where_it_stands(files: Path, right: str, capsys: Capture) -> None:
+    wrong, message = MISTAKES[right]
+    assert NUMBERS.count(right) == 1
+    files.write_text(NUMBERS.replace(right, wrong), encoding="utf-8")
+    assert main(["verify", str(files), "--quiet"]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.startswith(f"{files}:")
+    assert "^" in told
+
+
+def test_all_mistakes_are_shown_at_once(files: Path) -> None:
+    text = NUMBERS.replace("axis: x, at", "axis: z, at").replace("type: angle,", "type: angel,")
+    files.write_text(text, encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        read_benchmark(files)
+    assert len(caught.value.mistakes) == 2
+
+
+def test_an_unknown_benchmark_is_named(capsys: Capture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["verify", "pendulem"])
+    assert ended.value.code == 2
+    assert "did you mean 'pendulum'?" in capsys.readouterr().err
+
+
+def test_a_line_is_found_beside_a_stronger_one() -> None:
+    time = np.linspace(0, 40, 8001)
+    signal = 3 + np.cos(3.516 * time) + 1e-3 * np.sin(22.03 * time + pi / 5)
+    assert strongest_line(time, signal, 2, 5) == pytest.approx(3.516, rel=1e-6)
+    assert strongest_line(time, signal, 15, 28) == pytest.approx(22.03, rel=1e-6)
