@@ -73,6 +73,7 @@ def run_of(model: str) -> tuple[str, ...]:
 
 STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
          "--set", "bodies.link.hinges.stiffness=beam", "--budget", "90")  # fmt: skip
+VERIFY = (*PROGRAM, "verify", "--quiet", "--as", "markdown")
 PAPER = {f"paper_fig{number}.png": f"paper_fig{number}.png" for number in (3, 4, 5)}
 
 ITEMS = (
@@ -144,6 +145,14 @@ ITEMS = (
         (script("promises"),),
         table="tables/promises.md",
         sample=script("promises", "--only", "frequencies"),
+    ),
+    Item(
+        "verify",
+        "2 min",
+        ((*VERIFY, "--figure", f"{OUT}/verify.png"),),
+        {"verify.png": "verify.png"},
+        "tables/verify.md",
+        (*VERIFY, "pendulum", "flores_slider"),
     ),
     Item(
         "accuracy",

@@ -50,7 +50,10 @@ A short model is one of bodies, joints and something that moves it:
 :language: yaml
 ```
 """
-COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")
+COMMANDS = (
+    *("simulate", "compare", "accuracy", "verify", "check"),
+    *("plot", "new", "schema", "completion"),
+)
 VARYING = ", or an expression or a table"  # what a drive's value may be beside a number
 UNIT = re.compile(rf"(?:^|: )[a-z ]+; (?P<unit>[^;]+?)(?:,| or) e\.g\. '[^']+'(?:{VARYING})?$")
 WIDTH = "100"  # columns of a help text

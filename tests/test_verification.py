@@ -70,10 +70,10 @@ def test_benchmarks_are_as_near_as_allowed(name: str) -> None:
 def test_frequencies_of_a_cantilever_of_rods_are_of_order_two() -> None:
     benchmark = read_benchmark(benchmark_files()["cantilever"])
     errors = []
-    for cells, one in zip((4, 8, 16), benchmark.runs[1:4], strict=True):
+    for rods, one in zip((4, 8, 16), benchmark.runs[1:4], strict=True):
         found = judged(benchmark, one, simulate(one.scene))
         assert found.fine
-        assert one.scene.bodies["beam"].rods == cells + 1
+        assert one.scene.bodies["beam"].rods == rods
         errors.append([abs(n.difference) for n in found.numbers])
     orders = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     assert np.all(np.abs(orders[1] - 2) < 0.25)

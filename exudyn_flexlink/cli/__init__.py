@@ -1,8 +1,8 @@
 """The program at a terminal: arguments in, one function called, an exit code out.
 
-Exit codes: 0 done; 1 the run, or only its figures, failed, what was computed is kept, or a
-comparison exceeds its tolerance; 2 bad input, or a place that can't be written; 130 interrupted;
-143 or 129 asked to end, by SIGTERM or by SIGHUP.
+Exit codes: 0 done; 1 the run, or only its figures, failed, what was computed is kept, a comparison
+exceeds its tolerance, or a benchmark is off; 2 bad input, or a place that can't be written; 130
+interrupted; 143 or 129 asked to end, by SIGTERM or by SIGHUP.
 Whatever is slow to import is imported by the command that needs it: `check` must answer at once.
 """
 

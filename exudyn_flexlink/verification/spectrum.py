@@ -6,11 +6,12 @@ from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 FloatArray = NDArray[np.float64]
 
 GRID = 8  # trial frequencies for each one over the length of the record: a peak is 4 / T wide
+NARROWER = 8  # points to each side of the best, in each of
+ZOOMS = 8  # steps that narrow the search as many times: to a part 1e-7 of the grid
 
 
 def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest: float) -> float:
@@ -20,16 +21,15 @@ def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest:
     record of T seconds, they count by 1 / k^3.
     """
     shape = (signal - signal.mean()) * np.hanning(len(signal))
+
+    def strength(omega: float) -> float:
+        return float(np.abs(np.exp(-1j * omega * time) @ shape))
+
     length = float(time[-1] - time[0])
-
-    def weakness(omega: float) -> float:
-        return -float(np.abs(np.exp(-1j * omega * time) @ shape))
-
     trial = np.linspace(lowest, highest, 2 + int(GRID * (highest - lowest) * length / (2 * pi)))
-    best = trial[int(np.argmin([weakness(omega) for omega in trial]))]
-    near = 2 * pi / (GRID * length)
-    bounds = max(lowest, best - near), min(highest, best + near)
-    found = minimize_scalar(
-        weakness, bounds=bounds, method="bounded", options={"xatol": 1e-9 * best}
-    )
-    return float(found.x)
+    best, width = max(trial, key=strength), float(trial[1] - trial[0])
+    for _ in range(ZOOMS):
+        near = np.linspace(best - width, best + width, 2 * NARROWER + 1)
+        best = max(np.clip(near, lowest, highest), key=strength)
+        width /= NARROWER
+    return float(best)
