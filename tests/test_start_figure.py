@@ -14,8 +14,10 @@ from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.plots import start
 from exudyn_flexlink.shipped import model_file
 
-MODELS = ("no_clearance", "clearance", "whitworth", "geneva_wheel", "toggle_press",
-          "welded_cantilever", "andrews_squeezer_unsprung", "n_four_bar_40")  # fmt: skip
+MODELS = (
+    *("no_clearance", "clearance", "whitworth", "geneva_wheel", "toggle_press"),
+    *("welded_cantilever", "andrews_squeezer", "pump", "friction_wheels", "n_four_bar_40"),
+)
 
 
 def drawn(name: str):
@@ -53,6 +55,13 @@ def test_symbols_are_those_of_the_parts() -> None:
     assert told == ["guide", "link", "lever", "track", "revolute, on the ground", "in a slot",
                     "torsional spring", "drive", "point that may strike",
                     "face of a contact"]  # fmt: skip
+
+
+def test_springs_are_drawn_to_both_ends() -> None:
+    _, axes = drawn("andrews_squeezer")
+    (spring,) = [line for line in axes.lines if len(line.get_xdata()) > 10]
+    assert (spring.get_xdata()[-1], spring.get_ydata()[-1]) == pytest.approx((14, 72))  # mm
+    assert axes.get_ylim()[1] > 72
 
 
 def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys: Capture) -> None:

@@ -15,14 +15,20 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, anchor_position
+from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, FaceContact, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import Words, framed_figure
 from exudyn_flexlink.plots.labels import Labels
 from exudyn_flexlink.plots.panels import sized
 from exudyn_flexlink.plots.sketch import Posed, body_colour
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
-from exudyn_flexlink.scene import Scene, SleeveJoint
+from exudyn_flexlink.scene import (
+    ForceDrive,
+    PrismaticJoint,
+    Scene,
+    SleeveJoint,
+    TorsionalSpring,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +38,7 @@ SAME = 1e-6  # of the drawing: points nearer than this are one
 MOST_BODIES = 14  # in the legend: it has no more room
 MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
+COILS = 6  # of a linear spring
 SPOTS = 12  # of a line that names keep away from
 
 
@@ -51,6 +58,7 @@ _SYMBOLS: dict[str, dict[str, Any]] = {
         "marker": "s", "color": BLACK, "mfc": BLACK, "markersize": 9, "zorder": 6,
     },
     "in a slot": {"marker": "D", "color": BLACK, "mfc": "white", "markersize": 5, "zorder": 6},
+    "prismatic": {"marker": "s", "color": BLACK, "mfc": "white", "markersize": 8, "zorder": 5},
     "torsional spring": {
         "marker": _spiral(), "color": GREEN, "mfc": "none", "markersize": 13, "zorder": 7,
     },
@@ -58,10 +66,13 @@ _SYMBOLS: dict[str, dict[str, Any]] = {
         "marker": r"$\circlearrowleft$", "color": ORANGE, "mfc": ORANGE, "markersize": 15,
         "zorder": 7,
     },
+    "force": {"marker": r"$\rightarrow$", "color": ORANGE, "mfc": ORANGE, "markersize": 15,
+              "zorder": 7},
     "point that may strike": {
         "marker": "*", "color": RED, "mfc": RED, "markersize": 9, "zorder": 7,
     },
 }  # fmt: skip
+_SPRING: dict[str, Any] = {"color": GREEN, "linewidth": 1.2, "zorder": 3}
 _FACE: dict[str, Any] = {"color": RED, "linewidth": 3.0, "alpha": 0.45, "zorder": 3}
 
 
@@ -69,7 +80,7 @@ _FACE: dict[str, Any] = {"color": RED, "linewidth": 3.0, "alpha": 0.45, "zorder"
 def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     """Draw bodies, joints, curves, springs, drives and contacts at time 0, with their names."""
     posed = Posed(scene, assembly.state.q[None])
-    low, high = posed.box
+    low, high = _room(posed)
     width, height = high - low
     room = (style.width - LEGEND - 0.6) / style.scale
     tall = min(TALLEST, max(LOWEST, room * float(height / width)))
@@ -90,6 +101,14 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     return figure
 
 
+def _room(posed: Posed) -> tuple[FloatArray, FloatArray]:
+    """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
+    low, high = posed.box
+    springs = posed.model.linear_springs
+    ends = [_place(posed, end) for spring in springs for end in (spring.first, spring.second)]
+    return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
+
+
 def _caption(scene: Scene, posed: Posed) -> str:
     x, y = scene.gravity
     words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s^2"]
@@ -102,7 +121,7 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
     """Draw joints, springs, drives and contacts; returns entries of a legend."""
     factor, _ = posed.unit
     seen: dict[str, Line2D] = {}
-    for kind, place in _symbols(posed):
+    for kind, place in (*_joints(posed), *_acting(posed)):
         look = {
             **_SYMBOLS[kind],
             "linestyle": "",
@@ -110,32 +129,64 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
         }
         axes.plot(*(factor * place), **look)
         seen[kind] = Line2D([], [], label=kind, **look)
-    for contact in posed.model.contacts:
-        ends = [_place(posed, end) for end in (contact.start, contact.end)]
+    for spring in posed.model.linear_springs:
+        coil = _zigzag(_place(posed, spring.first), _place(posed, spring.second))
+        axes.plot(*(factor * coil).T, **_SPRING)
+        seen["linear spring"] = Line2D([], [], label="linear spring", **_SPRING)
+    for face in _faces(posed):
+        ends = [_place(posed, end) for end in (face.start, face.end)]
         axes.plot(*(factor * np.array(ends)).T, **_FACE)
         seen["face of a contact"] = Line2D([], [], label="face of a contact", **_FACE)
     return list(seen.values())
 
 
-def _symbols(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
-    """Kind and place (2,) m of every symbol."""
+def _joints(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
+    """Kind and place (2,) m of every joint's symbol."""
     scene, model = posed.scene, posed.model
-    hinges = {pin.name: pin for pin in model.pins}
-    for pin in model.pins:
+    for pin in model.hinges:
         grounded = GROUND in (pin.first.part, pin.second.part)
         if pin.name in scene.joints:  # not the hinges of a flexible body
             yield f"revolute{', on the ground' * grounded}", _place(posed, pin.first)
     for weld in model.welds:
         grounded = GROUND in (weld.first.part, weld.second.part)
         yield f"weld{', to the ground' * grounded}", _place(posed, weld.first)
+    for slide in model.slides:
+        if isinstance(scene.joints[slide.name], PrismaticJoint):
+            yield "prismatic", _place(posed, slide.second)
     for slot in model.slots:
         yield "in a slot", _place(posed, slot.anchor)
+
+
+def _acting(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
+    """Kind and place (2,) m of the symbols of springs, drives and contacts."""
+    scene, model = posed.scene, posed.model
+    hinges = {hinge.name: hinge for hinge in model.hinges}
     for spring in scene.springs.values():
-        yield "torsional spring", _place(posed, hinges[spring.joint].first)
+        if isinstance(spring, TorsionalSpring):
+            yield "torsional spring", _place(posed, hinges[spring.joint].first)
     for drive in scene.drives.values():
-        yield "drive", _place(posed, hinges[drive.joint].first)
-    for contact in model.contacts:
-        yield "point that may strike", _place(posed, contact.point)
+        if isinstance(drive, ForceDrive):
+            anchor = point_anchor(scene, model, drive.point)
+            yield "force", _place(posed, anchor)
+        else:
+            yield "drive", _place(posed, hinges[drive.joint].first)
+    for face in _faces(posed):
+        yield "point that may strike", _place(posed, face.point)
+
+
+def _faces(posed: Posed) -> Iterator[FaceContact]:
+    for contact in posed.model.contacts:
+        if isinstance(contact, FaceContact):
+            yield contact
+
+
+def _zigzag(first: FloatArray, second: FloatArray) -> FloatArray:
+    """A spring (points, 2) m between two places."""
+    along = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 2 * COILS), [0.85, 1.0]])
+    across = np.zeros(len(along))
+    across[2:-2] = 0.06 * (-1.0) ** np.arange(2 * COILS)
+    way = second - first
+    return np.asarray(first + np.outer(along, way) + np.outer(across, [-way[1], way[0]]))
 
 
 def _place(posed: Posed, anchor: Anchor) -> FloatArray:
@@ -163,7 +214,7 @@ def _name(axes: Axes, posed: Posed) -> None:
     }
     every = [
         *(x for of in lines.values() for x in of),
-        *(s.curve.samples[1] for s in posed.model.slots),
+        *(posed.curve(slot, 0) for slot in posed.model.slots),
     ]
     labels = Labels(axes, factor * np.concatenate([_along(line) for line in every]))
     guides = [j.guide for j in posed.scene.joints.values() if isinstance(j, SleeveJoint)]

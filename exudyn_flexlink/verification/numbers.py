@@ -127,7 +127,7 @@ class PublishedTouch(_Number):
 
     unit: ClassVar[str] = "s"
     type: Literal["touch"] = "touch"
-    contact: Name = Field(description="name of a contact, or of a sleeve with clearance")
+    contact: Name = Field(description="name of a contact, or of a joint with clearance")
     number: Annotated[int, Strict()] = Field(
         1, description="which touch, from 1; -1: the last, -2: the one before it"
     )

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, TypeAdapter, ValidationError
 
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.scene import Scene, SleeveJoint
+from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.scene.base import FrozenMapping, Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
 from exudyn_flexlink.shipped import PUBLISHED
@@ -128,9 +128,6 @@ def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[M
 
 
 def _with_clearance(scene: Scene) -> list[str]:
-    """Sleeves whose link touches walls."""
-    return [
-        name
-        for name, joint in scene.joints.items()
-        if isinstance(joint, SleeveJoint) and joint.clearance > 0
-    ]
+    """Joints with clearance, whose touches are known."""
+    joints = scene.joints.items()
+    return [name for name, joint in joints if getattr(joint, "clearance", 0.0) > 0]
