@@ -13,7 +13,6 @@ from exudyn_flexlink.cli.completing import (
     FILE,
     FOLDER,
     MODEL,
-    MODEL_OR_FILE,
     SHELLS,
     completes,
     completion_command,
@@ -21,16 +20,23 @@ from exudyn_flexlink.cli.completing import (
 from exudyn_flexlink.cli.copying import DEFAULT as NEW_MODEL
 from exudyn_flexlink.cli.copying import new_command
 from exudyn_flexlink.cli.figures import add_figure_file, add_figures
+from exudyn_flexlink.cli.options import (
+    add_command,
+    add_engine,
+    add_force,
+    add_impact,
+    add_model,
+    add_out,
+    add_output,
+    add_without,
+)
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
 from exudyn_flexlink.cli.values import (
-    EFFECT_NAMES,
     count,
     duration,
-    effects,
     length,
-    model_path,
     published_file,
     shipped_model,
 )
@@ -77,7 +83,7 @@ class _Version(argparse.Action):
 
 
 def _add_simulate(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "simulate",
         simulate_command,
@@ -89,10 +95,10 @@ def _add_simulate(commands: Any) -> None:
         exudyn-flexlink simulate clearance_friction --without friction,damping
         exudyn-flexlink simulate clearance --set run.turns=1 --horizon""",
     )
-    _add_model(parser)
-    _add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
-    _add_impact(parser)
-    _add_without(parser)
+    add_model(parser)
+    add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
+    add_impact(parser)
+    add_without(parser)
     parser.add_argument(
         "--horizon",
         action=argparse.BooleanOptionalAction,
@@ -108,11 +114,11 @@ def _add_simulate(commands: Any) -> None:
         help="if the numbers of a run are doubtful (energy, joints, impacts), make it again, up "
         "to N times, each time ten times as accurate; without this option: only warn",
     )
-    _add_output(parser, "runs/<name of the model>")
+    add_output(parser, "runs/<name of the model>")
 
 
 def _add_compare(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "compare",
         compare_command,
@@ -123,21 +129,21 @@ def _add_compare(commands: Any) -> None:
         exudyn-flexlink compare no_clearance --impact impulse --out runs/impulse
         exudyn-flexlink compare clearance --without clearance --set run.turns=1""",
     )
-    _add_model(parser)
+    add_model(parser)
     parser.add_argument(
         "--tolerance",
         type=length,
         metavar="M",
         help="end with code 1 if a point differs by more than this, in m, up to the horizon",
     )
-    _add_impact(parser)
-    _add_without(parser, "compare the model with itself without the effect, in one engine: ")
-    _add_engine(parser, "the engine of '--without'; default: exudyn", None)
-    _add_output(parser, "runs/<name of the model>-compare")
+    add_impact(parser)
+    add_without(parser, "compare the model with itself without the effect, in one engine: ")
+    add_engine(parser, "the engine of '--without'; default: exudyn", None)
+    add_output(parser, "runs/<name of the model>-compare")
 
 
 def _add_accuracy(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "accuracy",
         accuracy_command,
@@ -148,7 +154,7 @@ def _add_accuracy(commands: Any) -> None:
         exudyn-flexlink accuracy no_clearance --watch link.end
         exudyn-flexlink accuracy clearance --set run.turns=0.5 --budget 300""",
     )
-    _add_model(parser)
+    add_model(parser)
     parser.add_argument(
         "--target",
         type=length,
@@ -162,56 +168,13 @@ def _add_accuracy(commands: Any) -> None:
         metavar="SECONDS",
         help="time that the study may take; runs that do not fit in are left out; default: 60",
     )
-    _add_impact(parser)
-    _add_without(parser)
-    _add_output(parser, "runs/<name of the model>-accuracy")
-
-
-def _add_impact(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--impact",
-        choices=("penalty", "impulse"),
-        help="how contacts strike, instead of what the model says",
-    )
-
-
-def _add_engine(parser: argparse.ArgumentParser, about: str, default: str | None) -> None:
-    parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default=default, help=about)
-
-
-def _add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
-    parser.add_argument(
-        "--without",
-        type=effects,
-        action="extend",
-        default=[],
-        metavar="EFFECT[,EFFECT]",
-        help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
-        "stays); may be repeated",
-    )
-
-
-def _add_output(parser: argparse.ArgumentParser, default: str) -> None:
-    _add_out(parser, "DIR", f"where to write; default: {default}, with the options in its name")
-    _add_force(
-        parser,
-        "replace also files that no run wrote, or that were changed since, where names are the "
-        "same, and a complete result by an incomplete one",
-    )
-    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
-    add_figures(parser)
-    parser.add_argument(
-        "--quiet", action="store_true", help="no progress and no summary; warnings stay"
-    )
-
-
-def _add_out(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
-    out = parser.add_argument("--out", type=Path, metavar=metavar, help=about)
-    completes(out, FOLDER if metavar == "DIR" else FILE)
+    add_impact(parser)
+    add_without(parser)
+    add_output(parser, "runs/<name of the model>-accuracy")
 
 
 def _add_check(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "check",
         check_command,
@@ -223,15 +186,15 @@ def _add_check(commands: Any) -> None:
         exudyn-flexlink check clearance --without impact
         exudyn-flexlink check whitworth --figure whitworth.png""",
     )
-    _add_model(parser)
-    _add_without(parser)
+    add_model(parser)
+    add_without(parser)
     add_figure_file(
         parser, "draw the mechanism where it starts, with names; png, pdf or svg by FILE's ending"
     )
 
 
 def _add_verify(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "verify",
         verify_command,
@@ -266,7 +229,7 @@ def _add_verify(commands: Any) -> None:
 
 
 def _add_plot(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "plot",
         plot_command,
@@ -278,13 +241,13 @@ def _add_plot(commands: Any) -> None:
     )
     run = parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
     completes(run, FOLDER)
-    _add_out(parser, "DIR", "where to; default: that folder")
+    add_out(parser, "DIR", "where to; default: that folder")
     add_figures(parser)
-    _add_force(parser, "replace also figures that no run drew, or that were changed since")
+    add_force(parser, "replace also figures that no run drew, or that were changed since")
 
 
 def _add_new(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "new",
         new_command,
@@ -314,11 +277,11 @@ def _add_new(commands: Any) -> None:
     )
     completes(file, FILE)
     parser.add_argument("--list", action="store_true", help="list all models with their titles")
-    _add_force(parser, "replace files that stand there, too")
+    add_force(parser, "replace files that stand there, too")
 
 
 def _add_completion(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "completion",
         completion_command,
@@ -331,7 +294,7 @@ def _add_completion(commands: Any) -> None:
 
 
 def _add_schema(commands: Any) -> None:
-    parser = _command(
+    parser = add_command(
         commands,
         "schema",
         schema_command,
@@ -340,52 +303,5 @@ def _add_schema(commands: Any) -> None:
         exudyn-flexlink schema
         exudyn-flexlink schema --out flexlink.schema.json""",
     )
-    _add_out(parser, "FILE", "write it to this file")
-    _add_force(parser, "replace the file also if it is no such schema")
-
-
-def _add_force(parser: argparse.ArgumentParser, about: str) -> None:
-    parser.add_argument("--force", action="store_true", help=about)
-
-
-def _command(
-    commands: Any, name: str, function: Any, about: str, examples: str
-) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        help=about,
-        description=about[0].upper() + about[1:] + ".",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    called = parser.prog.removesuffix(f" {name}")
-    parser.epilog = "examples:\n" + examples.replace(f"        {PROGRAM}", f"  {called}")
-    parser.set_defaults(command=function)
-    return parser
-
-
-def _add_model(parser: argparse.ArgumentParser) -> None:
-    about = "model file, YAML; or the name of a model that comes with the program"
-    model = parser.add_argument("model", type=model_path, metavar="MODEL", help=about)
-    completes(model, MODEL_OR_FILE)
-    parser.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="PATH=VALUE",
-        help="replace a value of the model, such as run.turns=2; may be repeated",
-    )
-    parser.add_argument(
-        "--watch",
-        dest="settings",
-        action="append",
-        type="outputs.watch={}".format,
-        metavar="BODY.POINT",
-        help="show this point, and judge errors by it alone, not by all named points; short for "
-        "--set outputs.watch=BODY.POINT",
-    )
-    parser.add_argument(
-        "--allow-outside",
-        action="store_true",
-        help="let the model read CSV files outside its own folder",
-    )
+    add_out(parser, "FILE", "write it to this file")
+    add_force(parser, "replace the file also if it is no such schema")

@@ -1,0 +1,110 @@
+"""Options that several commands share, and how a command is added."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
+from exudyn_flexlink.cli.figures import add_figures
+from exudyn_flexlink.cli.terminal import PROGRAM
+from exudyn_flexlink.cli.values import EFFECT_NAMES, effects, model_path
+
+
+def add_impact(parser: argparse.ArgumentParser) -> None:
+    """Add how contacts strike."""
+    parser.add_argument(
+        "--impact",
+        choices=("penalty", "impulse"),
+        help="how contacts strike, instead of what the model says",
+    )
+
+
+def add_engine(parser: argparse.ArgumentParser, about: str, default: str | None) -> None:
+    """Add which engine runs."""
+    parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default=default, help=about)
+
+
+def add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Add effects that are left out."""
+    parser.add_argument(
+        "--without",
+        type=effects,
+        action="extend",
+        default=[],
+        metavar="EFFECT[,EFFECT]",
+        help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
+        "stays); may be repeated",
+    )
+
+
+def add_output(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add where a run is written, with which figures, and how quietly."""
+    add_out(parser, "DIR", f"where to write; default: {default}, with the options in its name")
+    add_force(
+        parser,
+        "replace also files that no run wrote, or that were changed since, where names are the "
+        "same, and a complete result by an incomplete one",
+    )
+    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_figures(parser)
+    parser.add_argument(
+        "--quiet", action="store_true", help="no progress and no summary; warnings stay"
+    )
+
+
+def add_out(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
+    """Add where something is written."""
+    out = parser.add_argument("--out", type=Path, metavar=metavar, help=about)
+    completes(out, FOLDER if metavar == "DIR" else FILE)
+
+
+def add_force(parser: argparse.ArgumentParser, about: str) -> None:
+    """Add that files are replaced."""
+    parser.add_argument("--force", action="store_true", help=about)
+
+
+def add_command(
+    commands: Any, name: str, function: Any, about: str, examples: str
+) -> argparse.ArgumentParser:
+    """Add a command with its examples; `function` carries it out."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=about,
+        description=about[0].upper() + about[1:] + ".",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    called = parser.prog.removesuffix(f" {name}")
+    parser.epilog = "examples:\n" + examples.replace(f"        {PROGRAM}", f"  {called}")
+    parser.set_defaults(command=function)
+    return parser
+
+
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """Add the model, what replaces its values, and what it may read."""
+    about = "model file, YAML; or the name of a model that comes with the program"
+    model = parser.add_argument("model", type=model_path, metavar="MODEL", help=about)
+    completes(model, MODEL_OR_FILE)
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="PATH=VALUE",
+        help="replace a value of the model, such as run.turns=2; may be repeated",
+    )
+    parser.add_argument(
+        "--watch",
+        dest="settings",
+        action="append",
+        type="outputs.watch={}".format,
+        metavar="BODY.POINT",
+        help="show this point, and judge errors by it alone, not by all named points; short for "
+        "--set outputs.watch=BODY.POINT",
+    )
+    parser.add_argument(
+        "--allow-outside",
+        action="store_true",
+        help="let the model read CSV files outside its own folder",
+    )
