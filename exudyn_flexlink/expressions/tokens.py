@@ -24,9 +24,10 @@ class ExpressionError(ValueError):
 
 @dataclass(frozen=True)
 class Sensed:
-    """What a formula takes of the state: `angle` or `speed` of a joint, `place` of a point.
+    """What a formula takes of the state: `angle`, `speed` or `place` of a joint, or of a point.
 
-    `of` is the joint, or the point 'body.point' of which `axis` is the coordinate 'x' or 'y'.
+    `of` is the joint, or the point 'body.point' of which `axis` is the coordinate 'x' or 'y'. The
+    place of a joint is how far it is out.
     """
 
     kind: str
@@ -113,12 +114,15 @@ def _sensed(found: re.Match[str]) -> Sensed:
     kind, names = found[1], [name.strip() for name in found[2].split(",")]
     if kind != "place" and len(names) == 1 and names[0]:
         return Sensed(kind, names[0])
+    if kind == "place" and len(names) == 1 and names[0] and "." not in names[0]:
+        return Sensed(kind, names[0])
     if kind == "place" and len(names) == 2 and names[1] in ("x", "y") and "." in names[0]:
         return Sensed(kind, *names)
     if kind != "place":
         raise ExpressionError(f"'{found[0]}': expected the name of a joint", f"e.g. {kind}(crank)")
     raise ExpressionError(
-        f"'{found[0]}': expected a point and its coordinate", "e.g. place(rod.end, x)"
+        f"'{found[0]}': expected a point and its coordinate, or a joint that slides",
+        "e.g. place(rod.end, x) or place(way)",
     )
 
 

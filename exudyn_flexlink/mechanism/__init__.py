@@ -37,6 +37,8 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
     angle_of,
+    length_along,
+    line_of,
     rate_of_jacobian_times_velocity,
     slot_point,
     turned,
@@ -58,14 +60,16 @@ from exudyn_flexlink.mechanism.model import (
     PointForce,
     RigidPart,
     RotarySpring,
+    Sense,
     Size,
     Slide,
+    Sliding,
     Slot,
     TorqueMotor,
     Turning,
     Weld,
 )
-from exudyn_flexlink.mechanism.prescribed import Applied
+from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (
     Resolution,
@@ -91,7 +95,7 @@ from exudyn_flexlink.mechanism.schedule import (
     has_impulses,
     turn_goal,
 )
-from exudyn_flexlink.mechanism.sensing import force_at, size_at, sizes_at
+from exudyn_flexlink.mechanism.sensing import force_at, motor_place, motor_speed, size_at, sizes_at
 from exudyn_flexlink.mechanism.tracks import build_curves
 
 __all__ = [
@@ -113,12 +117,15 @@ __all__ = [
     "Pin",
     "Placed",
     "PointForce",
+    "Prescribed",
     "Ramp",
     "Resolution",
     "RigidPart",
     "RotarySpring",
+    "Sense",
     "Size",
     "Slide",
+    "Sliding",
     "Slot",
     "Start",
     "State",
@@ -156,8 +163,12 @@ __all__ = [
     "joint_residuals",
     "kept_interval",
     "least_tolerance",
+    "length_along",
+    "line_of",
     "mass_matrix",
     "mobility",
+    "motor_place",
+    "motor_speed",
     "moved_by_forces",
     "node_anchor",
     "on_the_contact",

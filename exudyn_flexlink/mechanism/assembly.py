@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
-    Start,
     neighbouring,
     positions,
     scale_roots,
@@ -19,6 +18,7 @@ from exudyn_flexlink.mechanism.closing import (
 from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
+from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.spanning import spanning_tree

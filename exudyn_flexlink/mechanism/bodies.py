@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot
+from math import atan2, hypot
 
 from exudyn_flexlink import sections
 from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise, halves
@@ -19,10 +19,12 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.scene import (
     FlexibleBody,
+    PrismaticJoint,
     RevoluteJoint,
     RigidBody,
     RodBody,
     Scene,
+    SleeveJoint,
     SlotJoint,
     split_point,
 )
@@ -113,6 +115,17 @@ class Bodies:
         assert isinstance(found, RevoluteJoint)  # the scene's names are checked
         first, second = (self.anchor(point, found.at).part for point in found.points)
         return first, second
+
+    def slide(self, joint: str) -> Slide:
+        """Line and anchors of a prismatic joint, or of a sleeve, of the scene."""
+        found = self.scene.joints[joint]
+        if isinstance(found, SleeveJoint):
+            ends = (self.anchor(f"{found.guide}.start"), self.anchor(f"{found.link}.start"))
+            return Slide(joint, *ends)
+        assert isinstance(found, PrismaticJoint)  # the scene's names are checked
+        first, second = (self.anchor(point, found.at) for point in found.points)
+        x, y = found.axis
+        return Slide(joint, first, second, atan2(y, x), found.angle)
 
     def _add_body(self, name: str) -> _Body:
         body = self.scene.bodies[name]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2
 from weakref import finalize
 
 from exudyn_flexlink.curves import Curve
@@ -16,7 +15,6 @@ from exudyn_flexlink.mechanism.model import (
     CircleContact,
     Mechanism,
     Pin,
-    Slide,
     Slot,
     Weld,
 )
@@ -81,7 +79,7 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
         welds=tuple(_weld(bodies, n, j) for n, j in joints if isinstance(j, WeldJoint)),
         slides=(
             *(
-                _slide(bodies, n, j)
+                bodies.slide(n)
                 for n, j in joints
                 if isinstance(j, PrismaticJoint)
                 or (isinstance(j, SleeveJoint) and j.clearance == 0)
@@ -146,14 +144,6 @@ def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -
 def _weld(bodies: Bodies, name: str, joint: WeldJoint) -> Weld:
     first, second = (bodies.anchor(point, joint.at) for point in joint.points)
     return Weld(name, first, second, joint.angle)
-
-
-def _slide(bodies: Bodies, name: str, joint: SleeveJoint | PrismaticJoint) -> Slide:
-    if isinstance(joint, PrismaticJoint):
-        first, second = (bodies.anchor(point, joint.at) for point in joint.points)
-        x, y = joint.axis
-        return Slide(name, first, second, atan2(y, x), joint.angle)
-    return Slide(name, bodies.anchor(f"{joint.guide}.start"), bodies.anchor(f"{joint.link}.start"))
 
 
 def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> Channel:

@@ -12,6 +12,7 @@ from exudyn_flexlink.mechanism.model import (
     PointForce,
     Sense,
     Size,
+    Sliding,
     TorqueMotor,
     Turning,
 )
@@ -20,6 +21,7 @@ from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.scene import (
     ForceDrive,
     MotionDrive,
+    RevoluteJoint,
     Scene,
     SpeedDrive,
     Table,
@@ -30,12 +32,18 @@ from exudyn_flexlink.scene import (
 
 
 def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Motor:
-    """Return a drive that prescribes how a revolute joint moves."""
-    first, second = bodies.joint_parts(drive.joint)
+    """Return a drive that prescribes how a joint turns or slides."""
+    slide = None
+    if isinstance(bodies.scene.joints[drive.joint], RevoluteJoint):
+        first, second = bodies.joint_parts(drive.joint)
+    else:
+        slide = bodies.slide(drive.joint)
+        first, second = slide.first.part, slide.second.part
     if isinstance(drive, SpeedDrive):
-        return Motor(name, first, second, _number_or_course(drive.value, drive.ramp))
+        course = _number_or_course(drive.value, drive.ramp)
+        return Motor(name, first, second, course, slide=slide)
     motion = _course(_as_expression(drive.value))
-    return Motor(name, first, second, SpeedOf(motion), motion.at(0.0))
+    return Motor(name, first, second, SpeedOf(motion), motion.at(0.0), slide)
 
 
 def steady_drives(scene: Scene, mechanism: Mechanism) -> dict[str, Ramp]:
@@ -93,4 +101,6 @@ def _as_expression(value: Value) -> Expression | Table:
 def _sense(bodies: Bodies, sensed: Sensed) -> Sense:
     if sensed.axis:
         return Placed(bodies.anchor(sensed.of), "xy".index(sensed.axis))
+    if not isinstance(bodies.scene.joints[sensed.of], RevoluteJoint):
+        return Sliding(bodies.slide(sensed.of), sensed.kind == "speed")
     return Turning(*bodies.joint_parts(sensed.of), sensed.kind == "speed")

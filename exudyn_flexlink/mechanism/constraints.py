@@ -7,7 +7,8 @@ mechanism has. Coordinates ``q`` have shape (parts, 3), see `kinematics`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,8 @@ from exudyn_flexlink.mechanism.model import (
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 
-_ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "drive": 1}
-_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0}
+_ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "drive": 1, "slide drive": 1}
+_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0, "slide drive": 1}
 
 
 @dataclass(frozen=True)
@@ -101,14 +102,16 @@ class Constraints:
         for row, (_, axis) in enumerate(fixed):
             slopes[row, 1, axis] = 1.0
         parts = np.array([(-1, part) for part, _ in fixed], dtype=int).reshape(-1, 2)
-        return Constraints(
-            self.names,
-            self.kinds,
-            self.first_rows,
-            np.append(self.residual, np.zeros(len(fixed)) if residual is None else residual),
-            np.concatenate([self.parts, parts]),
-            np.concatenate([self.slopes, slopes]),
-            self.count,
+        given = np.zeros(len(fixed)) if residual is None else np.asarray(residual, dtype=float)
+        return self.with_rows(given, parts, slopes)
+
+    def with_rows(self, residual: FloatArray, parts: IntArray, slopes: FloatArray) -> Constraints:
+        """Add rows of no joint."""
+        return replace(
+            self,
+            residual=np.append(self.residual, residual),
+            parts=np.concatenate([self.parts, parts]),
+            slopes=np.concatenate([self.slopes, slopes]),
         )
 
 
@@ -120,13 +123,14 @@ def constraint_rows(
 ) -> Constraints:
     """Constraints of every joint at `q`, in the mechanism's order.
 
-    `places` are the slots' curve parameters, next to the anchors. `motor_angles` (rad) are what the
-    speed motors prescribe; None leaves the motors out.
+    `places` are the slots' curve parameters, next to the anchors. `motor_angles` (rad, or m along
+    a slide) are what the speed motors prescribe; None leaves the motors out.
     """
     pins, welds, slides, slots = mechanism.pins, mechanism.welds, mechanism.slides, mechanism.slots
     motors = () if motor_angles is None else mechanism.speed_motors
     kinds = ("revolute",) * len(pins) + ("weld",) * len(welds) + ("slide",) * len(slides)
-    kinds += ("slot",) * len(slots) + ("drive",) * len(motors)
+    kinds += ("slot",) * len(slots)
+    kinds += tuple("slide drive" if motor.slide else "drive" for motor in motors)
     joints: tuple[Pin | Weld | Slide | Slot | Motor, ...]
     joints = (*pins, *welds, *slides, *slots, *motors)
     names = tuple(joint.name for joint in joints)
@@ -136,7 +140,7 @@ def constraint_rows(
         _welded(welds, q),
         _slid(slides, q),
         _slotted(slots, q, places),
-        _turned([(motor.first, motor.second) for motor in motors], angles, q),
+        _driven(motors, angles, q),
     ]
     residual, parts, slopes = (np.concatenate(part) for part in zip(*blocks, strict=True))
     return Constraints(
@@ -201,6 +205,52 @@ def _turned(pairs: Sequence[tuple[int, int]], angles: FloatArray, q: FloatArray)
     return turned[:, 1] - turned[:, 0] - angles, parts, slopes
 
 
+class _Line(NamedTuple):
+    """Slides' anchors, directions (slides, 2) along and across, and from anchor to anchor, m."""
+
+    first: _Anchored
+    second: _Anchored
+    along: FloatArray
+    normal: FloatArray
+    between: FloatArray
+
+    @staticmethod
+    def of(slides: Sequence[Slide], q: FloatArray) -> _Line:
+        first = _Anchored.of([slide.first for slide in slides], q)
+        second = _Anchored.of([slide.second for slide in slides], q)
+        angle = np.append(q[:, 2], 0.0)[first.parts] + [slide.direction for slide in slides]
+        along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        return _Line(first, second, along, normal, second.at - first.at)
+
+    @property
+    def parts(self) -> IntArray:
+        return np.stack([self.first.parts, self.second.parts], axis=1)
+
+    def slopes(self, directions: FloatArray) -> FloatArray:
+        """Derivatives (slides, 2, 3) of the distance along directions that do not turn."""
+        return np.stack([-self.first.slopes(directions), self.second.slopes(directions)], axis=1)
+
+
+def along_slides(
+    slides: Sequence[Slide], lengths: FloatArray, q: FloatArray
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """How far slides are out, less the `lengths` (m) they should be: residual, parts, slopes."""
+    line = _Line.of(slides, q)
+    slopes = line.slopes(line.along)
+    slopes[:, 0, 2] += np.sum(line.normal * line.between, axis=1)
+    return np.sum(line.along * line.between, axis=1) - lengths, line.parts, slopes
+
+
+def _driven(motors: Sequence[Motor], values: FloatArray, q: FloatArray) -> _Block:
+    """What each motor prescribes is off by: an angle, or a length along a slide."""
+    residual, parts, slopes = _turned([(m.first, m.second) for m in motors], values, q)
+    along = [i for i, motor in enumerate(motors) if motor.slide]
+    slides = [motor.slide for motor in motors if motor.slide]
+    residual[along], parts[along], slopes[along] = along_slides(slides, values[along], q)
+    return residual, parts, slopes
+
+
 def _welded(welds: Sequence[Weld], q: FloatArray) -> _Block:
     angles = np.array([weld.angle for weld in welds])
     pairs = [(weld.first.part, weld.second.part) for weld in welds]
@@ -209,17 +259,11 @@ def _welded(welds: Sequence[Weld], q: FloatArray) -> _Block:
 
 def _slid(slides: Sequence[Slide], q: FloatArray) -> _Block:
     """Offset of each second anchor from the line through the first, and the angle to be held."""
-    first = _Anchored.of([slide.first for slide in slides], q)
-    second = _Anchored.of([slide.second for slide in slides], q)
-    angle = np.append(q[:, 2], 0.0)[first.parts] + [slide.direction for slide in slides]
-    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    between = second.at - first.at
-    slopes = np.stack([-first.slopes(normal), second.slopes(normal)], axis=1)
-    slopes[:, 0, 2] -= np.sum(along * between, axis=1)
-    parts = np.stack([first.parts, second.parts], axis=1)
-    pairs = list(zip(first.parts, second.parts, strict=True))
-    offset = (np.sum(normal * between, axis=1), parts, slopes)
+    line = _Line.of(slides, q)
+    slopes = line.slopes(line.normal)
+    slopes[:, 0, 2] -= np.sum(line.along * line.between, axis=1)
+    pairs = [(slide.first.part, slide.second.part) for slide in slides]
+    offset = (np.sum(line.normal * line.between, axis=1), line.parts, slopes)
     return _joined(offset, _turned(pairs, np.array([slide.angle for slide in slides]), q))
 
 

@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Slot
+from exudyn_flexlink.mechanism.model import GROUND, Anchor, Slide, Slot
 
 FloatArray = NDArray[np.float64]
 
@@ -72,6 +72,28 @@ def angle_of(part: int, q: FloatArray) -> FloatArray:
     if part == GROUND:
         return np.zeros(q.shape[:-2])
     return np.asarray(q[..., part, 2])
+
+
+def line_of(slide: Slide, q: FloatArray) -> FloatArray:
+    """Direction of a slide's line in the ground's axes; `q` (..., parts, 3) gives (..., 2)."""
+    angle = angle_of(slide.first.part, q) + slide.direction
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def length_along(slide: Slide, q: FloatArray) -> FloatArray:
+    """How far (...) a slide's second anchor is from its first along its line, m."""
+    between = anchor_position(slide.second, q) - anchor_position(slide.first, q)
+    return np.asarray(np.sum(line_of(slide, q) * between, axis=-1))
+
+
+def speed_along(slide: Slide, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Rate (...) of `length_along`, m/s."""
+    between = anchor_position(slide.second, q) - anchor_position(slide.first, q)
+    moving = anchor_velocity(slide.second, q, v) - anchor_velocity(slide.first, q, v)
+    along = line_of(slide, q)
+    across = along[..., 0] * between[..., 1] - along[..., 1] * between[..., 0]
+    turning = angle_of(slide.first.part, v)
+    return np.asarray(np.sum(along * moving, axis=-1) + turning * across)
 
 
 def slot_point(slot: Slot, q: FloatArray) -> FloatArray:

@@ -126,7 +126,8 @@ class LinearSpring:
 class Motor:
     """Prescribes how fast the angle of the second part against the first grows: rad/s.
 
-    `start` (rad) is that angle at time 0 where the drive prescribes it too; None: as assembled.
+    With a `slide` it is the length along that: m/s. `start` (rad or m) is the angle or length at
+    time 0 where the drive prescribes it too; None: as assembled.
     """
 
     name: str
@@ -134,6 +135,7 @@ class Motor:
     second: int
     speed: Prescribed
     start: float | None = None
+    slide: Slide | None = None
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,15 @@ class Placed:
     axis: int
 
 
-Sense = Turning | Placed
+@dataclass(frozen=True)
+class Sliding:
+    """Senses how far (m) a slide is out, or its speed (m/s)."""
+
+    slide: Slide
+    is_speed: bool
+
+
+Sense = Turning | Placed | Sliding
 
 
 @dataclass(frozen=True)

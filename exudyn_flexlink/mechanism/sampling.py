@@ -65,7 +65,9 @@ def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
 def _needs(scene: Scene, mechanism: Mechanism, end: float) -> Iterator[float]:
     looks = np.linspace(0.0, end, LOOKS).tolist()
     speeds = [
-        max((motor.speed.at(time) for time in looks), key=abs) for motor in mechanism.speed_motors
+        max((motor.speed.at(time) for time in looks), key=abs)
+        for motor in mechanism.speed_motors
+        if motor.slide is None
     ]
     for speed in (*speeds, *scene.initial.speeds.values()):
         if speed:

@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
-from exudyn_flexlink.mechanism.model import PointForce, Sense, Size, Turning
+from exudyn_flexlink.mechanism.kinematics import (
+    anchor_position,
+    angle_of,
+    length_along,
+    speed_along,
+)
+from exudyn_flexlink.mechanism.model import Motor, PointForce, Sense, Size, Sliding, Turning
 
 FloatArray = NDArray[np.float64]
 
@@ -16,7 +21,25 @@ def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
     if isinstance(sense, Turning):
         x = v if sense.is_speed else q
         return np.asarray(angle_of(sense.second, x) - angle_of(sense.first, x))
+    if isinstance(sense, Sliding):
+        return speed_along(sense.slide, q, v) if sense.is_speed else length_along(sense.slide, q)
     return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
+
+
+def motor_place(motor: Motor, q: FloatArray) -> FloatArray:
+    """Angle (rad), or length along its slide (m), that a motor prescribes, at states (...,)."""
+    return sensed(_sense_of(motor, is_speed=False), q, q)
+
+
+def motor_speed(motor: Motor, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Rate of `motor_place`, rad/s or m/s."""
+    return sensed(_sense_of(motor, is_speed=True), q, v)
+
+
+def _sense_of(motor: Motor, is_speed: bool) -> Sense:
+    if motor.slide:
+        return Sliding(motor.slide, is_speed)
+    return Turning(motor.first, motor.second, is_speed)
 
 
 def size_at(size: Size, time: float, q: FloatArray, v: FloatArray) -> float:

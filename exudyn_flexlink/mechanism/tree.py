@@ -150,13 +150,28 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
     """Find the spanning tree of a mechanism."""
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
-        found = hinge_between(layout, motor.first, motor.second)
+        found = _driven_link(layout, motor)
         if found is None or found[0] in layout.motors:
             layout.closures.append(motor)
         else:
             layout.motors[found[0]] = (motor, found[1])
     _place_slots(layout, mechanism)
     return layout
+
+
+def _driven_link(layout: TreeLayout, motor: Motor) -> tuple[int, float] | None:
+    """Link whose coordinate a motor prescribes, with its sign; None if there is none."""
+    if motor.slide is None:
+        return hinge_between(layout, motor.first, motor.second)
+    return slide_link(layout, motor.slide)
+
+
+def slide_link(layout: TreeLayout, slide: Slide) -> tuple[int, float] | None:
+    """Link whose coordinate is how far a slide is out, with its sign; None: it closes a loop."""
+    if slide.name not in layout.joints:
+        return None
+    link, second = layout.joints[slide.name]
+    return link, 1.0 if second else -1.0  # seen from its second part the first moves back
 
 
 def hinge_between(layout: TreeLayout, first: int, second: int) -> tuple[int, float] | None:
@@ -341,6 +356,8 @@ def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
         return None
     link = layout.links[sliding]
     if link.kind != ALONG_X or link.parent == ROOT or link.turn != 0.0 or not link.parts:
+        return None
+    if sliding in layout.motors:
         return None
     guide = layout.links[link.parent]
     if guide.kind != HINGE or guide.parent != ROOT:

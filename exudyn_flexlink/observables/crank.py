@@ -18,12 +18,14 @@ FloatArray = NDArray[np.float64]
 def crank_joint(scene: Scene) -> str | None:
     """Name of the joint whose angle counts.
 
-    That of ``run.of``, else the first drive's, else the first revolute joint; None without one.
+    That of ``run.of``, else the first driven revolute joint, else the first; None without one.
     """
     if scene.run.of is not None:
         return scene.run.of
     for drive in scene.drives.values():
-        if not isinstance(drive, ForceDrive):
+        if not isinstance(drive, ForceDrive) and isinstance(
+            scene.joints[drive.joint], RevoluteJoint
+        ):
             return drive.joint
     for name, joint in scene.joints.items():
         if isinstance(joint, RevoluteJoint):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.report.text import number, table
-from exudyn_flexlink.scene import Drive, ForceDrive, Scene, Table, Value
+from exudyn_flexlink.scene import Drive, ForceDrive, RevoluteJoint, Scene, Table, Value
 
 WIDEST = 40  # letters of an expression that are shown
 
@@ -23,7 +23,9 @@ def _drive(scene: Scene, drive: Drive) -> tuple[str, str]:
         axes = f" in the axes of {drive.axes}" if drive.axes in scene.bodies else ""
         x, y = (_value(value, "N") for value in drive.value)
         return f"at {drive.point}", f"x: {x}, y: {y}{axes}"
-    unit = {"speed": "rad/s", "motion": "rad", "torque": "N m"}[drive.type]
+    turns = isinstance(scene.joints[drive.joint], RevoluteJoint)
+    units = {"speed": ("m/s", "rad/s"), "motion": ("m", "rad"), "torque": ("", "N m")}
+    unit = units[drive.type][turns]
     ramp = getattr(drive, "ramp", 0.0)
     within = f", reached within {number(ramp)} s" if ramp else ""
     return f"at {drive.joint}", f"{_value(drive.value, unit)}{within}"

@@ -4,12 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from exudyn_flexlink.expressions import Expression, Sensed
+from exudyn_flexlink.expressions import Expression, Sensed, in_words
 from exudyn_flexlink.scene.base import GROUND, split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody
-from exudyn_flexlink.scene.forces import Drive, ForceDrive
+from exudyn_flexlink.scene.forces import (
+    Drive,
+    ForceDrive,
+    MotionDrive,
+    SpeedDrive,
+    TorqueDrive,
+)
+from exudyn_flexlink.scene.joints import PrismaticJoint, RevoluteJoint, SleeveJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
+from exudyn_flexlink.scene.varying import Measured, Value
 from exudyn_flexlink.source import KeyPath, Mistake
+from exudyn_flexlink.units import Dimension, Powers
+
+_DIMENSIONS = {
+    "speed": (Dimension.ANGULAR_SPEED, Dimension.SPEED),
+    "motion": (Dimension.ANGLE, Dimension.LENGTH),
+}
+"""What drives prescribe of joints that turn, and of those that slide."""
 
 
 def drives(look: Lookup) -> Iterator[Mistake]:
@@ -22,11 +37,40 @@ def drives(look: Lookup) -> Iterator[Mistake]:
             yield from look.point((*path, "point"), drive.point)
             yield from _axes(look, path, drive)
             continue
-        yield from look.revolute((*path, "joint"), drive.joint)
+        yield from _joint(look, path, drive)
         if drive.joint in driven:
             message = f"the joint '{drive.joint}' is already driven by '{driven[drive.joint]}'"
             yield Mistake((*path, "joint"), message)
         driven.setdefault(drive.joint, name)
+
+
+def _joint(
+    look: Lookup, path: KeyPath, drive: SpeedDrive | MotionDrive | TorqueDrive
+) -> Iterator[Mistake]:
+    """Refuse a joint that does not move so, and a value that is not of the kind it needs."""
+    at = (*path, "joint")
+    joint = look.get("joints", drive.joint)
+    slides = isinstance(joint, PrismaticJoint | SleeveJoint)
+    if isinstance(drive, TorqueDrive):
+        for found in look.revolute(at, drive.joint):
+            hint = "along it pushes a drive of type force, at a point" if slides else found.hint
+            yield Mistake(at, found.message, hint)
+        return
+    yield from look.turning_or_sliding(at, drive.joint)
+    if not slides and not isinstance(joint, RevoluteJoint):
+        return
+    wanted = _DIMENSIONS[drive.type][slides]
+    given = _powers(drive.value)
+    if given is not None and given != wanted.powers._replace(rad=0):
+        message = f"expected {wanted.words}, since '{drive.joint}' is of type {joint.type}"
+        yield Mistake((*path, "value"), f"{message}; got {in_words(given)}", wanted.hint)
+
+
+def _powers(value: Value) -> Powers | None:
+    """Dimension of a value as far as its units tell, angles counting as numbers."""
+    if isinstance(value, Measured):
+        return value.dimension.powers._replace(rad=0)
+    return value.powers if isinstance(value, Expression) else None
 
 
 def _axes(look: Lookup, path: KeyPath, drive: ForceDrive) -> Iterator[Mistake]:
@@ -50,7 +94,11 @@ def _expressions(look: Lookup, path: KeyPath, drive: Drive) -> Iterator[Mistake]
 
 
 def _sensed(look: Lookup, path: KeyPath, sensed: Sensed) -> Iterator[Mistake]:
-    if sensed.axis:
+    if sensed.kind == "speed":
+        yield from look.turning_or_sliding(path, sensed.of)
+    elif sensed.kind == "place" and not sensed.axis:
+        yield from look.sliding(path, sensed.of)
+    elif sensed.axis:
         try:
             yield from look.point(path, sensed.of)
         except ValueError as error:

@@ -148,13 +148,17 @@ class _Ramped(Part):
         return self
 
 
+DRIVEN = "name of a revolute or prismatic joint, or of a sleeve without clearance"
+
+
 class SpeedDrive(_Ramped):
-    """Prescribes the speed of a revolute joint: its second body relative to its first."""
+    """Prescribes the speed at which a joint turns or slides: its second body against its first."""
 
     type: Literal["speed"] = "speed"
-    joint: Name = Field(description="name of a revolute joint")
-    value: Annotated[Value, Varying(Dimension.ANGULAR_SPEED)] = Field(
-        description="counter-clockwise speed of the second body; of time alone"
+    joint: Name = Field(description=DRIVEN)
+    value: Annotated[Value, Varying(Dimension.ANGULAR_SPEED, Dimension.SPEED)] = Field(
+        description="counter-clockwise speed of the second body, or its speed along the line; of "
+        "time alone"
     )
     ramp: NonNegativeDuration = Field(0.0, description="time from rest to the full speed")
 
@@ -167,12 +171,13 @@ class SpeedDrive(_Ramped):
 
 
 class MotionDrive(Part):
-    """Prescribes the angle of a revolute joint: its second body relative to its first."""
+    """Prescribes the angle of a joint, or its length: its second body against its first."""
 
     type: Literal["motion"] = "motion"
-    joint: Name = Field(description="name of a revolute joint")
-    value: Annotated[Value, Varying(Dimension.ANGLE)] = Field(
-        description="angle of the second body, counter-clockwise; of time alone"
+    joint: Name = Field(description=DRIVEN)
+    value: Annotated[Value, Varying(Dimension.ANGLE, Dimension.LENGTH)] = Field(
+        description="angle of the second body, counter-clockwise, or how far its point is along "
+        "the line from the first; of time alone"
     )
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ from exudyn_flexlink.scene.bodies import Body, Material
 from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.curve_specs import CurveSpec
 from exudyn_flexlink.scene.forces import Drive, Spring
-from exudyn_flexlink.scene.joints import Joint, RevoluteJoint
+from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint, SleeveJoint
 from exudyn_flexlink.scene.outputs import Outputs
 from exudyn_flexlink.scene.run import Initial, Run
 from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
@@ -92,6 +92,27 @@ class Lookup:
         if joint is not None and not isinstance(joint, kind):
             message = f"needs a {type_of(kind)} joint; '{name}' is of type {joint.type}"
             yield Mistake(path, message)
+
+    def turning_or_sliding(self, path: KeyPath, name: str) -> Iterator[Mistake]:
+        """Refuse a name that is not that of a revolute joint, or of one that only slides."""
+        if not isinstance(self.get("joints", name), RevoluteJoint):
+            yield from self.sliding(path, name, "a revolute or prismatic joint")
+
+    def sliding(
+        self, path: KeyPath, name: str, wanted: str = "a prismatic joint", play: bool = False
+    ) -> Iterator[Mistake]:
+        """Refuse a name that is not that of a prismatic joint or a sleeve; with `play` any."""
+        yield from self.missing(path, "joints", name)
+        joint = self.get("joints", name)
+        sleeve = isinstance(joint, SleeveJoint)
+        if joint is None or isinstance(joint, PrismaticJoint):
+            return
+        if not sleeve:
+            message = f"needs {wanted}, or a sleeve; '{name}' is of type {joint.type}"
+            yield Mistake(path, message)
+        elif joint.clearance > 0 and not play:
+            hint = "the link may lie askew there; it does not just slide"
+            yield Mistake(path, f"needs a sleeve without clearance; '{name}' has one", hint)
 
     def revolute(self, path: KeyPath, name: str) -> Iterator[Mistake]:
         """Refuse a name that is not that of a revolute joint."""

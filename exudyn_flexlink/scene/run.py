@@ -9,6 +9,7 @@ from pydantic import Field, Strict, model_validator
 from exudyn_flexlink.quantities import (
     Angle,
     AngularSpeed,
+    Coordinate,
     Number,
     PositiveDuration,
     PositiveLength,
@@ -33,6 +34,11 @@ class Initial(Part):
     )
     guesses: Named[Angle] = Field(
         default_factory=FrozenMapping, description="angles from which the assembly is searched"
+    )
+    along: Named[Coordinate] = Field(
+        default_factory=FrozenMapping,
+        description="how far second points of prismatic joints are along their lines from the "
+        "first, or starts of links along their sleeves; held while assembling",
     )
     speeds: Named[AngularSpeed] = Field(
         default_factory=FrozenMapping, description="angular speeds of bodies"

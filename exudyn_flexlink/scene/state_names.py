@@ -12,11 +12,14 @@ from exudyn_flexlink.source import Mistake
 
 
 def initial(look: Lookup) -> Iterator[Mistake]:
-    """Refuse bodies in initial that are none."""
+    """Refuse bodies and joints in initial that are none."""
     for key in ("positions", "angles", "guesses", "speeds", "velocities"):
         for body in getattr(look.parts.initial, key, ()):
             for found in look.missing(("initial", key, body), "bodies", body):
                 yield Mistake(found.path, found.message, found.hint, on_key=True)
+    for joint in getattr(look.parts.initial, "along", ()):
+        for found in look.sliding(("initial", "along", joint), joint, play=True):
+            yield Mistake(found.path, found.message, found.hint, on_key=True)
 
 
 def run(look: Lookup) -> Iterator[Mistake]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from itertools import pairwise
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -56,14 +57,31 @@ class Table(Part):
 Value: TypeAlias = float | Expression | Table
 
 
+class Measured(float):
+    """A number whose unit told which of several dimensions is meant."""
+
+    dimension: Dimension
+
+    def __new__(cls, dimension: Dimension, value: float) -> Measured:
+        """Keep the dimension with the value in SI."""
+        found = super().__new__(cls, value)
+        found.dimension = dimension
+        return found
+
+    def __getnewargs__(self) -> tuple[Dimension, float]:  # type: ignore[override]
+        """Return what copies are made of."""
+        return self.dimension, float(self)
+
+
 class Varying:
     """Annotation of a value of a dimension that may be an expression or a table.
 
     An expression without t and state is a number.
     """
 
-    def __init__(self, dimension: Dimension) -> None:
-        self.dimension = dimension
+    def __init__(self, *dimensions: Dimension) -> None:
+        """More than one where another part, such as a joint, tells which is meant."""
+        self.dimensions = dimensions
 
     def read(self, value: object) -> float | Expression:
         """Return a number in SI or an expression; raise pydantic's error if it is neither."""
@@ -71,22 +89,32 @@ class Varying:
             return value
         if isinstance(value, str) and _is_meant_as_one(value):
             return self._expression(value)
-        found = Quantity(self.dimension).read(value)
-        assert not isinstance(found, str)  # there are no words to be read
-        return found
+        if isinstance(value, str):
+            for other in self.dimensions[1:]:
+                with suppress(PydanticCustomError):
+                    return Measured(other, float(Quantity(other).read(value)))
+        number = float(Quantity(self.dimensions[0]).read(value))
+        if isinstance(value, str) and len(self.dimensions) > 1:
+            return Measured(self.dimensions[0], number)
+        return number
 
     def _expression(self, text: str) -> float | Expression:
         try:
             found = parse_expression(text)
         except ExpressionError as error:
             raise _mistake(f"'{text}': {error.message}", error.hint) from None
-        wanted = self.dimension
-        if found.powers is not None and found.powers != wanted.powers._replace(rad=0):
-            message = f"expected {wanted.words}, got {in_words(found.powers)}: '{text}'"
-            raise _mistake(message, wanted.hint)
+        wanted = self.dimensions[0]
+        if found.powers is not None:
+            fits = [one for one in self.dimensions if one.powers._replace(rad=0) == found.powers]
+            if not fits:
+                message = f"expected {wanted.words}, got {in_words(found.powers)}: '{text}'"
+                raise _mistake(message, wanted.hint)
+            wanted = fits[0]
         if found.constant is None:
             return found
-        return float(Quantity(self.dimension).read(found.constant))
+        number = float(Quantity(wanted).read(found.constant))
+        several = found.powers is not None and len(self.dimensions) > 1
+        return Measured(wanted, number) if several else number
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -101,9 +129,11 @@ class Varying:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         table = handler(schema["choices"][TAG + "table"])
-        own = self.dimension
-        words = own.words.split(" ", 1)[1]
-        unit = f"{words}; {own.si}, e.g. '{own.example}', or an expression or a table"
+        ways = [
+            f"{own.words.split(' ', 1)[1]}; {own.si}, e.g. '{own.example}'"
+            for own in self.dimensions
+        ]
+        unit = f"{' or '.join(ways)}, or an expression or a table"
         return {"anyOf": [{"type": "number"}, {"type": "string"}, table], "$comment": unit}
 
 

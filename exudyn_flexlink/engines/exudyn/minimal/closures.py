@@ -1,15 +1,15 @@
 """Joints that close loops: by how much they are open, and the derivatives of that.
 
 Pins and slots give two rows each (x and y, m), slides two (across the guide, m, and the angle,
-rad), motors that turn no hinge of the tree one (rad). The coordinates y are those of the tree, then
-the slots' places on their curves: a slot's point is where its curve is, ``p = c + A gamma(u)``
-for a curve in the axes A of a part at c.
+rad), motors that move no coordinate of the tree one (rad, or m along a slide that closes a loop).
+The coordinates y are those of the tree, then the slots' places on their curves: a slot's point is
+where its curve is, ``p = c + A gamma(u)`` for a curve in the axes A of a part at c.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,21 +59,26 @@ class Closures:
         self._first: dict[str, int] = {}  # of each closure, its first point
         count = 0
         for closure in layout.closures:
-            self._first[closure.name] = len(anchors)
-            anchors += _anchors(closure)
+            if not isinstance(closure, Motor):
+                self._first[closure.name] = len(anchors)
+                anchors += _anchors(closure)
             size = 1 if isinstance(closure, Motor) else 2
             self.rows.append((closure, slice(count, count + size)))
             count += size
         self.count = count
         self._points = Points(layout, anchors)
-        self._turns = {c.name: _turn(layout, c) for c in layout.closures}
+        turned = [c for c in layout.closures if isinstance(c, Slide | Motor)]
+        self._turns = {_key(c): layout.turning_row(*_parts(c)) for c in turned}
         self._bases = {
             c.name: layout.frame(c.first.part if isinstance(c, Slide) else c.carrier)
             for c in layout.closures
             if isinstance(c, Slide | Slot)
         }
+        at = kinematics.places(start)
         self._rest = {
-            c.name: float(self._turns[c.name] @ start)
+            c.name: self._along(c.slide, at, self._points.places(at))
+            if c.slide
+            else float(self._turns[_key(c)] @ start)
             for c in layout.closures
             if isinstance(c, Motor)
         }
@@ -85,7 +90,7 @@ class Closures:
         """Tell which rows (rows,) are angles."""
         found = np.zeros(self.count, dtype=bool)
         for closure, rows in self.rows:
-            if isinstance(closure, Slide | Motor):
+            if isinstance(closure, Slide) or (isinstance(closure, Motor) and not closure.slide):
                 found[rows.stop - 1] = True
         return found
 
@@ -98,17 +103,21 @@ class Closures:
             track = self._track(y[:, self._links :])
         residual = np.zeros((len(y), self.count))
         for closure, rows in self.rows:
-            first = self._first[closure.name]
             if isinstance(closure, Motor):
-                turned = x @ self._turns[closure.name] - self._rest[closure.name]
-                residual[:, rows.start] = turned - [closure.speed.integral(a) for a in t.tolist()]
+                if closure.slide:
+                    moved = self._along(closure.slide, places, points)
+                else:
+                    moved = x @ self._turns[_key(closure)]
+                driven = [closure.speed.integral(a) for a in t.tolist()]
+                residual[:, rows.start] = moved - self._rest[closure.name] - driven
                 continue
+            first = self._first[closure.name]
             if isinstance(closure, Slide):
                 across = self.axis(closure, places).conj() * (
                     points[:, first + 1] - points[:, first]
                 )
                 residual[:, rows.start] = across.imag
-                turned = x @ self._turns[closure.name] + self._constant[closure.name]
+                turned = x @ self._turns[_key(closure)] + self._constant[closure.name]
                 residual[:, rows.start + 1] = turned
                 continue
             if isinstance(closure, Slot):
@@ -119,11 +128,17 @@ class Closures:
             residual[:, rows.start], residual[:, rows.start + 1] = gap.real, gap.imag
         return Closing(x, places, points, track, residual)
 
+    def _along(self, slide: Slide, places: Places, points: ComplexArray) -> Any:
+        """How far a slide is out (...), m."""
+        first = self._first[slide.name]
+        between = points[..., first + 1] - points[..., first]
+        return (self.axis(slide, places).conj() * between).real
+
     def axis(self, joint: Slide | Slot, places: Places) -> ComplexArray:
         """Direction of a slide, or of a slot's carrier (instants,), as complex numbers."""
         frame: Frame = self._bases[joint.name]
         turn = frame.angle + (joint.direction if isinstance(joint, Slide) else 0.0)
-        return np.asarray(places.axis[:, frame.link] * np.exp(1j * turn))
+        return np.asarray(places.axis[..., frame.link] * np.exp(1j * turn))
 
     def _track(self, u: FloatArray) -> Track:
         shape = u.shape
@@ -138,18 +153,19 @@ class Closures:
         moved = self.kinematics.moves(at.places, self._points.links, at.points)
         matrix = np.zeros((len(at.x), self.count, self._links + len(self._slots)))
         for closure, rows in self.rows:
-            first, tree = self._first[closure.name], matrix[:, rows, : self._links]
-            if isinstance(closure, Motor):
-                tree[:, 0] = self._turns[closure.name]
-                continue
+            tree = matrix[:, rows, : self._links]
+            slide = closure.slide if isinstance(closure, Motor) else closure
+            if isinstance(slide, Slide):
+                by = self._slid(slide, at, moved)
+                tree[:, 0] = by.imag if slide is closure else by.real
             if isinstance(closure, Slide):
-                back = self.axis(closure, at.places).conj()
-                between = at.points[:, first + 1] - at.points[:, first]
-                by = back[:, None] * (moved[:, first + 1] - moved[:, first])
-                turning = self.kinematics.turning[:, self._bases[closure.name].link]
-                tree[:, 0] = by.imag - (back * between).real[:, None] * turning
-                tree[:, 1] = self._turns[closure.name]
+                tree[:, 1] = self._turns[_key(closure)]
                 continue
+            if isinstance(closure, Motor):
+                if not closure.slide:
+                    tree[:, 0] = self._turns[_key(closure)]
+                continue
+            first = self._first[closure.name]
             if isinstance(closure, Slot):
                 k = self._slots[closure.name]
                 axis = self.axis(closure, at.places)
@@ -163,6 +179,15 @@ class Closures:
                 by = moved[:, first + 1] - moved[:, first]
             tree[:, 0], tree[:, 1] = by.real, by.imag
         return matrix
+
+    def _slid(self, slide: Slide, at: Closing, moved: ComplexArray) -> ComplexArray:
+        """Derivatives (instants, links) of a slide's second end against the first, in its axes."""
+        first = self._first[slide.name]
+        back = self.axis(slide, at.places).conj()
+        between = at.points[:, first + 1] - at.points[:, first]
+        turning = self.kinematics.turning[:, self._bases[slide.name].link]
+        by = moved[:, first + 1] - moved[:, first]
+        return np.asarray(back[:, None] * (by - 1j * between[:, None] * turning))
 
     def rates(self, t: FloatArray) -> FloatArray:
         """Derivatives of the residuals by time alone (instants, rows)."""
@@ -181,23 +206,27 @@ class Closures:
         along, along_rate = v[:, count:], a[:, count:]
         found = np.zeros((len(t), self.count))
         for closure, rows in self.rows:
-            first = self._first[closure.name]
-            if isinstance(closure, Motor):
-                turned = a[:, :count] @ self._turns[closure.name]
-                found[:, rows.start] = turned - [closure.speed.rate(b) for b in t.tolist()]
-                continue
-            if isinstance(closure, Slide):
-                link = self._bases[closure.name].link
-                back = self.axis(closure, at.places).conj()
+            slide = closure.slide if isinstance(closure, Motor) else closure
+            if isinstance(slide, Slide):
+                first, link = self._first[slide.name], self._bases[slide.name].link
+                back = self.axis(slide, at.places).conj()
                 between, moving, pushed = (
                     values[:, first + 1] - values[:, first]
                     for values in (at.points, speeds, pushes)
                 )
                 omega, alpha = rates.angle[:, link], bends.angle[:, link]
                 spun = (-1j * alpha - omega**2) * between - 2j * omega * moving + pushed
-                found[:, rows.start] = (back * spun).imag
-                found[:, rows.start + 1] = a[:, :count] @ self._turns[closure.name]
+                own = back * spun
+                found[:, rows.start] = own.imag if slide is closure else own.real
+            if isinstance(closure, Slide):
+                found[:, rows.start + 1] = a[:, :count] @ self._turns[_key(closure)]
                 continue
+            if isinstance(closure, Motor):
+                if not closure.slide:
+                    found[:, rows.start] = a[:, :count] @ self._turns[_key(closure)]
+                found[:, rows.start] -= [closure.speed.rate(b) for b in t.tolist()]
+                continue
+            first = self._first[closure.name]
             if isinstance(closure, Slot):
                 k, link = self._slots[closure.name], self._bases[closure.name].link
                 omega, alpha = rates.angle[:, link], bends.angle[:, link]
@@ -218,25 +247,22 @@ class Closures:
                 yield closure, rows
 
 
-def _anchors(closure: Closure) -> list[Anchor]:
+def _key(closure: Slide | Motor) -> tuple[bool, str]:
+    """A drive may have the name of a joint."""
+    return isinstance(closure, Motor), closure.name
+
+
+def _anchors(closure: Pin | Slide | Slot) -> list[Anchor]:
     if isinstance(closure, Pin | Slide):
         return [closure.first, closure.second]
-    if isinstance(closure, Slot):
-        return [closure.anchor, Anchor(closure.carrier, 0.0, 0.0)]
-    return []
+    return [closure.anchor, Anchor(closure.carrier, 0.0, 0.0)]
 
 
-def _parts(closure: Closure) -> tuple[int, int] | None:
-    """Parts whose angle against one another a closure holds, if it holds one."""
-    if isinstance(closure, Slide):
-        return closure.first.part, closure.second.part
-    return (closure.first, closure.second) if isinstance(closure, Motor) else None
-
-
-def _turn(layout: TreeLayout, closure: Closure) -> FloatArray:
-    """Derivative (links,) of the angle of a closure's second part against the first's."""
-    parts = _parts(closure)
-    return np.zeros(len(layout.links)) if parts is None else layout.turning_row(*parts)
+def _parts(closure: Slide | Motor) -> tuple[int, int]:
+    """Parts whose angle against one another a closure holds."""
+    if isinstance(closure, Motor):
+        return closure.first, closure.second
+    return closure.first.part, closure.second.part
 
 
 def _fixed_turn(layout: TreeLayout, closure: Slide) -> float:

@@ -97,6 +97,15 @@ class LinkKinematics:
         """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
         return np.asarray(np.where(self.moved_by[links], self.carries(at, points), 0.0))
 
+    def move_rates(
+        self, at: Places, rates: Rates, links: NDArray[np.intp], moving: ComplexArray
+    ) -> ComplexArray:
+        """Time derivatives of `moves`, of points with the velocities `moving` (..., points)."""
+        by_hinge = 1j * (moving[..., None] - rates.origin[..., None, :-1])
+        by_slide = (1j * rates.angle[..., :-1] * at.slide)[..., None, :]
+        found = np.where(self.hinge, by_hinge, by_slide)
+        return np.asarray(np.where(self.moved_by[links], found, 0.0))
+
     def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
         by_hinge = 1j * (points[..., None] - at.origin[..., None, :-1])

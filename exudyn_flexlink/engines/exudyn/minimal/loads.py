@@ -14,8 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
-from exudyn_flexlink.mechanism import Mechanism, Placed, PointForce, Size, TorqueMotor, Turning
-from exudyn_flexlink.mechanism.tree import TreeLayout
+from exudyn_flexlink.mechanism import (
+    Mechanism,
+    Placed,
+    PointForce,
+    Sense,
+    Size,
+    Sliding,
+    TorqueMotor,
+    Turning,
+)
+from exudyn_flexlink.mechanism.tree import TreeLayout, slide_link
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -30,13 +39,11 @@ class _Now(NamedTuple):
     places: Places
 
 
-class _Angle:
-    """An angle between two parts, or its speed."""
+class _Linear:
+    """A sum of coordinates, or its speed: an angle between two parts, or a slide of the tree."""
 
-    def __init__(self, layout: TreeLayout, sense: Turning) -> None:
-        self._row = layout.turning_row(sense.first, sense.second)
-        self._rest = layout.turn(sense.second) - layout.turn(sense.first)
-        self._is_speed = sense.is_speed
+    def __init__(self, row: FloatArray, rest: float, is_speed: bool) -> None:
+        self._row, self._rest, self._is_speed = row, rest, is_speed
 
     def value(self, now: _Now) -> FloatArray:
         return np.asarray(now.v @ self._row if self._is_speed else now.x @ self._row + self._rest)
@@ -45,6 +52,56 @@ class _Angle:
         """Derivatives (links,) by coordinates and by speeds, at one instant."""
         none = np.zeros_like(self._row)
         return (none, self._row) if self._is_speed else (self._row, none)
+
+
+class _Length:
+    """How far a slide that closes a loop is out, or its speed.
+
+    With d from its first to its second end (complex) and e^(i a) along it, that is
+    ``Re(e^(-i a) d)``. Of its speed the slopes by the coordinates are how its derivatives by them
+    change with time.
+    """
+
+    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, sense: Sliding) -> None:
+        slide = sense.slide
+        self._points = Points(layout, [slide.first, slide.second])
+        self._kinematics, self._is_speed = kinematics, sense.is_speed
+        frame = layout.frame(slide.first.part)
+        self._base, self._turn = frame.link, complex(np.exp(1j * (frame.angle + slide.direction)))
+
+    def value(self, now: _Now) -> float:
+        if self._is_speed:
+            return float(self._row(now) @ now.v)
+        first, second = self._points.places(now.places)
+        return float((self._back(now) * (second - first)).real)
+
+    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+        """Derivatives (links,) by coordinates and by speeds."""
+        row = self._row(now)
+        return (self._row_rate(now), row) if self._is_speed else (row, np.zeros_like(now.x))
+
+    def _back(self, now: _Now) -> complex:
+        return complex(now.places.axis[self._base] * self._turn).conjugate()
+
+    def _row(self, now: _Now) -> FloatArray:
+        """Derivatives (links,) of the length."""
+        points = self._points.places(now.places)
+        near, far = self._kinematics.moves(now.places, self._points.links, points)
+        spun = 1j * (points[1] - points[0]) * self._kinematics.turning[:, self._base]
+        return np.asarray((self._back(now) * (far - near - spun)).real)
+
+    def _row_rate(self, now: _Now) -> FloatArray:
+        """Time derivatives of those."""
+        rates = self._kinematics.rates(now.places, now.x, now.v)
+        points = self._points.places(now.places)
+        moving = self._points.rates(now.places, rates)
+        links, turning = self._points.links, self._kinematics.turning[:, self._base]
+        near, far = self._kinematics.moves(now.places, links, points)
+        near_rate, far_rate = self._kinematics.move_rates(now.places, rates, links, moving)
+        spun = far - near - 1j * (points[1] - points[0]) * turning
+        spun_rate = far_rate - near_rate - 1j * (moving[1] - moving[0]) * turning
+        spin = rates.angle[self._base]
+        return np.asarray((self._back(now) * (spun_rate - 1j * spin * spun)).real)
 
 
 class _Place:
@@ -65,17 +122,26 @@ class _Place:
         return np.asarray(moved.imag if self._axis else moved.real), np.zeros(len(moved))
 
 
+def _sensor(
+    layout: TreeLayout, kinematics: LinkKinematics, sense: Sense
+) -> _Linear | _Length | _Place:
+    if isinstance(sense, Placed):
+        return _Place(layout, kinematics, sense)
+    if isinstance(sense, Turning):
+        rest = layout.turn(sense.second) - layout.turn(sense.first)
+        return _Linear(layout.turning_row(sense.first, sense.second), rest, sense.is_speed)
+    found = slide_link(layout, sense.slide)
+    if found is None:
+        return _Length(layout, kinematics, sense)
+    return _Linear(found[1] * np.eye(len(layout.links))[found[0]], 0.0, sense.is_speed)
+
+
 class _Size:
     """A torque, or a component of a force, by time and what it senses."""
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, size: Size) -> None:
         self._applied = size.value
-        self._senses = [
-            _Angle(layout, sense)
-            if isinstance(sense, Turning)
-            else _Place(layout, kinematics, sense)
-            for sense in size.senses
-        ]
+        self._senses = [_sensor(layout, kinematics, sense) for sense in size.senses]
 
     def value(self, now: _Now) -> FloatArray:
         """Sizes (n,), N m or N; ArithmeticError where there is none."""

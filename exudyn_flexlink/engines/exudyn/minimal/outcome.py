@@ -22,9 +22,11 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
+    GROUND,
     Contact,
     approach,
     force_at,
+    line_of,
     sizes_at,
     spring_force,
 )
@@ -84,8 +86,15 @@ class _Reading:
             force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
             for force in self.mechanism.forces
         }
-        self.force_parts = {force.name: force.point.part for force in self.mechanism.forces}
+        self.force_parts = {
+            force.name: (force.point.part, GROUND) for force in self.mechanism.forces
+        }
         self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
+        for motor in self.mechanism.speed_motors:
+            if motor.slide:
+                line = line_of(motor.slide, self.moved.poses)
+                self.forces[motor.name] = self.reactions.torques.pop(motor.name)[:, None] * line
+                self.force_parts[motor.name] = motor.second, motor.first
 
     def _pressing(self) -> list[tuple[Contact, FloatArray]]:
         """Fill in the forces of contacts; return those (samples, 2) on the first parts, N."""
@@ -166,7 +175,7 @@ class _Reading:
     # --- reactions ----------------------------------------------------------------------------
 
     def _torques(self) -> dict[str, FloatArray]:
-        """Torque of each drive on its joint's second part, N m."""
+        """Torque of each drive that has one on its joint's second part, N m."""
         torques = dict(self.reactions.torques)
         state = self.time, self.moved.poses, self.moved.rates
         for motor in self.mechanism.torque_motors:
@@ -212,19 +221,17 @@ class _Reading:
     def _given(self) -> list[FloatArray]:
         """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
         given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
-        for spring, force in self.pulls.items():
-            for part, sign in ((spring.second.part, 1.0), (spring.first.part, -1.0)):
-                if part >= 0:
-                    given[part] += sign * force
-        for part, force in self.reactions.on_parts:
-            if part >= 0:
+        between = [
+            *((spring.second.part, spring.first.part, own) for spring, own in self.pulls.items()),
+            *((*self.force_parts[name], own) for name, own in self.forces.items()),
+            *((*contact.parts, own) for contact, own in self.on_points),
+        ]
+        pushed = [
+            *self.reactions.on_parts,
+            *((first, own) for first, _, own in between),
+            *((second, -own) for _, second, own in between),
+        ]
+        for part, force in pushed:
+            if part != GROUND:
                 given[part] += force
-        for name, push in self.forces.items():
-            given[self.force_parts[name]] += push
-        for contact, push in self.on_points:
-            first, second = contact.parts
-            if first >= 0:
-                given[first] += push
-            if second >= 0:
-                given[second] -= push
         return given

@@ -19,7 +19,10 @@ FloatArray = NDArray[np.float64]
 
 @dataclass
 class Reactions:
-    """Forces (instants, 2) by joint, N; torques (instants,) by drive, N m; forces on parts, N."""
+    """Forces (instants, 2) by joint, N, and on parts; by drive its torque (instants,), N m.
+
+    `torques` of drives along a slide are forces along that, N.
+    """
 
     forces: dict[str, FloatArray] = field(default_factory=dict)
     torques: dict[str, FloatArray] = field(default_factory=dict)

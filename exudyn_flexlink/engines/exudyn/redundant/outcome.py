@@ -26,6 +26,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     cut_short,
     force_at,
+    line_of,
     sizes_at,
     spring_force,
 )
@@ -63,10 +64,7 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         poses=poses,
         rates=rates,
         drive_torques=_torques(prepared, kept, kept["multipliers"]),
-        drive_forces={
-            force.name: force_at(force, kept["time"], poses, rates)
-            for force in prepared.assembly.mechanism.forces
-        },
+        drive_forces=_drive_forces(prepared, kept, kept["multipliers"]),
         joint_forces=_joint_forces(prepared, poses, kept["multipliers"])
         | bearing_forces(mechanism, poses, rates, kept["forces"]),
         slot_forces=_slot_forces(prepared, poses, kept),
@@ -124,17 +122,32 @@ def _written(prepared: Prepared) -> Written:
 def _torques(
     prepared: Prepared, kept: dict[str, FloatArray], multipliers: FloatArray
 ) -> dict[str, FloatArray]:
-    """Torque of each drive on its joint's second part, N m."""
+    """Torque of each drive that has one on its joint's second part, N m."""
     mechanism = prepared.assembly.mechanism
     time, poses, rates = (kept[key] for key in ("time", "poses", "rates"))
     rows = prepared.recorder.motor_rows
     torques = {
         motor.name: -multipliers[:, row]
         for motor, row in zip(mechanism.speed_motors, rows, strict=True)
+        if motor.slide is None
     }
     for torque in mechanism.torque_motors:
         torques[torque.name] = sizes_at(torque.size, time, poses, rates)
     return torques
+
+
+def _drive_forces(
+    prepared: Prepared, kept: dict[str, FloatArray], multipliers: FloatArray
+) -> dict[str, FloatArray]:
+    """Force of each drive that has one, at its point or on its joint's second part, N."""
+    mechanism = prepared.assembly.mechanism
+    state = kept["time"], kept["poses"], kept["rates"]
+    found = {force.name: force_at(force, *state) for force in mechanism.forces}
+    for motor, row in zip(mechanism.speed_motors, prepared.recorder.motor_rows, strict=True):
+        if motor.slide:
+            line = line_of(motor.slide, kept["poses"])
+            found[motor.name] = -multipliers[:, row, None] * line
+    return found
 
 
 def _joint_forces(

@@ -17,7 +17,15 @@ from exudyn_flexlink.engines.exudyn.redundant.between import Between
 from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import anchor_velocity, approach, force_at, sizes_at, turning
+from exudyn_flexlink.mechanism import (
+    anchor_velocity,
+    approach,
+    force_at,
+    motor_place,
+    motor_speed,
+    sizes_at,
+    turning,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -243,9 +251,9 @@ class Recorder:
         rows, at = self._multipliers[: len(time)], self._balanced_at[: len(time)]
         middle = (time[1:] + time[:-1]) / 2
         for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
-            turned = np.diff(turning(motor.first, motor.second, q))
-            work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * turned)
-            supply -= np.interp(time, at, rows[:, row]) * turning(motor.first, motor.second, v)
+            moved = np.diff(motor_place(motor, q))
+            work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * moved)
+            supply -= np.interp(time, at, rows[:, row]) * motor_speed(motor, q, v)
         # Where a drive jumps, one step ends with what was before, the next begins with what comes.
         ends, begins = (self._load_power(np.maximum(time + away, 0), q, v) for away in BESIDE)
         work[1:] += np.cumsum(0.5 * np.diff(time) * (begins[:-1] + ends[1:]))

@@ -20,9 +20,11 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     Motor,
     Pin,
+    Prescribed,
     RotarySpring,
     Slide,
     Weld,
+    motor_place,
 )
 
 ROUNDING = 5e-15  # strain of an element as long as the mechanism is large
@@ -86,13 +88,17 @@ class System:
         """Marker of an anchor's position."""
         return int(self.mbs.AddMarker(items.MarkerBodyPosition(**self._at(anchor))))
 
-    def rigid_marker(self, anchor: Anchor) -> int:
-        """Marker of an anchor's position and orientation."""
+    def rigid_marker(self, anchor: Anchor, turn: float = 0.0) -> int:
+        """Marker of an anchor's position and orientation, turned by an angle (rad) on its part."""
+        c, s = cos(turn), sin(turn)
         for beam in self.beams:
             if anchor == beam.start:
-                node = items.MarkerNodeRigid(nodeNumber=self.nodes[anchor.part])
+                own = [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+                node = items.MarkerNodeRigid(nodeNumber=self.nodes[anchor.part], localHT=own)
                 return int(self.mbs.AddMarker(node))
-        return int(self.mbs.AddMarker(items.MarkerBodyRigid(**self._at(anchor))))
+        body, (x, y, _) = self.place(anchor)
+        own = [[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]]
+        return int(self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localHT=own)))
 
     def angle_marker(self, part: int) -> int:
         """Marker of a part's angle."""
@@ -241,14 +247,11 @@ def _add_linear_spring(system: System, spring: LinearSpring) -> None:
 
 
 def _add_speed_motor(system: System, motor: Motor) -> int:
-    """Prescribe the angle, not the speed: integrating a speed would let the angle drift."""
-    q = system.assembly.state.q
-    start = sum(
-        sign * float(q[part, 2])
-        for part, sign in ((motor.second, 1.0), (motor.first, -1.0))
-        if part != GROUND
-    )
+    """Prescribe the angle or length, not its speed: integrating a speed would let it drift."""
+    start = float(motor_place(motor, system.assembly.state.q))
     course = motor.speed
+    if motor.slide:
+        return _add_slide_motor(system, motor.slide, start, course)
 
     def angle(_mbs: Any, time: float, _item: int, _offset: float) -> float:
         return start + course.integral(system.window.inside(time))
@@ -261,6 +264,32 @@ def _add_speed_motor(system: System, motor: Motor) -> int:
         system.mbs.AddObject(
             items.ObjectConnectorCoordinate(
                 markerNumbers=markers, offsetUserFunction=angle, offsetUserFunction_t=speed
+            )
+        )
+    )
+
+
+def _add_slide_motor(system: System, slide: Slide, start: float, course: Prescribed) -> int:
+    """Hold the second anchor at a distance along the line; the slide itself does the rest."""
+
+    def length(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
+        return [start + course.integral(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
+
+    def speed(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
+        return [course.at(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
+
+    markers = [
+        system.rigid_marker(slide.first, slide.direction),
+        system.rigid_marker(slide.second, slide.direction - slide.angle),
+    ]
+    return int(
+        system.mbs.AddObject(
+            items.ObjectJointGeneric(
+                markerNumbers=markers,
+                constrainedAxes=[1, 0, 0, 0, 0, 0],
+                offsetUserFunctionParameters=[0.0] * 6,
+                offsetUserFunction=length,
+                offsetUserFunction_t=speed,
             )
         )
     )

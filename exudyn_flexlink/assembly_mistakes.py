@@ -1,0 +1,231 @@
+"""What keeps a mechanism from being put together at time 0, in the words of the model file."""
+
+from __future__ import annotations
+
+from math import degrees, inf
+
+from exudyn_flexlink.expressions import Expression, NoValueError
+from exudyn_flexlink.mechanism import (
+    Assembly,
+    CannotAssembleError,
+    CannotMoveError,
+    Channel,
+    CircleContact,
+    Contact,
+    Mechanism,
+    always_redundant,
+    anchor_position,
+    approach,
+    face_length,
+    formulation,
+    on_the_contact,
+    pairs,
+)
+from exudyn_flexlink.scene import LinearSpring, Scene
+from exudyn_flexlink.source import Mistake
+
+CLOSED = 1e-9  # m or rad: less is not worth a word
+TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
+
+_OPEN = {
+    "slot": (
+        "the point can't be on its curve at the start",
+        "move the curve or the joint that carries the point, or give another initial angle",
+    ),
+    "revolute": (
+        "the joint can't close at the start",
+        "check lengths and places; under 'initial: guesses' say roughly where the bodies stand",
+    ),
+    "weld": (
+        "the weld can't close at the start",
+        "check places and angles of the two bodies, and 'initial: angles'",
+    ),
+    "position": (
+        "the joints do not allow this position",
+        "leave it out: what follows from the joints needs none",
+    ),
+    "prismatic": (
+        "the point can't be on its line at the start",
+        "check places, 'axis' and 'angle'; under 'initial: guesses' say roughly where bodies stand",
+    ),
+    "along": (
+        "the joints do not allow this length",
+        "leave it out: what follows from other joints and drives needs none",
+    ),
+    "slide drive": (
+        "the joint can't have the length that this drive gives it at the start",
+        "the drive's value at t = 0 s, or 'initial: along', contradicts the other joints",
+    ),
+    "drive": (
+        "the joint can't have the angle that this drive gives it at the start",
+        "the drive's value at t = 0 s, or 'initial: angles', contradicts the other joints",
+    ),
+    "sleeve": (
+        "the link can't lie in its guide at the start",
+        "check the angles of guide and link under 'initial: angles'",
+    ),
+}
+"""What a kind of joint can't do, in the reader's words, and what to do about it."""
+_ELSEWHERE: dict[str, tuple[str, ...]] = {
+    "position": ("initial", "positions"),
+    "along": ("initial", "along"),
+    "drive": ("drives",),
+    "slide drive": ("drives",),
+}
+"""Where in the file those stand that are no joints."""
+
+
+def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
+    """Place in the file of a joint, or of the flexible body whose hinge it is."""
+    if joint in scene.joints:
+        return ("joints", joint)
+    body = joint.split(" hinge ", maxsplit=1)[0]
+    return ("bodies", body) if body in scene.bodies else ()
+
+
+def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
+    """A joint that can't close, or what is given that keeps it from closing."""
+    joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
+    message, hint = _OPEN[error.kind if joint is None else joint.type]  # None: a body's hinge, too
+    missing = []
+    if error.gap > CLOSED:
+        missing.append(f"{error.gap:.3g} m")
+    if error.turn > CLOSED:
+        missing.append(f"{degrees(error.turn):.3g} deg")
+    path = _path_of(scene, error.joint)
+    if error.kind in _ELSEWHERE:
+        path = (*_ELSEWHERE[error.kind], error.joint)
+    return Mistake(path, f"{message}: {' and '.join(missing)} missing", hint)
+
+
+def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
+    """Name the drive whose expression has no value at the start."""
+    path: tuple[str | int, ...] = ("drives",)
+    for name, drive in scene.drives.items():
+        values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
+        if any(isinstance(one, Expression) and one.text == error.text for one in values):
+            path = ("drives", name, "value")
+    return Mistake(path, str(error), "as the mechanism starts")
+
+
+def speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
+    """A drive or a speed at the start that joints, or others before it, do not allow."""
+    if error.part is None:
+        return Mistake(
+            ("drives", str(error.drive)),
+            "the mechanism can't follow this drive at the start: joints or other drives block it",
+            "a dead centre, or two drives of one freedom; start at another angle",
+        )
+    body = mechanism.parts[error.part].body
+    turning = error.axis == 2
+    return Mistake(
+        ("initial", "speeds" if turning else "velocities", body),
+        f"this {'speed' if turning else 'velocity'} contradicts the joints, the drives or the "
+        "speeds above",
+        "leave out what follows from others",
+    )
+
+
+def penetrations(assembly: Assembly) -> list[Mistake]:
+    """Contacts and bearings that start pressed: a start that no step size can mend."""
+    found = []
+    state = assembly.state
+    for contact in assembly.mechanism.contacts:
+        at = approach(contact, state.q, state.v)
+        deepest, hint = _deepest_start(contact)
+        if on_the_contact(contact, float(at.place)) and -deepest < at.gap < -TOUCHING:
+            message = f"starts with a penetration of {-float(at.gap):.3g} m"
+            found.append(Mistake(("contacts", contact.name), message, hint))
+    for bearing in assembly.mechanism.bearings:
+        gap = float(approach(bearing, state.q, state.v).gap)
+        if gap < -TOUCHING:
+            message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
+            hint = "check lengths and 'initial', or widen the clearance"
+            found.append(Mistake(("joints", bearing.name), message, hint))
+    return found
+
+
+def _deepest_start(contact: Contact) -> tuple[float, str]:
+    """Penetration (m) from which on a start is no slip, and what to do about one that is."""
+    if isinstance(contact, CircleContact):
+        return inf, "move one of the bodies, or make a radius smaller"
+    # Farther behind than the face is long, it is beside it and may come round its end.
+    return face_length(contact), "move the body away, or choose the other 'side' of the line"
+
+
+def pressed_walls(assembly: Assembly) -> list[Mistake]:
+    """Links with clearance that start beyond a wall or a corner of their guide."""
+    found = []
+    for channel in assembly.mechanism.channels:
+        pressed = _deepest(assembly, channel) if channel.clearance > 0 else None
+        if pressed is not None:
+            pair, depth = pressed
+            found.append(
+                Mistake(
+                    ("joints", channel.name),
+                    f"the link starts {depth:.3g} m inside its guide's walls: {pair}",
+                    "turn the link under 'initial: angles', or widen the clearance",
+                )
+            )
+    return found
+
+
+def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
+    """Pair that starts deepest in a wall or a corner, and its penetration in m; None without."""
+    state = assembly.state
+    depths = {}
+    for contact in pairs(channel):
+        at = approach(contact, state.q, state.v)
+        if 0 <= at.place <= face_length(contact) and at.gap < -TOUCHING:
+            depths[contact.name.removeprefix(f"{channel.name}: ")] = -float(at.gap)
+    return max(depths.items(), key=lambda item: item[1], default=None)
+
+
+def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Springs whose ends meet at the start, though they have a length: they act in no direction."""
+    found = []
+    for spring in assembly.mechanism.linear_springs:
+        if spring.along_slide:
+            continue
+        spec, q = scene.springs[spring.name], assembly.state.q
+        apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)
+        given = spec.length if isinstance(spec, LinearSpring) else 0.0
+        if given != 0 and max(abs(apart)) <= CLOSED:
+            message = "its ends meet at the start, where its force has no direction"
+            hint = "'length: 0' for a spring that draws its ends together; else another place"
+            found.append(Mistake(("springs", spring.name), message, hint))
+    return found
+
+
+def _may_be_redundant(scene: Scene, assembly: Assembly) -> bool:
+    """Tell whether joints that others imply always can be left out: in minimal coordinates.
+
+    Not those of a structure that nothing can move, nor drives.
+    """
+    moves = assembly.degrees_of_freedom > 0 or assembly.mechanism.speed_motors
+    drives = set(scene.drives) & set(assembly.surplus)
+    if not (assembly.surplus and moves) or drives:
+        return False
+    if formulation(scene) != "minimal":
+        return False
+    return always_redundant(assembly)
+
+
+def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
+    """Joints and drives that hold what others hold already: forces in them have no one answer."""
+    if _may_be_redundant(scene, assembly):
+        return []
+    found = []
+    for name, count in assembly.surplus.items():
+        drive = name in scene.drives and name not in scene.joints
+        what = "drive" if drive else "joint" if name in scene.joints else "body's hinge"
+        times = "" if count == 1 else f" {count} times"
+        found.append(
+            Mistake(
+                ("drives", name) if drive else _path_of(scene, name),
+                f"this {what} holds{times} what others hold already",
+                "two joints do the same, two drives move one freedom, or the mechanism starts at "
+                "a dead centre: take one away, or start at another angle",
+            )
+        )
+    return found

@@ -1,0 +1,215 @@
+"""Where the parts stand before their joints are closed: laid out joint by joint from the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.curves import ray_crossings
+from exudyn_flexlink.mechanism.channels import node_anchor
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Anchor,
+    Mechanism,
+    Motor,
+    Pin,
+    Slide,
+    Slot,
+    TorqueMotor,
+)
+from exudyn_flexlink.mechanism.spanning import within_body
+
+FloatArray = NDArray[np.float64]
+
+BEHIND = 1e-10  # m: so little behind its start a point counts as on it
+
+
+@dataclass(frozen=True)
+class Start:
+    """What the scene says of time 0, by part: held and guessed angles, held speeds.
+
+    `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
+    far slides are out, by their names.
+    """
+
+    angles: Mapping[int, float]
+    guesses: Mapping[int, float]
+    speeds: Mapping[int, float]
+    velocities: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    positions: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    along: Mapping[str, float] = field(default_factory=dict)
+
+
+def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> FloatArray:
+    """Lay the parts out joint by joint from the ground, as a start for closing the loops."""
+    q = np.zeros((len(mechanism.parts), 3))
+    turned = known_angles(mechanism, start)
+    q[:, 2] = [turned.get(i, 0.0) for i in range(len(q))]
+    placed = {GROUND, *start.positions}
+    for part, place in start.positions.items():
+        q[part, :2] = place
+    joints = (*inner_joints(mechanism), *mechanism.attachments, *more)
+    pinned = _Loose([(joint.first, joint.second) for joint in joints])
+    slides, lengths = slides_of(mechanism), known_lengths(mechanism, start)
+    while True:
+        # Loose ends are pinned first: a slide or a slot leaves a freedom that a pin would fix.
+        pinned.attach(q, placed)
+        if _attach_slides(mechanism, q, placed, slides, lengths):
+            continue
+        if any(_attach_slot(q, placed, slot) for slot in mechanism.slots):
+            continue
+        return q
+
+
+def slides_of(mechanism: Mechanism) -> list[Slide]:
+    """Prismatic joints and sleeves; those with clearance as if there were none."""
+    in_channels = (Slide(c.name, c.guide, node_anchor(c, 0)) for c in mechanism.channels)
+    return [*mechanism.slides, *in_channels]
+
+
+def known_lengths(mechanism: Mechanism, start: Start) -> dict[str, float]:
+    """By slide, how far it is out at time 0, m, where that is given or driven."""
+    motors = mechanism.speed_motors
+    driven = {m.slide.name: m.start for m in motors if m.slide and m.start is not None}
+    return {**driven, **start.along}
+
+
+class _Loose:
+    """Pairs of anchors of which one part may have its place already: the other is put to it.
+
+    Always the first such pair is next; the work grows with their number, not with its square.
+    """
+
+    def __init__(self, pairs: Sequence[tuple[Anchor, Anchor]]) -> None:
+        self._pairs = pairs
+        self._of_part: dict[int, list[int]] = {}
+        for i, (first, second) in enumerate(pairs):
+            for part in (first.part, second.part):
+                self._of_part.setdefault(part, []).append(i)
+        self._seen: set[int] = set()  # parts whose pairs are in the queue, or were
+
+    def attach(self, q: FloatArray, placed: set[int]) -> None:
+        """Place every part that pairs lead to from those in `placed`, and add it to them."""
+        queue = self._next(placed - self._seen)
+        heapify(queue)
+        while queue:
+            first, second = self._pairs[heappop(queue)]
+            if _attach(q, placed, first, second):
+                for i in self._next({first.part, second.part} - self._seen):
+                    heappush(queue, i)
+
+    def _next(self, parts: set[int]) -> list[int]:
+        self._seen |= parts
+        return [i for part in parts for i in self._of_part.get(part, ())]
+
+
+def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
+    """Angles of all parts that are given, passed on by slides and welds, and along a link."""
+    known = {**start.guesses, **start.angles}
+    _pass_on_all(mechanism, known)
+    driven: tuple[Motor | TorqueMotor, ...] = (*mechanism.speed_motors, *mechanism.torque_motors)
+    for motor in driven:
+        if isinstance(motor, Motor) and motor.slide:
+            continue
+        for part in (motor.first, motor.second):
+            if part != GROUND:
+                known.setdefault(part, 0.0)
+    _pass_on_all(mechanism, known)
+    return known
+
+
+def _pass_on_all(mechanism: Mechanism, known: dict[int, float]) -> None:
+    for _ in mechanism.parts:
+        before = len(known)
+        for weld in mechanism.welds:
+            _pass_on(known, weld.first.part, weld.second.part, weld.angle)
+        for slide in mechanism.slides:
+            _pass_on(known, slide.first.part, slide.second.part, slide.angle)
+        for motor in mechanism.speed_motors:
+            if motor.start is not None and not motor.slide:
+                _pass_on(known, motor.first, motor.second, motor.start)
+        for chain in mechanism.bodies.values():
+            for first, second in (*pairwise(chain), *pairwise(chain[::-1])):
+                _pass_on(known, first, second, 0.0)
+        if len(known) == before:
+            return
+
+
+def _pass_on(known: dict[int, float], first: int, second: int, angle: float) -> None:
+    """Give one of two parts its angle if that of the other is known."""
+    of_first = 0.0 if first == GROUND else known.get(first)
+    of_second = 0.0 if second == GROUND else known.get(second)
+    if of_first is None and of_second is not None:
+        known[first] = of_second - angle
+    elif of_second is None and of_first is not None:
+        known[second] = of_first + angle
+
+
+def _attach(q: FloatArray, placed: set[int], first: Anchor, second: Anchor) -> bool:
+    """Move the one of two anchored parts that is not placed yet onto the other."""
+    if (first.part in placed) == (second.part in placed):
+        return False
+    fixed, loose = (first, second) if first.part in placed else (second, first)
+    q[loose.part, :2] += anchor_position(fixed, q) - anchor_position(loose, q)
+    placed.add(loose.part)
+    return True
+
+
+def _attach_slides(
+    mechanism: Mechanism,
+    q: FloatArray,
+    placed: set[int],
+    slides: Sequence[Slide],
+    lengths: Mapping[str, float],
+) -> bool:
+    """Put a part into its guide, as far out as is known (m), else on the slot it points to."""
+    for slide in slides:
+        first, second = slide.first, slide.second
+        led = second.part in placed  # then it stays where it is
+        if not _attach(q, placed, first, second):
+            continue
+        angle = angle_of(first.part, q) + slide.direction
+        along = np.array([np.cos(angle), np.sin(angle)])
+        if slide.name in lengths:
+            moved, way = (first.part, -1.0) if led else (second.part, 1.0)
+            q[moved, :2] += way * lengths[slide.name] * along
+            return True
+        for slot in mechanism.slots:
+            if slot.anchor == second and slot.carrier == GROUND and not led:
+                ahead = _nearest_ahead(slot, anchor_position(first, q), along)
+                q[second.part, :2] += along * ahead
+        return True
+    return False
+
+
+def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
+    """Distance from the origin to the slot's first lap in a direction; the nearest ahead, or 0."""
+    crossings = ray_crossings(slot.curve, origin, along)
+    distances = (slot.curve.point(crossings) - origin) @ along
+    first_lap = crossings <= end_of_first_lap(slot)
+    ahead = distances[(distances >= -BEHIND) & first_lap]
+    return float(ahead.min()) if len(ahead) else 0.0
+
+
+def end_of_first_lap(slot: Slot) -> float:
+    """Parameter at which the first lap of a slot's curve ends."""
+    laps = getattr(slot.curve, "lap_breaks", None)
+    return float(slot.curve.end if laps is None else laps[1])
+
+
+def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:
+    """Put a part that nothing else holds at the start of its curve, or the curve's part there."""
+    start = Anchor(slot.carrier, *slot.curve.point(slot.curve.start).tolist())
+    return _attach(q, placed, start, slot.anchor)
+
+
+def inner_joints(mechanism: Mechanism) -> list[Pin | Slide]:
+    """Hinges of flexible bodies, and what lets their rods stretch."""
+    joints: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
+    return [j for j in joints if within_body(mechanism, j.first.part, j.second.part)]
