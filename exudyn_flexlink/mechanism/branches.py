@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.assembly import Assembly, without_play
-from exudyn_flexlink.mechanism.closing import CannotAssembleError, Start, straight_positions
+from exudyn_flexlink.mechanism.closing import CannotAssembleError, straight_positions
+from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import DEPENDENT, null_space, rigid_jacobian
 
 FloatArray = NDArray[np.float64]

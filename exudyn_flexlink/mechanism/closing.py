@@ -75,16 +75,28 @@ def positions(
             except CannotAssembleError as error:
                 errors.append(error)
     least = min(errors, key=lambda error: error.gap)
+    blamed = _contradicting(mechanism, start)
+    if blamed is not None:
+        raise CannotAssembleError(*blamed, least.gap, least.turn)
+    raise least
+
+
+def _contradicting(mechanism: Mechanism, start: Start) -> tuple[str, str] | None:
+    """Name and kind of what is given or driven without which the joints would close, if any."""
     for part in start.positions:
         others = {k: place for k, place in start.positions.items() if k != part}
         if _closes(mechanism, replace(start, positions=others)):
-            body = mechanism.parts[part].body
-            raise CannotAssembleError(body, "position", least.gap, least.turn)
+            return mechanism.parts[part].body, "position"
     for name in start.along:
         lengths = {k: length for k, length in start.along.items() if k != name}
         if _closes(mechanism, replace(start, along=lengths)):
-            raise CannotAssembleError(name, "along", least.gap, least.turn)
-    raise least
+            return name, "along"
+    motors = mechanism.speed_motors
+    for i, motor in enumerate(motors):
+        freed = (*motors[:i], replace(motor, start=None), *motors[i + 1 :])
+        if motor.start is not None and _closes(replace(mechanism, speed_motors=freed), start):
+            return motor.name, "slide drive" if motor.slide else "drive"
+    return None
 
 
 def _closes(mechanism: Mechanism, start: Start) -> bool:
