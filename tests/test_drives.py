@@ -327,7 +327,7 @@ def mistake(drive, *settings, text=BOB):
     ("{type: torque, joint: pivot, value: '5 mm * sin(t)'}", "expected a torque, got a length"),
     ("{type: torque, joint: pivot, value: '2*speed(pvot)'}", "did you mean 'pivot'"),
     ("{type: torque, joint: pivot, value: 'place(bob.hok, x)'}", "has no point 'hok'"),
-    ("{type: torque, joint: pivot, value: 'place(pivot)'}", "expected a point and its coordinate"),
+    ("{type: torque, joint: pivot, value: 'place(pivot)'}", "needs a prismatic joint"),
     ("{type: force, point: bob.hook, axes: bab, value: [0, 1]}", "unknown body 'bab'"),
     ("{type: force, point: bob.hook, value: [0, sn(t)]}", "did you mean 'sin'"),
     ("{type: torque, joint: pivot, value: {file: ../x.csv, rule: step}}", "in the model's folder"),

@@ -4,11 +4,12 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import angle, run, scene, where
+from test_physics_tools import angle, run, run_model, scene, where
 
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.loads import _Length, _Now, _sensor
 from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import Sliding
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.source import SceneError
 
@@ -163,6 +164,23 @@ def test_a_wedge_driven_along_the_face_that_closes_its_loop():
     np.testing.assert_allclose(result.drive_forces["m"], pushed, atol=1e-9)
 
 
+# --- spin-up ------------------------------------------------------------------------------------
+
+
+def test_a_beam_that_spins_up_lags_and_is_stretched_as_published():
+    """Simo and Vu-Quoc: tan(a L)/a - L longer, a = omega sqrt(rho A/(E A)), and no lag any more."""
+    result = run_model("benchmarks/spin_up_beam.yaml", "bodies.arm.rods=10")
+    t, tip = result.time, where(result, "arm.end")
+    rise = 0.4 * (t**2 / 2 + (15 / (2 * pi)) ** 2 * (np.cos(2 * pi * t / 15) - 1))
+    seen = (tip[:, 0] + 1j * tip[:, 1]) * np.exp(-1j * np.where(t < 15, rise, 6 * t - 45))
+    late = t > 15
+    extension = np.trapezoid(seen.real[late] - 10, t[late]) / (t[late][-1] - t[late][0])
+    assert extension == pytest.approx(5.1432e-4, rel=1e-3)
+    lag = abs(seen.imag)
+    assert lag.max() == pytest.approx(0.57, abs=0.01)  # 0.5735 of 40 rods
+    assert lag[late].max() < 0.01 * lag.max()
+
+
 # --- expressions --------------------------------------------------------------------------------
 
 
@@ -193,38 +211,27 @@ def test_lengths_and_speeds_of_a_way_that_closes_a_loop():
 
 
 @pytest.mark.parametrize(("text", "joint"), [(TURNTABLE, "way"), (WEDGE, "face")])
-def test_slopes_of_what_a_formula_senses_of_a_way(text, joint):
-    """Those in Newton's matrix against differences, in the tree and across a loop."""
-    drive = f"{{type: force, point: POINT, value: ['place({joint})*speed({joint}) + t', 0]}}"
-    point = "bead.c" if joint == "way" else "rod.p"
-    scene_of_it = scene(
-        text.replace("drives:\n", "drives:\n  f: " + drive.replace("POINT", point) + "\n")
-        if joint == "way"
-        else text + "drives: {f: " + drive.replace("POINT", point) + "}\n"
-    )
-    assembly = assemble_scene(scene_of_it)
-    layout = tree_layout(assembly.mechanism)
-    kinematics = LinkKinematics(layout)
-    sense = [one for force in assembly.mechanism.forces for one in force.sizes[0].senses]
-    rng = np.random.default_rng(3)
-    count = len(layout.links)
-    x, v = rng.normal(size=(2, count))
-    for one in sense:
-        for sensor in {
-            type(own): own
-            for own in (_Length(layout, kinematics, one), _sensor(layout, kinematics, one))
-        }.values():
-            now = _Now(0.0, x, v, kinematics.places(x))
-            by_place, by_speed = sensor.slopes(now)
-            for k in range(count):
-                step = 1e-6 * np.eye(count)[k]
-                places = [
-                    _Now(0.0, x + s * step, v, kinematics.places(x + s * step)) for s in (1, -1)
-                ]
-                rates = [_Now(0.0, x, v + s * step, now.places) for s in (1, -1)]
-                for found, looks in ((by_place, places), (by_speed, rates)):
-                    high, low = (sensor.value(look) for look in looks)
-                    assert found[k] == pytest.approx((high - low) / 2e-6, abs=1e-7)
+@pytest.mark.parametrize("is_speed", [False, True], ids=["place", "speed"])
+@pytest.mark.parametrize("across", [False, True], ids=["as it is", "as if it closed a loop"])
+def test_slopes_of_what_a_formula_senses_of_a_way(text, joint, is_speed, across):
+    """Those in Newton's matrix against differences, at any coordinates."""
+    mechanism = assemble_scene(scene(text)).mechanism
+    layout = tree_layout(mechanism)
+    kinematics, count = LinkKinematics(layout), len(layout.links)
+    slide = next(slide for slide in mechanism.slides if slide.name == joint)
+    sense = Sliding(slide, is_speed)
+    sensor = (_Length if across else _sensor)(layout, kinematics, sense)
+    x, v = np.random.default_rng(3).normal(size=(2, 1, count))
+
+    def sees(x, v):
+        return float(sensor.value(_Now(np.zeros(1), x, v, kinematics.places(x)))[0])
+
+    by_place, by_speed = sensor.slopes(_Now(np.zeros(1), x, v, kinematics.places(x)))
+    for k, step in enumerate(1e-6 * np.eye(count)):
+        difference = (sees(x + step, v) - sees(x - step, v)) / 2e-6
+        assert by_place[k] == pytest.approx(difference, abs=1e-7)
+        difference = (sees(x, v + step) - sees(x, v - step)) / 2e-6
+        assert by_speed[k] == pytest.approx(difference, abs=1e-7)
 
 
 # --- lengths at the start -----------------------------------------------------------------------

@@ -69,39 +69,41 @@ class _Length:
         frame = layout.frame(slide.first.part)
         self._base, self._turn = frame.link, complex(np.exp(1j * (frame.angle + slide.direction)))
 
-    def value(self, now: _Now) -> float:
+    def value(self, now: _Now) -> FloatArray:
         if self._is_speed:
-            return float(self._row(now) @ now.v)
-        first, second = self._points.places(now.places)
-        return float((self._back(now) * (second - first)).real)
+            return np.asarray(np.sum(self._rows(now) * now.v, axis=1))
+        first, second = self._points.places(now.places).T
+        return np.asarray((self._back(now) * (second - first)).real)
 
     def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
-        """Derivatives (links,) by coordinates and by speeds."""
-        row = self._row(now)
-        return (self._row_rate(now), row) if self._is_speed else (row, np.zeros_like(now.x))
+        """Derivatives (links,) by coordinates and by speeds, at one instant."""
+        row = self._rows(now)[0]
+        return (self._row_rates(now)[0], row) if self._is_speed else (row, np.zeros(len(row)))
 
-    def _back(self, now: _Now) -> complex:
-        return complex(now.places.axis[self._base] * self._turn).conjugate()
+    def _back(self, now: _Now) -> ComplexArray:
+        return np.asarray((now.places.axis[:, self._base] * self._turn).conj())
 
-    def _row(self, now: _Now) -> FloatArray:
-        """Derivatives (links,) of the length."""
+    def _spun(self, points: ComplexArray, moves: ComplexArray) -> ComplexArray:
+        """Derivatives (n, links) of the second point against the first, seen from the line."""
+        turning = self._kinematics.turning[:, self._base]
+        between = (points[:, 1] - points[:, 0])[:, None]
+        return np.asarray(moves[:, 1] - moves[:, 0] - 1j * between * turning)
+
+    def _rows(self, now: _Now) -> FloatArray:
+        """Derivatives (n, links) of the length."""
         points = self._points.places(now.places)
-        near, far = self._kinematics.moves(now.places, self._points.links, points)
-        spun = 1j * (points[1] - points[0]) * self._kinematics.turning[:, self._base]
-        return np.asarray((self._back(now) * (far - near - spun)).real)
+        moves = self._kinematics.moves(now.places, self._points.links, points)
+        return np.asarray((self._back(now)[:, None] * self._spun(points, moves)).real)
 
-    def _row_rate(self, now: _Now) -> FloatArray:
+    def _row_rates(self, now: _Now) -> FloatArray:
         """Time derivatives of those."""
-        rates = self._kinematics.rates(now.places, now.x, now.v)
-        points = self._points.places(now.places)
-        moving = self._points.rates(now.places, rates)
-        links, turning = self._points.links, self._kinematics.turning[:, self._base]
-        near, far = self._kinematics.moves(now.places, links, points)
-        near_rate, far_rate = self._kinematics.move_rates(now.places, rates, links, moving)
-        spun = far - near - 1j * (points[1] - points[0]) * turning
-        spun_rate = far_rate - near_rate - 1j * (moving[1] - moving[0]) * turning
-        spin = rates.angle[self._base]
-        return np.asarray((self._back(now) * (spun_rate - 1j * spin * spun)).real)
+        at, links = now.places, self._points.links
+        rates = self._kinematics.rates(at, now.x, now.v)
+        points, moving = self._points.places(at), self._points.rates(at, rates)
+        spun = self._spun(points, self._kinematics.moves(at, links, points))
+        changing = self._spun(moving, self._kinematics.move_rates(at, rates, links, moving))
+        spin = rates.angle[:, self._base, None]
+        return np.asarray((self._back(now)[:, None] * (changing - 1j * spin * spun)).real)
 
 
 class _Place:
