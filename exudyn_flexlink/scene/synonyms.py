@@ -92,6 +92,7 @@ OTHER_WORDS: dict[str, str] = {
     "closed": "cyclic periodic",
     # keys of the state at time 0, of the run and of its accuracy
     "positions": "position places q x",
+    "along": "displacements lengths slides",
     "angles": "angle phi theta rotations",
     "guesses": "guess initial_guess",
     "speeds": "omega angular_velocities angular_velocity angular_speeds rates",
