@@ -39,6 +39,7 @@ ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 SINGULAR = 1e2  # of residuals in dependent coordinates: accelerations lose its square in digits
+JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
 
 AT_DEAD_CENTRE = "a loop of joints is at a dead centre, where it can move in more than one way"
@@ -276,7 +277,10 @@ class ClosedCoordinates:
         # Near a dead centre dependent coordinates are known to so much only.
         blur = ROUNDING * self._size * float(self._gains.max())
         followed = np.concatenate([self._split.dependent, self._known])
-        return max(0.0, float(off[followed].max(initial=0.0)) - blur)
+        slip = max(0.0, float(off[followed].max(initial=0.0)) - blur)
+        if slip > JUMPED * self._size:
+            self._last = None  # shorter steps, guessed from this one, would go the same way
+        return slip
 
     def pushed(self, k: int, at: Held) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
