@@ -9,7 +9,6 @@ joints closes loops: those constraints tie coordinates of the tree to one anothe
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,26 +21,10 @@ from exudyn_flexlink.mechanism.model import (
     Pin,
     Slide,
     Slot,
-    Weld,
 )
+from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
 
 HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
-ROOT = -1
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link ROOT is the ground."""
-
-    link: int
-    x: float = 0.0
-    y: float = 0.0
-    angle: float = 0.0
-
-    def place(self, x: float, y: float) -> tuple[float, float]:
-        """Return a point of the frame in the link's axes."""
-        c, s = cos(self.angle), sin(self.angle)
-        return self.x + c * x - s * y, self.y + s * x + c * y
 
 
 @dataclass(frozen=True)
@@ -150,20 +133,16 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
     """Find the spanning tree of a mechanism."""
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
-        found = _driven_link(layout, motor)
+        if motor.slide:
+            found = slide_link(layout, motor.slide)
+        else:
+            found = hinge_between(layout, motor.first, motor.second)
         if found is None or found[0] in layout.motors:
             layout.closures.append(motor)
         else:
             layout.motors[found[0]] = (motor, found[1])
     _place_slots(layout, mechanism)
     return layout
-
-
-def _driven_link(layout: TreeLayout, motor: Motor) -> tuple[int, float] | None:
-    """Link whose coordinate a motor prescribes, with its sign; None if there is none."""
-    if motor.slide is None:
-        return hinge_between(layout, motor.first, motor.second)
-    return slide_link(layout, motor.slide)
 
 
 def slide_link(layout: TreeLayout, slide: Slide) -> tuple[int, float] | None:
@@ -195,7 +174,7 @@ class _Spanning:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.layout = TreeLayout()
-        self._groups = _groups(mechanism)
+        self._groups = weld_groups(mechanism)
         self._frames = {part: frame for group in self._groups for part, frame in group.items()}
         self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
         self._number = {part: k for k, group in enumerate(self._groups) for part in group}
@@ -248,7 +227,7 @@ class _Spanning:
             kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
             angle = back - own.angle
         self.layout.links.append(Link(parent, kind, (x, y), turn, self._carried(group)))
-        self._hang(group, _with_at_origin(at, link, angle))
+        self._hang(group, with_at_origin(at, link, angle))
 
     def _loose(self, mechanism: Mechanism) -> tuple[int, tuple[float, float]]:
         """Return a group that nothing holds, and the point of it that is best followed."""
@@ -275,47 +254,7 @@ class _Spanning:
             Link(count, ALONG_Y, (0.0, 0.0)),
             Link(count + 1, HINGE, (0.0, 0.0), 0.0, self._carried(group)),
         ]
-        self._hang(group, _with_at_origin(at, count + 2, 0.0))
-
-
-def _with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
-    """Axes, turned by `angle` in those of a link, whose point `at` is the link's origin."""
-    x, y = Frame(link, 0.0, 0.0, angle).place(*at)
-    return Frame(link, -x, -y, angle)
-
-
-def _groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
-    """Parts that are welded together, with frames in the axes of the first; the ground's first."""
-    left = [GROUND, *range(len(mechanism.parts))]
-    groups = []
-    while left:
-        group = {left[0]: Frame(ROOT)}
-        for weld, near in _welds_of(mechanism, left[0]):
-            first, second = weld.first, weld.second
-            here, there = (first, second) if near else (second, first)
-            turn = weld.angle if near else -weld.angle
-            angle = group[here.part].angle + turn
-            x, y = group[here.part].place(here.x, here.y)
-            back = _with_at_origin((there.x, there.y), ROOT, angle)
-            group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
-        groups.append(group)
-        left = [part for part in left if part not in group]
-    return groups
-
-
-def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
-    """Welds that join parts to `root`, nearest first; True where the first part is the nearer."""
-    known, found = {root}, []
-    grown = True
-    while grown:
-        grown = False
-        for weld in mechanism.welds:
-            first, second = weld.first.part in known, weld.second.part in known
-            if first != second:
-                found.append((weld, first))
-                known |= {weld.first.part, weld.second.part}
-                grown = True
-    return found
+        self._hang(group, with_at_origin(at, count + 2, 0.0))
 
 
 # --- slots --------------------------------------------------------------------------------------

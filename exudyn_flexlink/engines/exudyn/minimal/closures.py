@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.mechanism import Anchor, Motor, Pin, Slide, Slot
-from exudyn_flexlink.mechanism.tree import Closure, Frame, TreeLayout
+from exudyn_flexlink.mechanism.tree import Closure, TreeLayout
+from exudyn_flexlink.mechanism.weld_groups import Frame
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism import Anchor, Assembly
-from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, ROOT, TreeLayout
+from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, TreeLayout
+from exudyn_flexlink.mechanism.weld_groups import ROOT
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.exudyn.circles import Between, Circles
 from exudyn_flexlink.engines.exudyn.faces import Touch, distance_from_ends
 from exudyn_flexlink.mechanism import Anchor, CircleContact, Contact, FaceContact, face_length
-from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, ROOT, Frame, TreeLayout
+from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
+from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float]

@@ -1,0 +1,65 @@
+"""Parts that are welded together, and where each is in the axes of its group."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, sin
+
+from exudyn_flexlink.mechanism.model import GROUND, Mechanism, Weld
+
+ROOT = -1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link ROOT is the ground."""
+
+    link: int
+    x: float = 0.0
+    y: float = 0.0
+    angle: float = 0.0
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Return a point of the frame in the link's axes."""
+        c, s = cos(self.angle), sin(self.angle)
+        return self.x + c * x - s * y, self.y + s * x + c * y
+
+
+def with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
+    """Axes, turned by `angle` in those of a link, whose point `at` is the link's origin."""
+    x, y = Frame(link, 0.0, 0.0, angle).place(*at)
+    return Frame(link, -x, -y, angle)
+
+
+def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
+    """Parts that are welded together, with frames in the axes of the first; the ground's first."""
+    left = [GROUND, *range(len(mechanism.parts))]
+    groups = []
+    while left:
+        group = {left[0]: Frame(ROOT)}
+        for weld, near in _welds_of(mechanism, left[0]):
+            first, second = weld.first, weld.second
+            here, there = (first, second) if near else (second, first)
+            turn = weld.angle if near else -weld.angle
+            angle = group[here.part].angle + turn
+            x, y = group[here.part].place(here.x, here.y)
+            back = with_at_origin((there.x, there.y), ROOT, angle)
+            group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
+        groups.append(group)
+        left = [part for part in left if part not in group]
+    return groups
+
+
+def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
+    """Welds that join parts to `root`, nearest first; True where the first part is the nearer."""
+    known, found = {root}, []
+    grown = True
+    while grown:
+        grown = False
+        for weld in mechanism.welds:
+            first, second = weld.first.part in known, weld.second.part in known
+            if first != second:
+                found.append((weld, first))
+                known |= {weld.first.part, weld.second.part}
+                grown = True
+    return found
