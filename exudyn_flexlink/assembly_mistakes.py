@@ -12,10 +12,12 @@ from exudyn_flexlink.mechanism import (
     Channel,
     CircleContact,
     Contact,
+    FaceContact,
     Mechanism,
     always_redundant,
     anchor_position,
     approach,
+    contact_length,
     face_length,
     formulation,
     on_the_contact,
@@ -149,8 +151,9 @@ def _deepest_start(contact: Contact) -> tuple[float, str]:
     """Penetration (m) from which on a start is no slip, and what to do about one that is."""
     if isinstance(contact, CircleContact):
         return inf, "move one of the bodies, or make a radius smaller"
+    what = "line" if isinstance(contact, FaceContact) else "curve"
     # Farther behind than the face is long, it is beside it and may come round its end.
-    return face_length(contact), "move the body away, or choose the other 'side' of the line"
+    return contact_length(contact), f"move the body away, or choose the other 'side' of the {what}"
 
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:

@@ -1,6 +1,7 @@
 """Plane curves for slot joints: arcs, lines, splines, joined pieces, other curves each lap."""
 
 from exudyn_flexlink.curves.base import Curve, CurveError, Knots
+from exudyn_flexlink.curves.closest import Closest
 from exudyn_flexlink.curves.joined import Joined, Laps, lap_number, pieces_of_laps
 from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegment
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
@@ -10,6 +11,7 @@ from exudyn_flexlink.curves.spline import Spline, SplinePiece
 __all__ = [
     "Arc",
     "CircleArc",
+    "Closest",
     "Curve",
     "CurveError",
     "EllipseArc",

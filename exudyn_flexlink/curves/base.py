@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from exudyn_flexlink.curves import feet
+from exudyn_flexlink.curves.arc_length import ArcLength
 
 FloatArray = NDArray[np.float64]
 
@@ -183,6 +184,15 @@ class Curve(ABC):
         if near is not None:
             return feet.descend(self, target, float(near))
         return float(feet.candidates(self, target)[0])
+
+    def closest(self, points: FloatArray) -> FloatArray:
+        """Parameters (...) of the places closest to points (..., 2), in the parameter range."""
+        return feet.closest(self, points)
+
+    @cached_property
+    def arc_length(self) -> ArcLength:
+        """Lengths along it."""
+        return ArcLength(self)
 
     def distance(self, point: ArrayLike) -> float:
         """Distance in m of ``point`` (2,) from the curve."""

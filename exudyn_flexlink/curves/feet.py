@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 MOST_CANDIDATES = 16
+AT_ONCE = 4096  # points whose distances from all samples are held in memory together
+ROUNDS = 60  # of halving: to rounding
 
 
 def candidates(curve: Curve, target: FloatArray) -> FloatArray:
@@ -30,6 +32,43 @@ def candidates(curve: Curve, target: FloatArray) -> FloatArray:
     feet = curve.wrap(np.array(found))
     distances = np.linalg.norm(curve.point(feet) - target, axis=1)
     return np.asarray(feet[np.argsort(distances, kind="stable")])
+
+
+def closest(curve: Curve, targets: FloatArray) -> FloatArray:
+    """Parameters (...) of the places next to `targets` (..., 2), in the parameter range."""
+    points = targets.reshape(-1, 2)
+    found = [_closest(curve, points[i : i + AT_ONCE]) for i in range(0, len(points), AT_ONCE)]
+    return np.concatenate([np.empty(0), *found]).reshape(targets.shape[:-1])
+
+
+def _closest(curve: Curve, targets: FloatArray) -> FloatArray:
+    """Zero of g between the neighbours of the nearest sample: Newton, halves where it goes astray.
+
+    An end of an open curve where g has one sign only.
+    """
+    grid, points = curve.samples
+    away = targets[:, None] - points
+    i = np.argmin(np.sum(away * away, axis=-1), axis=1)
+    u, last = grid[i], len(grid) - 1
+    if curve.closed:  # its last sample is the first one again
+        low = np.where(i > 0, grid[i - 1], grid[-2] - curve.period)
+        high = np.where(i < last, grid[np.minimum(i + 1, last)], grid[1] + curve.period)
+    else:
+        low, high = grid[np.maximum(i - 1, 0)], grid[np.minimum(i + 1, last)]
+    for _ in range(ROUNDS):
+        place, first, second = curve.derivatives(u)
+        away = place - targets
+        g = np.sum(away * first, axis=-1)
+        growth = np.sum(first * first, axis=-1) + np.sum(away * second, axis=-1)
+        low, high = np.where(g < 0, u, low), np.where(g < 0, high, u)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            following = u - g / growth
+        inside = (growth > 0) & (low <= following) & (following <= high)
+        following = np.where(inside, following, 0.5 * (low + high))
+        if np.all(abs(following - u) <= 1e-15 * np.maximum(abs(u), curve.period)):
+            return curve.wrap(following)
+        u = following
+    return curve.wrap(u)
 
 
 def _sampled_minima(curve: Curve, distance: FloatArray, points: FloatArray) -> NDArray[np.intp]:

@@ -106,7 +106,7 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
             torque_of(bodies, n, d) for n, d in drives if isinstance(d, TorqueDrive)
         ),
         forces=tuple(force_of(bodies, n, d) for n, d in drives if isinstance(d, ForceDrive)),
-        contacts=tuple(contact_of(bodies, n, c) for n, c in scene.contacts.items()),
+        contacts=tuple(contact_of(bodies, n, c, curves) for n, c in scene.contacts.items()),
         bearings=tuple(
             _bearing(bodies, n, j, j.law)
             for n, j in joints

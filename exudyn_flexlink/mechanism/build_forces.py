@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import hypot, pi
 
 from exudyn_flexlink import scene
+from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_laws import friction_of, law_of
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     CircleContact,
     Contact,
+    CurveContact,
     FaceContact,
     LinearSpring,
     RotarySpring,
 )
 from exudyn_flexlink.scene import (
     CircleOnCircle,
-    PointOnLine,
+    PointOnCurve,
     RevoluteJoint,
     TorsionalSpring,
 )
@@ -54,8 +57,10 @@ def linear_spring_of(bodies: Bodies, name: str, spec: scene.LinearSpring) -> Lin
     return LinearSpring(name, first, second, stiffness, damping, length, along_slide=True)
 
 
-def contact_of(bodies: Bodies, name: str, contact: PointOnLine | CircleOnCircle) -> Contact:
-    """Return a point and a face, or two circles, that may strike each other."""
+def contact_of(
+    bodies: Bodies, name: str, contact: scene.Contact, curves: Mapping[str, Curve]
+) -> Contact:
+    """Return a point and a face or a curve, or two circles, that may strike each other."""
     if isinstance(contact, CircleOnCircle):
         first, second = contact.inner_and_outer
         return CircleContact(
@@ -64,6 +69,17 @@ def contact_of(bodies: Bodies, name: str, contact: PointOnLine | CircleOnCircle)
             bodies.anchor(second.at, second.place),
             (first.radius, second.radius),
             second.inside,
+            law_of(contact.law),
+            friction_of(contact.law),
+        )
+    if isinstance(contact, PointOnCurve):
+        return CurveContact(
+            name,
+            bodies.anchor(contact.point),
+            curves[contact.curve],
+            bodies.carrier(contact.curve),
+            1.0 if contact.side == "left" else -1.0,
+            contact.radius,
             law_of(contact.law),
             friction_of(contact.law),
         )

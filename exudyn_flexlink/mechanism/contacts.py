@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity, angle_of
+from exudyn_flexlink.mechanism.kinematics import (
+    anchor_position,
+    anchor_velocity,
+    angle_of,
+    seen_from,
+    turned,
+)
 from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
     CircleContact,
     Contact,
+    CurveContact,
     FaceContact,
     Mechanism,
 )
@@ -27,10 +35,10 @@ class Approach:
     """How near a contact is; arrays of one shape.
 
     `gap` (m) is positive while apart, `gap_rate` (m/s) its derivative by time. `place` (m) counts
-    along the face from its start, or around the second circle from the x-axis of its part. `slip`
-    (m/s) is the speed of the first part's material against that of the second. `normal` (..., 2)
-    is the direction in which the contact pushes the first part, `along` (..., 2) that of places
-    and slip.
+    along the face or the curve from its start, or around the second circle from the x-axis of its
+    part. `slip` (m/s) is the speed of the first part's material against that of the second.
+    `normal` (..., 2) is the direction in which the contact pushes the first part, `along` (..., 2)
+    that of places and slip.
     """
 
     gap: FloatArray
@@ -46,9 +54,17 @@ def face_length(contact: FaceContact) -> float:
     return float(np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y))
 
 
+def contact_length(contact: Contact) -> float:
+    """Length of what is struck, m: a face or a curve; infinite if it has no ends."""
+    if isinstance(contact, CircleContact):
+        return inf
+    return contact.length if isinstance(contact, CurveContact) else face_length(contact)
+
+
 def on_the_contact(contact: Contact, place: float) -> bool:
-    """Tell whether a place is one where the contact can act: circles have no ends."""
-    return isinstance(contact, CircleContact) or 0 <= place <= face_length(contact)
+    """Tell whether a place is one where the contact can act: what is closed has no ends."""
+    length = contact_length(contact)
+    return length == inf or 0 <= place <= length
 
 
 def swing_times(mechanism: Mechanism) -> dict[str, float]:
@@ -87,6 +103,8 @@ def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
     """Gap, place, rates and directions at coordinates and velocities (..., parts, 3)."""
     if isinstance(contact, CircleContact):
         return _of_circles(contact, q, v)
+    if isinstance(contact, CurveContact):
+        return _of_curve(contact, q, v)
     return _of_face(contact, q, v)
 
 
@@ -130,6 +148,35 @@ def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approac
     turned = np.arctan2(outward[..., 1], outward[..., 0]) - angle_of(contact.second.part, q)
     place = edge * np.mod(turned, 2 * np.pi)
     return Approach(gap, place, gap_rate, slip, way * outward, along)
+
+
+def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
+    """The gap is the distance from the closest place; an open curve goes on straight on."""
+    curve, carrier, side = contact.curve, contact.carrier, contact.side
+    position = anchor_position(contact.point, q)
+    point = seen_from(carrier, position, q)
+    u = curve.closest(point)
+    tangent = curve.tangent(u)
+    between = point - curve.point(u)
+    left = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
+    gap = side * np.sum(left * between, axis=-1) - contact.radius
+    place = curve.arc_length.to(u) + np.sum(tangent * between, axis=-1)
+    angle = angle_of(carrier, q)
+    along, normal = turned(tangent, angle), side * turned(left, angle)
+    relative = anchor_velocity(contact.point, q, v) - _carried(carrier, position, q, v)
+    first, second = (angle_of(part, v) for part in contact.parts)
+    # The roller turns under the place itself.
+    slip = np.sum(along * relative, axis=-1) + side * contact.radius * (first - second)
+    return Approach(gap, place, np.sum(normal * relative, axis=-1), slip, normal, along)
+
+
+def _carried(part: int, position: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Velocity (..., 2) of a part's material at places (..., 2) of the ground."""
+    if part == GROUND:
+        return np.zeros_like(position)
+    arm, pose_rate = position - q[..., part, :2], v[..., part, :]
+    across = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+    return np.asarray(pose_rate[..., :2] + pose_rate[..., 2:] * across)
 
 
 def _direction(between: FloatArray, relative: FloatArray) -> tuple[FloatArray, FloatArray]:

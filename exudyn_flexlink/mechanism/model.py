@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
 
 GROUND = -1
+MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
 
 
 @dataclass(frozen=True)
@@ -256,7 +258,42 @@ class CircleContact:
         return (self.first,), (self.second,)
 
 
-Contact = FaceContact | CircleContact
+@dataclass(frozen=True)
+class CurveContact:
+    """An anchor that cannot cross a curve in the axes of the part `carrier`, GROUND: fixed.
+
+    `side` is +1 if the free side is left of the curve, in the direction of its parameter, -1 if
+    right. A `radius` (m) is that of a roller around the anchor.
+    """
+
+    name: str
+    point: Anchor
+    curve: Curve
+    carrier: int
+    side: float
+    radius: float
+    law: RestitutionPenalty | Impulse
+    friction: Friction | None = None
+
+    @property
+    def length(self) -> float:
+        """Length of the curve, m; infinite if closed: it has no ends."""
+        return inf if self.curve.closed else self.curve.arc_length.whole
+
+    @property
+    def parts(self) -> tuple[int, int]:
+        """Part that the contact pushes, and the one that it pushes back."""
+        return self.point.part, self.carrier
+
+    @property
+    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+        """Anchors of both parts between which the contact may push: some along the curve."""
+        points = self.curve.samples[1]
+        along = points[:: max(1, len(points) // MOST_ANCHORS)].tolist()
+        return (self.point,), tuple(Anchor(self.carrier, x, y) for x, y in along)
+
+
+Contact = FaceContact | CircleContact | CurveContact
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,13 @@ from exudyn_flexlink.scene.bodies import (
     RoundSection,
     Section,
 )
-from exudyn_flexlink.scene.contacts import Circle, CircleOnCircle, Contact, PointOnLine
+from exudyn_flexlink.scene.contacts import (
+    Circle,
+    CircleOnCircle,
+    Contact,
+    PointOnCurve,
+    PointOnLine,
+)
 from exudyn_flexlink.scene.curve_specs import (
     CircleSpec,
     CurveSpec,
@@ -97,6 +103,7 @@ __all__ = [
     "MotionDrive",
     "Outputs",
     "Part",
+    "PointOnCurve",
     "PointOnLine",
     "PointsJoint",
     "PrismaticJoint",

@@ -6,12 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from exudyn_flexlink.quantities import PositiveLength
+from exudyn_flexlink.quantities import NonNegativeLength, PositiveLength
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
     Flag,
     MovingPointName,
+    Name,
     Part,
     Point,
     PointName,
@@ -136,4 +137,38 @@ class CircleOnCircle(Part):
         return self
 
 
-Contact = Annotated[PointOnLine | CircleOnCircle, ByType()]
+class PointOnCurve(Part):
+    """A point of a body, or a roller around it, can't cross a curve."""
+
+    type: Literal["point_on_curve"] = "point_on_curve"
+    point: MovingPointName = Field(description="point 'body.point' that strikes")
+    curve: Name = Field(description="name of the curve; 'on' a body it moves with that")
+    side: Literal["left", "right"] = Field(
+        "left",
+        description="which side of the curve is free, seen along it; left of an arc is inside",
+    )
+    radius: NonNegativeLength = Field(0.0, description="of a roller around the point; 0: none")
+    law: Law = Field(description="force of the contact, or its impulse")
+
+    @property
+    def striking(self) -> str:
+        """Point that strikes, 'body.point'."""
+        return self.point
+
+    @property
+    def struck(self) -> str | None:
+        """None: what carries a curve is no lever that is there to be struck."""
+        return None
+
+    @property
+    def points(self) -> tuple[tuple[tuple[str | int, ...], str], ...]:
+        """All points it refers to, with the keys under which they stand."""
+        return ((("point",), self.point),)
+
+    def __str__(self) -> str:
+        """Say what meets what, in the words of a report."""
+        what = f"roller around {self.point}" if self.radius > 0 else self.point
+        return f"{what} on the curve {self.curve}"
+
+
+Contact = Annotated[PointOnLine | CircleOnCircle | PointOnCurve, ByType()]

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from exudyn_flexlink.scene.base import GROUND, split_point
 from exudyn_flexlink.scene.bodies import FlexibleBody
+from exudyn_flexlink.scene.contacts import PointOnCurve
+from exudyn_flexlink.scene.curve_specs import LapsSpec
 from exudyn_flexlink.scene.forces import LinearSpring
 from exudyn_flexlink.scene.joints import PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
@@ -57,3 +59,16 @@ def contacts(look: Lookup) -> Iterator[Mistake]:
             yield Mistake(("contacts", name), message, "give it another name", on_key=True)
         for keys, text in contact.points:
             yield from look.point(("contacts", name, *keys), text)
+        if isinstance(contact, PointOnCurve):
+            yield from _on_curve(look, ("contacts", name), contact)
+
+
+def _on_curve(look: Lookup, path: KeyPath, contact: PointOnCurve) -> Iterator[Mistake]:
+    """Refuse a curve that is none, or one that nothing can strike."""
+    yield from look.missing((*path, "curve"), "curves", contact.curve)
+    curve = look.get("curves", contact.curve)
+    if isinstance(curve, LapsSpec):
+        hint = "name one of them"
+        yield Mistake((*path, "curve"), f"'{contact.curve}' is another curve in each lap", hint)
+    if curve is not None and curve.on == split_point(contact.point)[0]:
+        yield Mistake((*path, "point"), f"is on '{curve.on}', which carries the curve")

@@ -235,7 +235,7 @@ def _face(contact: Contact, rods: tuple[int, ...], levers: tuple[Pivot, ...]) ->
     """Read a contact as a point of the link and a face of a lever."""
     if not isinstance(contact, FaceContact):
         raise NotRepresentableError(
-            ("contacts", contact.name), "the Lagrangian engine has points on lines, no circles"
+            ("contacts", contact.name), "the Lagrangian engine has points on lines alone"
         )
     if contact.point.part not in rods or contact.point.y != 0.0:
         raise NotRepresentableError(

@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.shapes import Look, Vector, add_force, shape_of
+from exudyn_flexlink.engines.exudyn.minimal.shapes import (
+    Look,
+    OnCurve,
+    Vector,
+    add_force,
+    shape_of,
+)
 from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
@@ -53,6 +59,19 @@ class MinimalContact:
 
     def _look(self, x: FloatArray, v: FloatArray) -> Look:
         return self._shape.look(x.tolist(), v.tolist())
+
+    @property
+    def along_curve(self) -> OnCurve | None:
+        """Its shape, if it presses on a curve along whose pieces it is followed."""
+        return self._shape if self.acts and isinstance(self._shape, OnCurve) else None
+
+    def follow(self, x: FloatArray) -> None:
+        """Take up a state in which the contact goes on, begins or ends."""
+        if isinstance(self._shape, OnCurve):
+            if self.acts:
+                self._shape.follow(x.tolist())
+            else:
+                self._shape.free()
 
     def left_since(self, touch: Touch) -> float:
         """Time (s) since a point that presses slid off the end of its face; negative: until then.

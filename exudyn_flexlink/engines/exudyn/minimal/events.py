@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
 )
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import NOTHING, Event, fall, farthest, first_fall, zero
@@ -28,6 +29,7 @@ Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
+NEAR_SEAM = 1e-9  # likewise, where pieces may meet at an angle within typed decimals
 SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it
 
 
@@ -41,6 +43,13 @@ class PieceEnd(NamedTuple):
     """The point of slot number k comes to the end of its piece (way 1) or to its start (-1)."""
 
     slot: int
+    way: int
+
+
+class CurvePieceEnd(NamedTuple):
+    """What presses on a curve comes to the end of a piece of it (way 1), or to its start (-1)."""
+
+    contact: int
     way: int
 
 
@@ -62,6 +71,7 @@ class Finder:
     ) -> None:
         self.model, self.goal = model, goal
         self.touches = [contact.touch(x, v) for contact in model.contacts]
+        self.x = x
         self.walls = WallWatch(model.walls, x, v) if model.walls.contacts else None
         self._looks: dict[float, Held] = {}  # within the present step
         self._ahead: tuple[Held, list[Touch]] | None = None  # at the end of the last step looked at
@@ -70,17 +80,19 @@ class Finder:
         """Take the coordinates at the end of a step."""
         if self.walls is not None:
             self.walls.accept(end)
-        before, h = self.touches, step.h
+        before, h, self.x = self.touches, step.h, end.x
         self.touches = self._at_end(end)
         for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
             touch.gap_bend = (touch.gap_rate - old.gap_rate) / h
             if not contact.acts and touch.inside < 0:
                 contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
+            contact.follow(end.x)
 
     def first(self, step: Step, end: Held) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
         found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
+        found += self._ends_of_struck_pieces(step, end)
         if self.walls is not None and (touched := self.walls.first(step, end)) is not None:
             found.append(Event(touched[0], WallChange(touched[1]), bends=True))
         if self.goal is not None and self.goal(end.x) < 0:
@@ -125,6 +137,24 @@ class Finder:
     def _on_piece(self, step: Step, k: int, way: int, t: float) -> float:
         """How far a slot's point is from the end of its piece (way 1) or from its start (-1)."""
         left = self.model.coordinates.points[k].left(float(self._at(step, t).places[k]))
+        return left[0] if way == 1 else left[1]
+
+    def _ends_of_struck_pieces(self, step: Step, end: Held) -> list[Event]:
+        """As `_ends_of_pieces`, of curves that contacts press on."""
+        found = []
+        for k, contact in enumerate(self.model.contacts):
+            shape = contact.along_curve
+            if shape is None:
+                continue
+            ahead, behind = shape.left(end.x.tolist())
+            if min(ahead, behind) < -NEAR_SEAM:
+                way = 1 if ahead < behind else -1
+                left = partial(self._on_struck_piece, step, shape, way)
+                found.append(Event(fall(left, step.t, step.end), CurvePieceEnd(k, way)))
+        return found
+
+    def _on_struck_piece(self, step: Step, shape: OnCurve, way: int, t: float) -> float:
+        left = shape.left(self._at(step, t).x.tolist())
         return left[0] if way == 1 else left[1]
 
     # --- contacts -----------------------------------------------------------------------------

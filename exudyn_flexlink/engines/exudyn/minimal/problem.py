@@ -26,6 +26,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
+    CurvePieceEnd,
     Finder,
     Goal,
     PieceEnd,
@@ -278,6 +279,10 @@ class MinimalProblem:
             if not guide.next_piece(event.what.way, event.time):
                 self.stop_reason = f"the point of slot '{guide.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
+        elif isinstance(event.what, CurvePieceEnd):
+            shape = self.model.contacts[event.what.contact].along_curve
+            assert shape is not None  # what does not press comes to no end
+            shape.next_piece(event.what.way)
         elif isinstance(event.what, WallChange):
             assert self._finder.walls is not None
             self._change_walls(self._finder.walls, event.time, event.what.pair)
@@ -314,6 +319,7 @@ class MinimalProblem:
             off = touch.inside < min(-touch.gap, 1e-9)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch)
+        contact.follow(self._finder.x)
 
     def _change_walls(self, walls: WallWatch, time: float, first: int | None = None) -> None:
         """Let a pair of link and guide, if any, begin or cease to press, and others that do so."""

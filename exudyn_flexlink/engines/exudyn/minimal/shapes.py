@@ -1,20 +1,28 @@
 """Where a contact of the tree is, in which directions it acts, and on which links.
 
-A shape is a point against a face, or two circles. It tells gap, place and slip; laws, states and
-events are the same for all shapes (see `contacts`).
+A shape is a point against a face or a curve, or two circles. It tells gap, place and slip; laws,
+states and events are the same for all shapes (see `contacts`).
 """
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import cos, hypot, inf, pi, sin
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.curves import Closest
 from exudyn_flexlink.engines.exudyn.circles import Between, Circles
 from exudyn_flexlink.engines.exudyn.faces import Touch, distance_from_ends
-from exudyn_flexlink.mechanism import Anchor, CircleContact, Contact, FaceContact, face_length
+from exudyn_flexlink.mechanism import (
+    Anchor,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+    face_length,
+)
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame
 
@@ -47,7 +55,7 @@ class Shape(Protocol):
     """What meets what; both may be anywhere in the tree, or on the ground."""
 
     length: float
-    """Of the face, or around the second circle, m."""
+    """Of the face or the curve, or around the second circle, m."""
 
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
@@ -60,6 +68,8 @@ def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
     """Return the shape of a contact."""
     if isinstance(contact, CircleContact):
         return _Circles(layout, contact)
+    if isinstance(contact, CurveContact):
+        return OnCurve(layout, contact)
     return _Face(layout, contact)
 
 
@@ -139,6 +149,107 @@ class _Circles:
         (nx, ny), (tx, ty) = look.normal, look.along
         past = tx * (pu - su) + ty * (pv - sv)
         return nx * (ax - bx) + ny * (ay - by) + look.bend * past * past
+
+
+class OnCurve:
+    """A point, or a roller around it, against a curve.
+
+    Apart from the curve its closest place counts. What presses is followed along one smooth piece,
+    which goes on beyond its ends until a step has ended there: so the equations stay smooth.
+    """
+
+    def __init__(self, layout: TreeLayout, contact: CurveContact) -> None:
+        self._curve, self._closest = contact.curve, Closest(contact.curve)
+        self._arc = contact.curve.arc_length
+        self.length = self._arc.whole
+        self._side, self._radius = contact.side, contact.radius
+        self._point = _Carrier(layout, contact.point)
+        self._origin = _Carrier(layout, Anchor(contact.carrier, 0.0, 0.0))
+        self._turned = layout.frame(contact.carrier).angle
+        self._held: tuple[int, float] | None = None  # piece and place where the last step ended
+
+    def look(self, x: list[float], v: list[float]) -> Look:
+        """Look at coordinates and speeds of the tree."""
+        (px, py), (pu, pv), (_, spin), first = self._point.state(x, v)
+        (sx, sy), (su, sv), (angle, turning), second = self._origin.state(x, v)
+        c, s = cos(angle + self._turned), sin(angle + self._turned)
+        rx, ry = px - sx, py - sy
+        ox, oy = c * rx + s * ry, c * ry - s * rx
+        piece, u = self._place(ox, oy)
+        fx, fy, dx, dy, ddx, ddy = self._closest.at[piece](u)
+        speed = hypot(dx, dy)
+        ex, ey = dx / speed, dy / speed
+        lateral, beyond = ex * (oy - fy) - ey * (ox - fx), ex * (ox - fx) + ey * (oy - fy)
+        bend, side = 0.0, self._side
+        if self._held is not None:
+            curvature = (dx * ddy - dy * ddx) / speed**3
+            bend = -side * curvature / (1 - curvature * lateral)
+        tx, ty = c * ex - s * ey, s * ex + c * ey
+        nx, ny = -side * ty, side * tx
+        ux, uy = pu - su + turning * ry, pv - sv - turning * rx
+        place = self._along(piece, u) + beyond
+        touch = Touch(
+            side * lateral - self._radius,
+            place,
+            nx * ux + ny * uy,
+            tx * ux + ty * uy + side * self._radius * (spin - turning),
+            side,
+            inf if self._curve.closed else distance_from_ends(place, self.length),
+        )
+        # A roller is rubbed at its edge.
+        at = px - self._radius * nx, py - self._radius * ny
+        return Look(touch, (nx, ny), (tx, ty), at, first, second, ((px, py), (px, py)), bend)
+
+    def follow(self, x: list[float]) -> None:
+        """Follow the point from here on along the piece where it is."""
+        at = self._seen(x)
+        if self._held is None:
+            self._held = self._closest.on_curve(*at)
+        else:
+            self._held = self._held[0], self._closest.on_piece(self._held[0], *at, self._held[1])
+
+    def free(self) -> None:
+        """Let the closest place count again."""
+        self._held = None
+
+    def left(self, x: list[float]) -> tuple[float, float]:
+        """How far the point's place is from the end and the start of the piece; inf of the last."""
+        assert self._held is not None  # only what presses comes to a piece's end
+        number = self._held[0]
+        u = self._closest.on_piece(number, *self._seen(x), self._held[1])
+        piece, last = self._curve.pieces[number], len(self._curve.pieces) - 1
+        closed = self._curve.closed and last > 0  # a piece that is closed by itself is smooth
+        ahead = piece.end - u if closed or number < last else inf
+        return ahead, (u - piece.start if closed or number > 0 else inf)
+
+    def next_piece(self, way: int) -> None:
+        """Go on along the next piece (way 1), or the one before (-1)."""
+        assert self._held is not None  # only what presses comes to a piece's end
+        number = (self._held[0] + way) % len(self._curve.pieces)
+        piece = self._curve.pieces[number]
+        self._held = number, piece.start if way > 0 else piece.end
+
+    def _seen(self, x: list[float]) -> Vector:
+        """Where the point is in the curve's axes."""
+        still = [0.0] * len(x)
+        (px, py), _, _, _ = self._point.state(x, still)
+        (sx, sy), _, (angle, _), _ = self._origin.state(x, still)
+        c, s, rx, ry = cos(angle + self._turned), sin(angle + self._turned), px - sx, py - sy
+        return c * rx + s * ry, c * ry - s * rx
+
+    def _place(self, x: float, y: float) -> tuple[int, float]:
+        if self._held is None:
+            return self._closest.on_curve(x, y)
+        piece, near = self._held
+        return piece, self._closest.on_piece(piece, x, y, near)
+
+    def _along(self, piece: int, u: float) -> float:
+        """Length along the curve to a place."""
+        curve = self._curve
+        whole = float(curve.breaks[piece]) + u - curve.pieces[piece].start
+        if curve.closed:
+            whole = curve.start + (whole - curve.start) % curve.period
+        return float(self._arc.to(np.asarray(whole)))
 
 
 def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector) -> None:

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import (
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import CircleContact, Contact, FaceContact, Resolution
+from exudyn_flexlink.mechanism import CircleContact, FaceContact, Resolution
 
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
@@ -38,7 +38,7 @@ class ContactItem:
     def __init__(
         self,
         system: System,
-        contact: Contact,
+        contact: FaceContact | CircleContact,
         index: int,
         resolution: Resolution,
         log: ContactLog,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
@@ -31,6 +32,7 @@ from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
     Contact,
+    CurveContact,
     Mechanism,
     Resolution,
     end_of_run,
@@ -63,7 +65,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     """Build the system, the loop and what records it.
 
     Raises:
-        NotRepresentableError: the scene asks for a beam that can't be.
+        NotRepresentableError: the scene asks for a beam that can't be, or has a contact on a curve.
 
     """
     end = end_of_run(scene, assembly.mechanism)
@@ -107,6 +109,9 @@ def _contact_items(
     contacts = []
     for i, contact in enumerate(assembly.mechanism.touching):
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        if isinstance(contact, CurveContact):
+            message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
+            raise NotRepresentableError(("contacts", contact.name), message)
         half = system.coordinates.half_period(contact)
         resolution = resolution_of_strike(half, contact.law, asked)
         contacts.append(ContactItem(system, contact, i, resolution, log))

@@ -1,0 +1,276 @@
+"""Points and rollers on curves that they can't cross: closed forms, and equations by hand."""
+
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import ellipk
+from test_physics_tools import scene, total_energy, where
+
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+
+G = 9.81
+
+
+def alone(text, *settings):
+    """Result of a run by itself, without a neighbour that measures its error."""
+    result = simulate(scene(text, *settings), measure=False)
+    assert result.outcome.completed, result.outcome
+    return result
+
+
+# --- a ball on a floor ------------------------------------------------------------------------
+
+FLOOR = """
+curves: {{floor: {{type: line, from: [-1, 0], to: [1, 0]}}}}
+bodies:
+  ball: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{c: [0, 0]}}}}
+  ground_plate: {{type: rigid, mass: 1, inertia: 1, points: {{a: [-1, 0], b: [1, 0]}}}}
+joints: {{bolts: {{type: weld, points: [ground, ground_plate.a], at: [-1, 0]}}}}
+contacts:
+  floor: {{{shape}, law: {{stiffness: 1.0e6, restitution: 0.8, friction: 0.2}}}}
+gravity: [0, -9.81]
+initial: {{positions: {{ball: [0, 1]}}, velocities: {{ball: [0.3, 0]}}, speeds: {{ball: 3}}}}
+run: {{duration: 1.2}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+ON_CURVE = "type: point_on_curve, point: ball.c, curve: floor, side: left"
+ON_LINE = "type: point_on_line, point: ball.c, line: [ground_plate.a, ground_plate.b]"
+
+
+def test_a_ball_bounces_on_a_straight_curve_as_on_a_line():
+    """First touch by free fall; the rest as with another shape of contact."""
+    curve, line = (alone(FLOOR.format(shape=shape)) for shape in (ON_CURVE, ON_LINE))
+    first = next(iter(curve.intervals["floor"]))
+    assert first.begin == pytest.approx(sqrt(2 / G), abs=1e-12)
+    assert first.approach_speed == pytest.approx(sqrt(2 * G), abs=1e-11)
+    one, other = curve.intervals["floor"], line.intervals["floor"]
+    assert len(one) == len(other) > 1
+    for name in ("begin", "end", "place", "end_place", "impulse", "penetration"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-6)
+    np.testing.assert_allclose(where(curve, "ball.c")[-1], where(line, "ball.c")[-1], atol=1e-8)
+    np.testing.assert_allclose(curve.poses[-1, 0, 2], line.poses[-1, 0, 2], atol=1e-12)
+
+
+# --- a bead in a hoop -------------------------------------------------------------------------
+
+HOOP = """
+curves: {{hoop: {{{curve}}}, lower: {{type: circle, centre: [0, 0], radius: 0.5, from: {low}, to: {high}}}}}
+bodies: {{bead: {{type: rigid, mass: 2, inertia: 1.0e-3, points: {{c: [0, 0]}}}}{carrier}}}
+{joints}
+contacts:
+  hoop: {{type: point_on_curve, point: bead.c, curve: hoop, law: {{stiffness: {k}, restitution: 1}}}}
+gravity: [0, -9.81]
+initial: {{positions: {{bead: [{x}, {y}]}}}}
+run: {{duration: {duration}}}
+accuracy: {{tolerance: {tolerance}}}
+"""
+CIRCLE = "type: circle, centre: [0, 0], radius: 0.5"
+HALVES = "type: joined, pieces: [{type: circle, centre: [0, 0], radius: 0.5, from: -170 deg, to: -60 deg}, lower]"
+PLATE = ", plate: {type: rigid, mass: 1, inertia: 1, points: {a: [0.1, 0.2]}}"
+BOLT = "joints: {bolt: {type: weld, points: [ground, plate.a], at: [0.3, 0.3], angle: 30 deg}}"
+
+
+def bead(angle, duration, *, k=1e7, curve=CIRCLE, carrier="", joints="", at=(0, 0), tolerance=1e-8):
+    """Scene of a bead in a hoop of radius 0.5 m around `at`, from rest by its angle from below."""
+    return HOOP.format(curve=curve, carrier=carrier, joints=joints, k=k, duration=duration,
+                       low=-pi / 3, high=2.9, x=at[0] + 0.5 * sin(angle),
+                       y=at[1] - 0.5 * cos(angle), tolerance=tolerance)  # fmt: skip
+
+
+def test_a_bead_that_slides_down_a_hoop_swings_like_a_pendulum():
+    """From the horizontal, where nothing presses, with the elliptic period and no loss."""
+    quarter = sqrt(0.5 / G) * ellipk(0.5)
+    result = alone(bead(pi / 2, 2.1 * quarter))
+    energy = total_energy(result)
+    assert abs(energy - energy[0]).max() < 1e-7
+    x = where(result, "bead.c")[:, 0]
+    i = int(np.flatnonzero(x < 0)[0])
+    below = result.time[i - 1] + x[i - 1] / (x[i - 1] - x[i]) * np.diff(result.time[i - 1 : i + 1])
+    # The hoop gives way by a few parts in a million: so much longer is the pendulum.
+    assert below == pytest.approx(quarter, rel=2e-5)
+    bottom = int(np.argmin(abs(x)))
+    assert result.contacts["hoop"].force[bottom] == pytest.approx(3 * 2 * G, rel=1e-3)
+
+
+def hand(angle, duration, k):
+    """Place of the bead at the end: polar equations, with a wall that gives way."""
+
+    def rates(_, s):
+        r, a, u, w = s
+        return [u, w, r * w * w + G * cos(a) - k / 2 * max(r - 0.5, 0.0), (-G * sin(a) - 2 * u * w) / r]
+
+    end = solve_ivp(rates, (0, duration), [0.5, angle, 0, 0], "DOP853", rtol=1e-12, atol=1e-13,
+                    max_step=1e-3).y[:, -1]  # fmt: skip
+    return np.array([end[0] * sin(end[1]), -end[0] * cos(end[1])])
+
+
+@pytest.mark.parametrize("kind", ["closed", "joined", "carried"])
+def test_a_bead_in_a_soft_hoop_follows_its_polar_equations(kind):
+    """Of one piece or two, on the ground or on a body that stands still, turned and moved."""
+    angle, duration, at = 1.2, 1.0, np.zeros(2)
+    given = {"k": 1e5}
+    if kind == "joined":
+        given["curve"] = HALVES
+    if kind == "carried":
+        # The plate's point a, [0.1, 0.2] on it, is at [0.3, 0.3], and the plate turned by 30 deg.
+        c, s = cos(pi / 6), sin(pi / 6)
+        at = np.array([0.3 - (0.1 * c - 0.2 * s), 0.3 - (0.1 * s + 0.2 * c)])
+        given |= {"curve": f"{CIRCLE}, on: plate", "carrier": PLATE, "joints": BOLT, "at": at}
+    result = alone(bead(angle, duration, **given))
+    got = where(result, "bead.c")[-1] - at
+    np.testing.assert_allclose(got, hand(angle, duration, 1e5), atol=2e-8)
+
+
+RAMP = """
+curves:
+  way:
+    type: joined
+    pieces:
+      - {{type: line, from: [-1, 0], to: [0, 0]}}
+      - {{type: circle, centre: [0, 0.5], radius: 0.5, from: -90 deg, to: 60 deg}}
+bodies: {{bead: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{c: [0, 0]}}}}}}
+contacts:
+  way: {{type: point_on_curve, point: bead.c, curve: way, law: {{stiffness: {k}, restitution: 1}}}}
+gravity: [0, -9.81]
+initial: {{positions: {{bead: [-0.4, 0]}}, velocities: {{bead: [{speed}, 0]}}}}
+run: {{duration: {duration}}}
+accuracy: {{tolerance: 1.0e-9}}
+"""
+
+
+def test_steps_end_where_a_straight_way_begins_to_bend():
+    """The force's derivative jumps there: by equations for the line, then those for the arc."""
+    k, speed_, duration = 1e5, 2.0, 0.4
+    result = alone(RAMP.format(k=k, speed=speed_, duration=duration))
+
+    def rates(_, s):
+        x, y, u, v = s
+        if x <= 0:
+            return [u, v, 0.0, k * max(-y, 0.0) - G]
+        far = np.hypot(x, y - 0.5)
+        pull = -k * max(far - 0.5, 0.0) / far
+        return [u, v, pull * x, pull * (y - 0.5) - G]
+
+    def seam(_, s):
+        return s[0]
+
+    seam.terminal = True
+    keep = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 2e-4}
+    leg = solve_ivp(rates, (0, duration), [-0.4, 0, speed_, 0], events=seam, **keep)
+    assert leg.t[-1] == pytest.approx(0.2)
+    # The step that ended there ends a step of the run, too: the first on the arc starts on it.
+    leg = solve_ivp(rates, (leg.t[-1], duration), leg.y[:, -1] + [1e-15, 0, 0, 0], **keep)
+    np.testing.assert_allclose(where(result, "bead.c")[-1], leg.y[:2, -1], atol=1e-7)
+
+
+# --- a drum that turns ------------------------------------------------------------------------
+
+DRUM = """
+curves: {{wall: {{type: circle, centre: [0, 0], radius: 0.5, on: drum}}}}
+bodies:
+  drum: {{type: rigid, mass: 5, inertia: 1, points: {{hub: [0, 0]}}}}
+  disc: {{type: rigid, mass: 2, inertia: 0.01, points: {{c: [0, 0]}}}}
+joints: {{hub: {{type: revolute, points: [ground, drum.hub], at: [0, 0]}}}}
+contacts:
+  rim: {{{shape}, law: {{stiffness: 1.0e6, restitution: 0.9, friction: 0.3, slip_speed: 0.05}}}}
+gravity: [0, -9.81]
+initial: {{positions: {{disc: [0.1, -0.35]}}, angles: {{drum: 0.4}}, speeds: {{drum: 6}}}}
+run: {{duration: 0.5}}
+accuracy: {{tolerance: 1.0e-9}}
+"""
+
+
+def test_a_roller_in_a_turning_drum_is_a_circle_in_a_circle():
+    """Friction, rotation of both bodies, momentum: as with the other shape of contact."""
+    shapes = (
+        "type: point_on_curve, point: disc.c, curve: wall, radius: 0.1",
+        "type: circle_on_circle, circles: [{at: disc.c, radius: 0.1}, "
+        "{at: drum.hub, radius: 0.5, inside: true}]",
+    )
+    curve, circles = (alone(DRUM.format(shape=shape)) for shape in shapes)
+    # Where they rub differs by how deep one is in the other, some micrometres.
+    np.testing.assert_allclose(curve.poses[-1], circles.poses[-1], atol=2e-5)
+    assert abs(curve.rates[-1, 1, 2]) > 1  # it was driven to turn
+    np.testing.assert_allclose(
+        curve.intervals["rim"].begin, circles.intervals["rim"].begin, atol=1e-5
+    )
+    assert energy_kept(curve) < 1e-6
+
+
+def energy_kept(result):
+    """Largest change (J) of energy with what was lost and supplied."""
+    energy = result.energy
+    total = energy.kinetic + energy.stored + energy.dissipated - energy.supplied
+    return abs(total - total[0]).max()
+
+
+# --- cams and followers -----------------------------------------------------------------------
+
+E, STIFF, PRELOAD, MASS = 0.01, 2000.0, 20.0, 0.5
+
+FLAT = """
+curves: {{sole: {{type: line, from: [-0.05, 0], to: [0.05, 0], on: follower}}}}
+bodies:
+  cam: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{hub: [0, 0], middle: [0.01, 0]}}}}
+  follower: {{type: rigid, mass: 0.5, inertia: 1.0e-3, points: {{foot: [0, 0]}}}}
+joints:
+  shaft: {{type: revolute, points: [ground, cam.hub], at: [0, 0]}}
+  guide: {{type: prismatic, points: [ground, follower.foot], at: [0, 0.02], axis: [0, 1]}}
+springs:
+  # Without force 10 mm below the guide's point: pressed by 20 N where the follower is lowest.
+  spring: {{type: linear, joint: guide, stiffness: 2000, length: -0.01}}
+drives: {{motor: {{type: speed, joint: shaft, value: {speed}}}}}
+contacts:
+  heel:
+    type: point_on_curve
+    point: cam.middle
+    curve: sole
+    side: right
+    radius: 0.03
+    law: {{stiffness: 1.0e9, restitution: 0, transition_speed: 0.02}}
+initial: {{angles: {{cam: -90 deg}}, positions: {{follower: [0, 0.02]}}}}
+run: {{duration: {duration}}}
+accuracy: {{tolerance: 1.0e-9}}
+"""
+LIMIT = sqrt((PRELOAD + 2 * STIFF * E) / (MASS * E))  # rad/s: nothing presses as it is highest
+
+
+def test_a_flat_follower_stays_on_an_eccentric_disc_below_the_limit_of_its_speed():
+    """y = e (1 - cos wt), as the contact force of a rigid follower never vanishes."""
+    speed_ = 0.99 * LIMIT
+    result = alone(FLAT.format(speed=speed_, duration=2.2 * pi / speed_))
+    lift = where(result, "follower.foot")[:, 1] - 0.02
+    np.testing.assert_allclose(lift, E * (1 - np.cos(speed_ * result.time)), atol=2e-6)
+    (touch,) = result.intervals["heel"]
+    assert touch.lasts
+
+
+def test_a_flat_follower_leaves_an_eccentric_disc_where_its_contact_force_vanishes():
+    """And flies on its spring until it meets the disc again."""
+    speed_ = 1.2 * LIMIT
+    result = alone(FLAT.format(speed=speed_, duration=2 * pi / speed_))
+    touches = list(result.intervals["heel"])
+    leaves = np.arccos(-(PRELOAD + STIFF * E) / (E * (MASS * speed_**2 - STIFF))) / speed_
+    assert touches[0].end == pytest.approx(leaves, abs=1e-7)
+    own, rest = sqrt(STIFF / MASS), -PRELOAD / STIFF
+    y, v = E * (1 - cos(speed_ * leaves)), E * speed_ * sin(speed_ * leaves)
+
+    def gap(t):
+        flown = own * (t - leaves)
+        flight = rest + (y - rest) * cos(flown) + v / own * sin(flown)
+        return flight - E * (1 - cos(speed_ * t))
+
+    meets = brentq(gap, leaves + 0.2 / speed_, 2 * pi / speed_)
+    assert touches[1].begin == pytest.approx(meets, abs=1e-6)
+    assert energy_kept(result) < 1e-6
+
+
+def test_the_engines_that_have_no_points_on_curves_say_so():
+    text = FLAT.format(speed=50, duration=0.01)
+    with pytest.raises(NotRepresentableError, match="heel"):
+        simulate(scene(text, "solver.formulation=redundant"), measure=False)
+    with pytest.raises(NotRepresentableError):
+        simulate(scene(text), engine="lagrangian", measure=False)
