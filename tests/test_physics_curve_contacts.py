@@ -57,18 +57,25 @@ def test_a_ball_bounces_on_a_straight_curve_as_on_a_line():
 # --- a bead in a hoop -------------------------------------------------------------------------
 
 HOOP = """
-curves: {{hoop: {{{curve}}}, lower: {{type: circle, centre: [0, 0], radius: 0.5, from: {low}, to: {high}}}}}
+curves: {{hoop: {{{curve}}}}}
 bodies: {{bead: {{type: rigid, mass: 2, inertia: 1.0e-3, points: {{c: [0, 0]}}}}{carrier}}}
 {joints}
 contacts:
-  hoop: {{type: point_on_curve, point: bead.c, curve: hoop, law: {{stiffness: {k}, restitution: 1}}}}
+  hoop:
+    type: point_on_curve
+    point: bead.c
+    curve: hoop
+    law: {{stiffness: {k}, restitution: 1}}
 gravity: [0, -9.81]
 initial: {{positions: {{bead: [{x}, {y}]}}}}
 run: {{duration: {duration}}}
 accuracy: {{tolerance: {tolerance}}}
 """
 CIRCLE = "type: circle, centre: [0, 0], radius: 0.5"
-HALVES = "type: joined, pieces: [{type: circle, centre: [0, 0], radius: 0.5, from: -170 deg, to: -60 deg}, lower]"
+ARC = "{type: circle, centre: [0, 0], radius: 0.5, "
+HALVES = (
+    f"type: joined, pieces: [{ARC} from: -170 deg, to: -60 deg}}, {ARC} from: -60 deg, to: 2}}]"
+)
 PLATE = ", plate: {type: rigid, mass: 1, inertia: 1, points: {a: [0.1, 0.2]}}"
 BOLT = "joints: {bolt: {type: weld, points: [ground, plate.a], at: [0.3, 0.3], angle: 30 deg}}"
 
@@ -76,7 +83,7 @@ BOLT = "joints: {bolt: {type: weld, points: [ground, plate.a], at: [0.3, 0.3], a
 def bead(angle, duration, *, k=1e7, curve=CIRCLE, carrier="", joints="", at=(0, 0), tolerance=1e-8):
     """Scene of a bead in a hoop of radius 0.5 m around `at`, from rest by its angle from below."""
     return HOOP.format(curve=curve, carrier=carrier, joints=joints, k=k, duration=duration,
-                       low=-pi / 3, high=2.9, x=at[0] + 0.5 * sin(angle),
+                       x=at[0] + 0.5 * sin(angle),
                        y=at[1] - 0.5 * cos(angle), tolerance=tolerance)  # fmt: skip
 
 
@@ -100,7 +107,12 @@ def hand(angle, duration, k):
 
     def rates(_, s):
         r, a, u, w = s
-        return [u, w, r * w * w + G * cos(a) - k / 2 * max(r - 0.5, 0.0), (-G * sin(a) - 2 * u * w) / r]
+        return [
+            u,
+            w,
+            r * w * w + G * cos(a) - k / 2 * max(r - 0.5, 0.0),
+            (-G * sin(a) - 2 * u * w) / r,
+        ]
 
     end = solve_ivp(rates, (0, duration), [0.5, angle, 0, 0], "DOP853", rtol=1e-12, atol=1e-13,
                     max_step=1e-3).y[:, -1]  # fmt: skip
@@ -169,35 +181,56 @@ def test_steps_end_where_a_straight_way_begins_to_bend():
 # --- a drum that turns ------------------------------------------------------------------------
 
 DRUM = """
-curves: {{wall: {{type: circle, centre: [0, 0], radius: 0.5, on: drum}}}}
+curves: {wall: {type: circle, centre: [0, 0], radius: 0.5, on: drum}}
 bodies:
-  drum: {{type: rigid, mass: 5, inertia: 1, points: {{hub: [0, 0]}}}}
-  disc: {{type: rigid, mass: 2, inertia: 0.01, points: {{c: [0, 0]}}}}
-joints: {{hub: {{type: revolute, points: [ground, drum.hub], at: [0, 0]}}}}
+  drum: {type: rigid, mass: 5, inertia: 1, points: {hub: [0, 0]}}
+  disc: {type: rigid, mass: 2, inertia: 0.01, points: {c: [0, 0]}}
+joints: {hub: {type: revolute, points: [ground, drum.hub], at: [0, 0]}}
 contacts:
-  rim: {{{shape}, law: {{stiffness: 1.0e6, restitution: 0.9, friction: 0.3, slip_speed: 0.05}}}}
+  rim:
+    type: point_on_curve
+    point: disc.c
+    curve: wall
+    radius: 0.1
+    law: {stiffness: 1.0e6, restitution: 1, friction: 0.3, slip_speed: 0.05}
 gravity: [0, -9.81]
-initial: {{positions: {{disc: [0.1, -0.35]}}, angles: {{drum: 0.4}}, speeds: {{drum: 6}}}}
-run: {{duration: 0.5}}
-accuracy: {{tolerance: 1.0e-9}}
+initial: {positions: {disc: [0.1, -0.35]}, angles: {drum: 0.4}, speeds: {drum: 6}}
+run: {duration: 0.5}
+accuracy: {tolerance: 1.0e-9}
 """
 
 
-def test_a_roller_in_a_turning_drum_is_a_circle_in_a_circle():
-    """Friction, rotation of both bodies, momentum: as with the other shape of contact."""
-    shapes = (
-        "type: point_on_curve, point: disc.c, curve: wall, radius: 0.1",
-        "type: circle_on_circle, circles: [{at: disc.c, radius: 0.1}, "
-        "{at: drum.hub, radius: 0.5, inside: true}]",
-    )
-    curve, circles = (alone(DRUM.format(shape=shape)) for shape in shapes)
-    # Where they rub differs by how deep one is in the other, some micrometres.
-    np.testing.assert_allclose(curve.poses[-1], circles.poses[-1], atol=2e-5)
-    assert abs(curve.rates[-1, 1, 2]) > 1  # it was driven to turn
-    np.testing.assert_allclose(
-        curve.intervals["rim"].begin, circles.intervals["rim"].begin, atol=1e-5
-    )
-    assert energy_kept(curve) < 1e-6
+def test_a_roller_in_a_turning_drum_follows_its_equations_written_for_it_alone():
+    """Friction at the roller's edge, rotation of both bodies, bounces: by another method."""
+    k, mu, slip, r = 1e6, 0.3, 0.05, 0.1
+
+    def rates(_, s):
+        x, y, _, _, u, v, spin, drum = s
+        far = np.hypot(x, y)
+        ex, ey = x / far, y / far
+        press = k * max(far + r - 0.5, 0.0)
+        slides = -ey * u + ex * v + spin * r - drum * (far + r)
+        rub = -mu * press * np.tanh(slides / slip)
+        ax, ay = (-press * ex - rub * ey) / 2, (-press * ey + rub * ex) / 2 - G
+        return [u, v, spin, drum, ax, ay, rub * r / 0.01, -rub * (far + r)]
+
+    def gap(_, s):
+        return 0.4 - np.hypot(s[0], s[1])
+
+    gap.terminal = True
+    keep = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 2e-4}
+    t, state = 0.0, [0.1, -0.35, 0, 0.4, 0, 0, 0, 6]
+    while t < 0.5:
+        leg = solve_ivp(rates, (t, 0.5), state, events=gap, **keep)
+        t, state = leg.t[-1], leg.y[:, -1]
+        if t < 0.5:  # go on a little beyond the event, which else is found again
+            leg = solve_ivp(rates, (t, t + 1e-7), state, **keep)
+            t, state = leg.t[-1], leg.y[:, -1]
+    result = alone(DRUM)
+    assert abs(result.rates[-1, 1, 2]) > 1  # it was driven to turn
+    got = [*result.poses[-1, 1], result.poses[-1, 0, 2]]
+    np.testing.assert_allclose(got, state[:4], atol=1e-6)
+    assert energy_kept(result) < 1e-6
 
 
 def energy_kept(result):
@@ -265,7 +298,7 @@ def test_a_flat_follower_leaves_an_eccentric_disc_where_its_contact_force_vanish
 
     meets = brentq(gap, leaves + 0.2 / speed_, 2 * pi / speed_)
     assert touches[1].begin == pytest.approx(meets, abs=1e-6)
-    assert energy_kept(result) < 1e-6
+    assert energy_kept(result) < 1e-6 * result.energy.kinetic.max()
 
 
 def test_the_engines_that_have_no_points_on_curves_say_so():

@@ -18,6 +18,8 @@ from exudyn_flexlink.mechanism import (
     Anchor,
     Channel,
     CircleContact,
+    Contact,
+    CurveContact,
     Mechanism,
     Slot,
     anchor_position,
@@ -65,7 +67,7 @@ class Posed:
             lines = self.lines(body, slice(None, None, every))
             points += [line.reshape(-1, 2) for line in lines]
         ends = (0, len(self.poses) - 1)
-        points += [self.curve(slot, i) for slot in self.model.slots for i in ends]
+        points += [self.curve(track, i) for track in self.tracks for i in ends]
         fixed = [pin.first for pin in self.model.hinges if pin.first.part == GROUND]
         points += [np.array([[at.x, at.y]]) for at in fixed]
         points += self._circles(0)
@@ -105,19 +107,25 @@ class Posed:
         end = anchor_position(point_anchor(scene, model, f"{body}.end"), q)
         return [np.stack([*starts, end], axis=1)]
 
-    def curve(self, slot: Slot, index: int) -> FloatArray:
-        """Points (n, 2) m of a slot's curve at a sample."""
-        points = slot.curve.samples[1]
-        if slot.carrier == GROUND:
+    @property
+    def tracks(self) -> list[Slot | CurveContact]:
+        """What has a curve: slots, and contacts of points on curves."""
+        struck = [own for own in self.model.contacts if isinstance(own, CurveContact)]
+        return [*self.model.slots, *struck]
+
+    def curve(self, track: Slot | CurveContact, index: int) -> FloatArray:
+        """Points (n, 2) m of a slot's or a contact's curve at a sample."""
+        points = track.curve.samples[1]
+        if track.carrier == GROUND:
             return points
-        pose = self.poses[index, slot.carrier]
+        pose = self.poses[index, track.carrier]
         return np.asarray(pose[:2] + turned(points, pose[2]))
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
-        """Draw slots, bodies and fixed joints at a sample."""
+        """Draw curves, bodies and fixed joints at a sample."""
         factor, _ = self.unit
-        for slot in self.model.slots:
-            axes.plot(*(factor * self.curve(slot, index)).T, color=PURPLE, linewidth=1.0, zorder=1)
+        for track in self.tracks:
+            axes.plot(*(factor * self.curve(track, index)).T, color=PURPLE, linewidth=1.0, zorder=1)
         for i, body in enumerate(self.scene.bodies):
             own = self.model.parts_of(body)
             walls = [c for c in _with_play(self.model) if c.guide.part in own]
@@ -137,14 +145,10 @@ class Posed:
 
     def _circles(self, index: int) -> list[FloatArray]:
         """Circles (points, 2), m, of contacts at a sample."""
-        own = [contact for contact in self.model.contacts if isinstance(contact, CircleContact)]
+        own = [circle for contact in self.model.contacts for circle in _circles_of(contact)]
         way = np.linspace(0, 2 * np.pi, 73)
         around, q = np.stack([np.cos(way), np.sin(way)], axis=1), self.poses[index]
-        return [
-            anchor_position(centre, q) + radius * around
-            for contact in own
-            for centre, radius in zip((contact.first, contact.second), contact.radii, strict=True)
-        ]
+        return [anchor_position(centre, q) + radius * around for centre, radius in own]
 
     def _draw_walls(
         self, axes: Axes, index: int, channels: Sequence[Channel], alpha: float
@@ -167,8 +171,9 @@ class Posed:
                 handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
                 continue
             handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
-        if any(joint.type == "slot" for joint in scene.joints.values()):
-            handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label="track"))
+        if self.tracks:
+            label = "track" if model.slots else "curve"
+            handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label=label))
         return handles
 
 
@@ -237,6 +242,15 @@ class Sketch(Posed):
         if found is not None:
             handles.append(Line2D([], [], label=found[1], **BEYOND_LINE, linewidth=sized(BAND)))
         return handles
+
+
+def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
+    """Centres and radii (m) of the circles of a contact, a roller among them."""
+    if isinstance(contact, CircleContact):
+        return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
+    if isinstance(contact, CurveContact) and contact.radius > 0:
+        return [(contact.point, contact.radius)]
+    return []
 
 
 def _with_play(model: Mechanism) -> list[Channel]:
