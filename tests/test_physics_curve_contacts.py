@@ -1,5 +1,6 @@
 """Points and rollers on curves that they can't cross: closed forms, and equations by hand."""
 
+from dataclasses import replace
 from math import cos, pi, sin, sqrt
 
 import numpy as np
@@ -7,9 +8,13 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
-from test_physics_tools import scene, total_energy, where
+from test_physics_tools import run_model, scene, total_energy, where
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import approach
+from exudyn_flexlink.mechanism.tree import tree_layout
 
 G = 9.81
 
@@ -299,6 +304,167 @@ def test_a_flat_follower_leaves_an_eccentric_disc_where_its_contact_force_vanish
     meets = brentq(gap, leaves + 0.2 / speed_, 2 * pi / speed_)
     assert touches[1].begin == pytest.approx(meets, abs=1e-6)
     assert energy_kept(result) < 1e-6 * result.energy.kinetic.max()
+
+
+ROLLER = "textbook/cam_follower.yaml"
+
+
+@pytest.mark.parametrize(("rpm", "stays"), [(990, True), (1030, False)])
+def test_a_roller_jumps_off_an_eccentric_cam_above_the_speed_of_its_closed_form(rpm, stays):
+    """Nothing presses at the top at w^2 = F/(m e (1 + e/L)), L both radii: 1007.5 rpm."""
+    far, e, m, k = 0.042, 0.01, 0.5, 2000.0
+    limit = sqrt((k * (far + e - 0.02) + m * G) / (m * e * (1 + e / far))) * 30 / pi
+    assert limit == pytest.approx(1007.5, abs=0.05)
+    # Lossy, so that what rings as it starts has died away as it comes to the top.
+    law = "contacts.cam_face.law.restitution=0", "contacts.cam_face.law.transition_speed=0.02"
+    stiff = "contacts.cam_face.law.stiffness=1.0e9"
+    result = run_model(ROLLER, f"drives.motor.value={rpm} rpm", "run.turns=0.9", *law, stiff)
+    touches = list(result.intervals["cam_face"])
+    assert (len(touches) == 1 and touches[0].lasts) == stays
+    a = (rpm * pi / 30) * result.time - pi / 2
+    y = e * np.sin(a) + np.sqrt(far**2 - (e * np.cos(a)) ** 2)
+    on = result.contacts["cam_face"].force > 0
+    np.testing.assert_allclose(where(result, "follower.roller")[on, 1], y[on], atol=2e-6)
+
+
+# --- an open curve's ends ---------------------------------------------------------------------
+
+LEDGE = """
+curves: {{ledge: {{type: line, from: [0, 0], to: [0.3, 0]}}}}
+bodies: {{bead: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{c: [0, 0]}}}}}}
+contacts:
+  ledge:
+    type: point_on_curve
+    point: bead.c
+    curve: ledge
+    law: {{stiffness: 1.0e6, restitution: 1}}
+gravity: [0, -9.81]
+initial: {{positions: {{bead: [{x}, {y}]}}, velocities: {{bead: [{u}, {v}]}}}}
+run: {{duration: 0.5}}
+accuracy: {{tolerance: 1.0e-9}}
+"""
+
+
+def test_a_bead_falls_off_the_end_of_a_straight_curve():
+    result = alone(LEDGE.format(x=0.1, y=0, u=1, v=0))
+    (touch,) = result.intervals["ledge"]
+    assert touch.slides_off
+    assert touch.end == pytest.approx(0.2, abs=1e-9)
+    assert touch.end_place == pytest.approx(0.3, abs=1e-9)
+    # It swings on the ledge, between 0 and 2 m g/k, by which it starts to fall.
+    fallen = where(result, "bead.c")[-1, 1] + G * 0.3**2 / 2
+    assert abs(fallen) < 2 * G / 1e6 + 0.3 * G / sqrt(1e6) * 2
+
+
+def test_a_bead_that_came_from_below_is_not_held():
+    """It passes beside the end, is over the ledge, and falls on it; the ledge's back lets pass."""
+    result = alone(LEDGE.format(x=-0.1, y=-0.2, u=0.7, v=3))
+    flight = lambda t: (-0.1 + 0.7 * t, -0.2 + 3 * t - G * t * t / 2)  # noqa: E731
+    crosses = 3 / G - sqrt(9 - 2 * G * 0.2) / G
+    assert flight(crosses)[0] < 0  # beside it
+    x, y = flight(0.5)
+    np.testing.assert_allclose(where(result, "bead.c")[-1], [x, y], atol=1e-10)
+    assert not len(result.intervals["ledge"])
+
+
+# --- geometry ---------------------------------------------------------------------------------
+
+SHAPES = {
+    "ellipse": "type: ellipse, centre: [0.1, 0], semi_axes: [0.5, 0.2], rotation: 20 deg",
+    "spline": "type: spline, points: [[0.5, 0], [0, 0.4], [-0.4, 0.2], [-0.2, -0.4], [0.3, -0.3]]",
+    "open": "type: ellipse, centre: [0, 0], semi_axes: [0.5, 0.3], from: 10 deg, to: 350 deg",
+}
+MOVING = """
+curves: {{way: {{{shape}, on: plate}}}}
+bodies:
+  bead: {{type: rigid, mass: 1, inertia: 1.0e-3, points: {{c: [0.01, 0.02]}}}}
+  plate: {{type: rigid, mass: 1, inertia: 1.0e-2, points: {{hub: [0, 0]}}}}
+contacts:
+  way:
+    type: point_on_curve
+    point: bead.c
+    curve: way
+    side: {side}
+    radius: 0.02
+    law: {{stiffness: 1.0e4, restitution: 1}}
+initial: {{positions: {{bead: [0.05, 0.1], plate: [0, 0]}}, angles: {{bead: 0, plate: 0}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("held", [False, True])
+def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
+    """Both ways that know them agree, rates are derivatives, also the curve's second one."""
+    assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
+    (own,) = assembly.mechanism.contacts
+    layout = tree_layout(assembly.mechanism)
+    contact = MinimalContact(layout, own)
+    rng = np.random.default_rng(3)
+    x, v = rng.normal(scale=0.1, size=6), rng.normal(size=6)
+    if held:
+        contact.side = Side.PRESSED
+        contact.follow(x)
+    h = 1e-6
+    seen = [contact.touch(x + by * v, v) for by in (-h, 0.0, h)]
+    assert seen[1].gap_rate == pytest.approx((seen[2].gap - seen[0].gap) / (2 * h), abs=1e-8)
+    q, rate = poses(layout, x), poses(layout, v)
+    at = approach(own, q, rate)
+    for mine, other in (
+        (seen[1].gap, at.gap),
+        (seen[1].place, at.place),
+        (seen[1].gap_rate, at.gap_rate),
+        (seen[1].slip, at.slip),
+    ):
+        assert mine == pytest.approx(float(other), abs=1e-12)
+    assert contact.gradient(x, v) @ v == pytest.approx(seen[1].gap_rate, abs=1e-12)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_stiffness_across_the_normal_is_the_force_times_the_second_derivative_of_the_gap(
+    shape, side
+):
+    assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
+    own = replace(assembly.mechanism.contacts[0], side=1.0 if side == "left" else -1.0)
+    layout = tree_layout(assembly.mechanism)
+    contact = MinimalContact(layout, own)
+    contact.side = Side.PRESSED
+    curve = own.curve
+    u = 0.4 * (curve.start + curve.end)
+    inside = curve.point(u) - own.side * 0.01 * curve.normal(u)
+    x = np.zeros(6)
+    moves = layout.path(layout.frames[0].link)[:2]
+    x[moves] = inside - [0.01, 0.02]  # the point of the bead
+    contact.follow(x)
+    touch, h = contact.touch(x, np.zeros(6)), 1e-4
+    assert touch.gap == pytest.approx(-0.03, abs=1e-12)  # with the roller's radius
+
+    def gap(one, other):
+        at = x.copy()
+        at[moves] += [one, other]
+        return contact.touch(at, np.zeros(6)).gap
+
+    across = (gap(h, h) - gap(h, -h) - gap(-h, h) + gap(-h, -h)) / 4
+    bends = np.array([[gap(h, 0) + gap(-h, 0), across], [across, gap(0, h) + gap(0, -h)]])
+    bends -= np.diag([2 * touch.gap] * 2)
+    stiffness, damping = contact.slopes(x, np.zeros(6))
+    np.testing.assert_allclose(
+        stiffness[np.ix_(moves, moves)], -1e4 * 0.03 * bends / h**2, atol=1e-3, rtol=1e-5
+    )
+    assert not damping.any()
+
+
+def poses(layout, x):
+    """Coordinates (parts, 3) of two free bodies, which the tree has in another order."""
+    found = np.zeros((2, 3))
+    for part in range(2):
+        last = layout.frames[part].link
+        links = layout.path(last)
+        for i, axis in zip(links, (0, 1, 2), strict=True):
+            found[part, axis] = x[i]
+    return found
 
 
 def test_the_engines_that_have_no_points_on_curves_say_so():

@@ -6,51 +6,81 @@ piece beyond its ends, so that what follows a point along the piece stays smooth
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from exudyn_flexlink.curves.base import Curve
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
+
+ROUNDS = 60  # of halving: to rounding
+ROUNDING = 1e-15
 
 
 class Closest:
     """Searches a curve; places are pieces with their own parameters."""
 
     def __init__(self, curve: Curve) -> None:
-        self._curve = curve
+        self._closed = curve.closed
         self.at: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         u, points = curve.samples
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
-        self._places = [curve.locate(float(value)) for value in u]
+        self._spans = [_span(curve, float(low), float(high)) for low, high in pairwise(u)]
 
     def on_curve(self, x: float, y: float) -> tuple[int, float]:
         """Piece and parameter of the place next to (x, y) m, never beyond an open curve's end."""
-        piece, start = self._sample(x, y)
-        u = foot(self.at[piece], x, y, start)
-        own = self._curve.pieces[piece]
-        if own.start <= u <= own.end or (len(self.at) == 1 and self._curve.closed):
-            return piece, u
-        way = 1 if u > own.end else -1
-        after = piece + way
-        if self._curve.closed:
-            after %= len(self.at)
-        end = own.end if way > 0 else own.start
-        if not 0 <= after < len(self.at):
-            return piece, end
-        other = self._curve.pieces[after]
-        begin = other.start if way > 0 else other.end
-        u = foot(self.at[after], x, y, begin)
-        if way * (u - begin) <= 0:  # the foot is where both meet
-            return piece, end
-        return after, min(max(u, other.start), other.end)
+        i, count = self._nearest(x, y), len(self._spans)
+        if self._closed:
+            i %= count  # the last sample is the first one again
+        if i < count:
+            piece, low, high = self._spans[i]
+            if self._slope(piece, low, x, y) < 0:
+                return piece, self._settle(self._spans[i], x, y)
+            if i == 0 and not self._closed:
+                return piece, low
+        piece, low, high = self._spans[i - 1]
+        if self._slope(piece, high, x, y) < 0:
+            return piece, high
+        return piece, self._settle(self._spans[i - 1], x, y)
 
     def on_piece(self, piece: int, x: float, y: float, near: float) -> float:
         """Parameter of the place of a piece next to (x, y) m, also beyond its ends.
 
         Searched from the nearest sample, or from `near` where that is on another piece.
         """
-        sampled, start = self._sample(x, y)
+        i, count = self._nearest(x, y), len(self._spans)
+        sampled, start, _ = self._spans[i % count if self._closed else min(i, count - 1)]
         return foot(self.at[piece], x, y, start if sampled == piece else near)
 
-    def _sample(self, x: float, y: float) -> tuple[int, float]:
+    def _nearest(self, x: float, y: float) -> int:
         dx, dy = self._x - x, self._y - y
-        return self._places[int(np.argmin(dx * dx + dy * dy))]
+        return int(np.argmin(dx * dx + dy * dy))
+
+    def _slope(self, piece: int, u: float, x: float, y: float) -> float:
+        """Half the derivative of the squared distance."""
+        px, py, dx, dy, _, _ = self.at[piece](u)
+        return (px - x) * dx + (py - y) * dy
+
+    def _settle(self, span: tuple[int, float, float], x: float, y: float) -> float:
+        """Zero of the slope within a span: by Newton, by halves where that goes astray."""
+        piece, low, high = span
+        u, near = 0.5 * (low + high), ROUNDING * (1 + abs(low) + abs(high))
+        for _ in range(ROUNDS):
+            px, py, dx, dy, ddx, ddy = self.at[piece](u)
+            slope = (px - x) * dx + (py - y) * dy
+            growth = dx * dx + dy * dy + (px - x) * ddx + (py - y) * ddy
+            low, high = (u, high) if slope < 0 else (low, u)
+            following = u - slope / growth if growth > 0 else low - 1.0
+            if not low <= following <= high:
+                following = 0.5 * (low + high)
+            if abs(following - u) <= near:
+                return following
+            u = following
+        return u
+
+
+def _span(curve: Curve, low: float, high: float) -> tuple[int, float, float]:
+    """Piece between two samples of a curve, and its own parameter there."""
+    number, _ = curve.locate(0.5 * (low + high))
+    shift = curve.pieces[number].start - float(curve.breaks[number])
+    return number, low + shift, high + shift
