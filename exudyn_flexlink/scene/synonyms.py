@@ -43,6 +43,7 @@ OTHER_WORDS: dict[str, str] = {
     "force": "load point_force thrust",
     "motion": "position displacement angle prescribed",
     "point_on_line": "impact stop collision point_line point_segment contact",
+    "point_on_curve": "cam cam_follower point_curve roller_on_curve",
     "penalty": "compliant spring_damper hertz hunt_crossley kelvin_voigt elastic soft",
     "impulse": "rigid hard impulsive newton nonsmooth",
     # types of curves
