@@ -10,10 +10,11 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 from test_physics_tools import run_model, scene, total_energy, where
 
+from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import approach
+from exudyn_flexlink.mechanism import approach, build_mechanism
 from exudyn_flexlink.mechanism.tree import tree_layout
 
 G = 9.81
@@ -473,3 +474,10 @@ def test_the_engines_that_have_no_points_on_curves_say_so():
         simulate(scene(text, "solver.formulation=redundant"), measure=False)
     with pytest.raises(NotRepresentableError):
         simulate(scene(text), engine="lagrangian", measure=False)
+
+
+def test_without_impact_the_contact_goes_and_the_cam_stays():
+    without = idealise(scene(FLAT.format(speed=50, duration=0.01)), ["impact"])
+    assert not without.contacts
+    assert set(without.bodies) == {"cam", "follower"}
+    assert build_mechanism(without).contacts == ()
