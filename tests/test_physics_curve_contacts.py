@@ -12,7 +12,8 @@ from test_physics_tools import run_model, scene, total_energy, where
 
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact, Side
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import approach, build_mechanism
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -140,6 +141,17 @@ def test_a_bead_in_a_soft_hoop_follows_its_polar_equations(kind):
     result = alone(bead(angle, duration, **given))
     got = where(result, "bead.c")[-1] - at
     np.testing.assert_allclose(got, hand(angle, duration, 1e5), atol=2e-8)
+
+
+@pytest.mark.parametrize("curve", [CIRCLE, HALVES])
+def test_a_bead_on_a_rigid_hoop_is_a_pendulum(curve):
+    """By impulse nothing gives way: the length is the radius, whatever the pieces."""
+    text = bead(1.2, 1.0, curve=curve).replace("stiffness: 10000000.0, ", "type: impulse, ")
+    result = alone(text.replace("restitution: 1}", "restitution: 0}"))
+    end = solve_ivp(lambda _, s: [s[1], -G / 0.5 * sin(s[0])], (0, 1), [1.2, 0], "DOP853",
+                    rtol=1e-12, atol=1e-13).y[0, -1]  # fmt: skip
+    got = where(result, "bead.c")[-1]
+    np.testing.assert_allclose(got, [0.5 * sin(end), -0.5 * cos(end)], atol=2e-8)
 
 
 RAMP = """
@@ -401,7 +413,7 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
     (own,) = assembly.mechanism.contacts
     layout = tree_layout(assembly.mechanism)
-    contact = MinimalContact(layout, own)
+    contact = PenaltyContact(layout, own, own.law)
     rng = np.random.default_rng(3)
     x, v = rng.normal(scale=0.1, size=6), rng.normal(size=6)
     if held:
@@ -430,7 +442,7 @@ def test_the_stiffness_across_the_normal_is_the_force_times_the_second_derivativ
     assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
     own = replace(assembly.mechanism.contacts[0], side=1.0 if side == "left" else -1.0)
     layout = tree_layout(assembly.mechanism)
-    contact = MinimalContact(layout, own)
+    contact = PenaltyContact(layout, own, own.law)
     contact.side = Side.PRESSED
     curve = own.curve
     u = 0.4 * (curve.start + curve.end)
@@ -455,6 +467,19 @@ def test_the_stiffness_across_the_normal_is_the_force_times_the_second_derivativ
         stiffness[np.ix_(moves, moves)], -1e4 * 0.03 * bends / h**2, atol=1e-3, rtol=1e-5
     )
     assert not damping.any()
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_gap_bends_with_the_motion_of_point_and_curve(shape):
+    """Where no coordinate of the tree accelerates: the derivative of its rate."""
+    assembly = assemble_scene(scene(MOVING.format(shape=SHAPES[shape], side="left")))
+    own = replace(assembly.mechanism.contacts[0], law=Impulse(0.5))
+    contact = RigidContact(tree_layout(assembly.mechanism), own, own.law)
+    rng = np.random.default_rng(3)
+    x, v, h = rng.normal(scale=0.1, size=6), rng.normal(size=6), 1e-5
+    rates = [contact.touch(x + by * v, v).gap_rate for by in (-h, h)]
+    bend = (rates[1] - rates[0]) / (2 * h)
+    assert contact.steady_bend(x, v) == pytest.approx(bend, rel=1e-6)
 
 
 def poses(layout, x):

@@ -63,7 +63,8 @@ class MinimalContact:
     @property
     def along_curve(self) -> OnCurve | None:
         """Its shape, if it presses on a curve along whose pieces it is followed."""
-        return self._shape if self.acts and isinstance(self._shape, OnCurve) else None
+        shape = self._shape
+        return shape if self.acts and isinstance(shape, OnCurve) and shape.held else None
 
     def follow(self, x: FloatArray) -> None:
         """Take up a state in which the contact goes on, begins or ends."""

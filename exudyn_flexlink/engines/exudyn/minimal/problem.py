@@ -305,6 +305,8 @@ class MinimalProblem:
             self.stop_reason, self.stop_advice = str(error), GIVE_WAY
         if self._rigid.endless:
             self.stop_reason, self.stop_advice = self._rigid.endless, LOSE_SPEED
+        for contact in self.model.rigid.all.values():  # one impact may begin or end others
+            contact.follow(self._finder.x)
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> None:
         contact = self.model.contacts[k]

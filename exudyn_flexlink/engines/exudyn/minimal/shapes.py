@@ -180,10 +180,9 @@ class OnCurve:
         speed = hypot(dx, dy)
         ex, ey = dx / speed, dy / speed
         lateral, beyond = ex * (oy - fy) - ey * (ox - fx), ex * (ox - fx) + ey * (oy - fy)
-        bend, side = 0.0, self._side
-        if self._held is not None:
-            curvature = (dx * ddy - dy * ddx) / speed**3
-            bend = -side * curvature / (1 - curvature * lateral)
+        side, curvature = self._side, (dx * ddy - dy * ddx) / speed**3
+        way = 1 - curvature * lateral  # 0 at the centre of curvature, where nothing touches
+        bend = -side * curvature / way if way > 0 else 0.0
         tx, ty = c * ex - s * ey, s * ex + c * ey
         nx, ny = -side * ty, side * tx
         ux, uy = pu - su + turning * ry, pv - sv - turning * rx
@@ -199,6 +198,23 @@ class OnCurve:
         # A roller is rubbed at its edge.
         at = px - self._radius * nx, py - self._radius * ny
         return Look(touch, (nx, ny), (tx, ty), at, first, second, ((px, py), (px, py)), bend)
+
+    def steady_bend(self, x: list[float], v: list[float]) -> float:
+        """Centripetal accelerations, what the curve's turning makes of them, and its curvature."""
+        look, spin = self.look(x, v), self._point.state(x, v)[2][1]
+        (sx, sy), _, (_, turning), _ = self._origin.state(x, v)
+        (ax, ay), (bx, by) = self._point.steady_bend(x, v), self._origin.steady_bend(x, v)
+        (nx, ny), (px, py) = look.normal, look.centres[0]
+        # The speed of the point, not of the roller's edge, along the curve as the curve sees it.
+        along = look.touch.slip - self._side * self._radius * (spin - turning)
+        turned = turning * turning * (nx * (px - sx) + ny * (py - sy))
+        turned -= 2 * self._side * turning * along
+        return nx * (ax - bx) + ny * (ay - by) + turned + look.bend * along * along
+
+    @property
+    def held(self) -> bool:
+        """Whether the point is followed along a piece."""
+        return self._held is not None
 
     def follow(self, x: list[float]) -> None:
         """Follow the point from here on along the piece where it is."""
