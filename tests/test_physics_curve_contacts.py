@@ -13,9 +13,10 @@ from test_physics_tools import run_model, scene, total_energy, where
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.engines.exudyn.minimal.contacts import PenaltyContact, RigidContact, Side
+from exudyn_flexlink.engines.exudyn.run import formulations
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import approach, build_mechanism
+from exudyn_flexlink.mechanism import approach, build_mechanism, formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
 
 G = 9.81
@@ -491,6 +492,12 @@ def poses(layout, x):
         for i, axis in zip(links, (0, 1, 2), strict=True):
             found[part, axis] = x[i]
     return found
+
+
+def test_a_given_step_does_not_ask_for_a_solver_that_has_no_points_on_curves():
+    fixed = scene(FLAT.format(speed=50, duration=0.01).replace("tolerance: 1.0e-9", "step: 1.0e-5"))
+    assert formulation(fixed) == "minimal"
+    assert formulations(fixed) == ("minimal",)
 
 
 def test_the_engines_that_have_no_points_on_curves_say_so():

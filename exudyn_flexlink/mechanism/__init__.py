@@ -94,7 +94,7 @@ from exudyn_flexlink.mechanism.schedule import (
     cut_short,
     end_of_run,
     formulation,
-    has_impulses,
+    only_minimal,
     turn_goal,
 )
 from exudyn_flexlink.mechanism.sensing import force_at, motor_place, motor_speed, size_at, sizes_at
@@ -163,7 +163,6 @@ __all__ = [
     "force_at",
     "formulation",
     "half_period",
-    "has_impulses",
     "joint_residuals",
     "kept_interval",
     "least_tolerance",
@@ -176,6 +175,7 @@ __all__ = [
     "moved_by_forces",
     "node_anchor",
     "on_the_contact",
+    "only_minimal",
     "other_branches",
     "pair_sides",
     "pairs",

@@ -9,7 +9,7 @@ from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import GROUND, Mechanism
-from exudyn_flexlink.scene import ImpulseLaw, Scene
+from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,17 @@ def formulation(scene: Scene) -> str:
     """How Exudyn represents the scene: what it asks for, or the fastest.
 
     Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
-    for redundant ones, which know no impulses.
+    for redundant ones, which know no impulses and no points on curves.
     """
     asked = scene.solver.formulation
     if asked != "auto":
         return asked
-    return "minimal" if scene.accuracy.step is None or has_impulses(scene) else "redundant"
+    return "minimal" if scene.accuracy.step is None or only_minimal(scene) else "redundant"
 
 
-def has_impulses(scene: Scene) -> bool:
-    """Tell whether speeds jump in a contact."""
-    return any(isinstance(contact.law, ImpulseLaw) for contact in scene.contacts.values())
+def only_minimal(scene: Scene) -> bool:
+    """Tell whether Exudyn's own solver can't run it: speeds jump, or points strike curves."""
+    return any(
+        isinstance(contact, PointOnCurve) or isinstance(contact.law, ImpulseLaw)
+        for contact in scene.contacts.values()
+    )

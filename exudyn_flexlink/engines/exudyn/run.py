@@ -12,7 +12,7 @@ from exudyn_flexlink.engines.exudyn.redundant import run as redundant
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.outcome import finish
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import CurveContact, Mechanism, formulation, has_impulses
+from exudyn_flexlink.mechanism import Mechanism, formulation, only_minimal
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import ImpulseLaw, Scene
 
@@ -56,8 +56,7 @@ def formulations(scene: Scene) -> tuple[str, ...]:
 
     """
     mechanism = assemble_scene(scene).mechanism
-    on_curve = any(isinstance(contact, CurveContact) for contact in mechanism.contacts)
-    if on_curve or has_impulses(scene):
+    if only_minimal(scene):
         return ("minimal",)
     found = ("minimal", "redundant") if scene.accuracy.step is None else ("redundant", "minimal")
     return (*found, "beam") if _has_beams(scene, mechanism) else found
