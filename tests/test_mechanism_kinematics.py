@@ -18,7 +18,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_velocity,
     slot_place,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Anchor
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.scene import parse_scene
 from exudyn_flexlink.source import parse_document
 

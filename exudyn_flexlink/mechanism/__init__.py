@@ -14,6 +14,13 @@ from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
 from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
+from exudyn_flexlink.mechanism.contact_pairs import (
+    Channel,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+)
 from exudyn_flexlink.mechanism.contacts import (
     Approach,
     approach,
@@ -47,20 +54,12 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.mobility import moved_by_forces
 from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Channel,
-    CircleContact,
-    Contact,
-    CurveContact,
-    FaceContact,
     LinearSpring,
     Mechanism,
     Motor,
     Pin,
     Placed,
     PointForce,
-    RigidPart,
     RotarySpring,
     Sense,
     Size,
@@ -71,6 +70,7 @@ from exudyn_flexlink.mechanism.model import (
     Turning,
     Weld,
 )
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (

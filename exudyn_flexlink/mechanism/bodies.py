@@ -8,15 +8,8 @@ from math import atan2, hypot
 
 from exudyn_flexlink import sections
 from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise, halves
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    LinearSpring,
-    Pin,
-    RigidPart,
-    RotarySpring,
-    Slide,
-)
+from exudyn_flexlink.mechanism.model import LinearSpring, Pin, RotarySpring, Slide
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.scene import (
     FlexibleBody,
     PrismaticJoint,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.model import (
-    GROUND,
     Mechanism,
     Motor,
     Placed,
@@ -16,6 +15,7 @@ from exudyn_flexlink.mechanism.model import (
     TorqueMotor,
     Turning,
 )
+from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.scene import (

@@ -10,15 +10,14 @@ from exudyn_flexlink import scene
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_laws import friction_of, law_of
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
+from exudyn_flexlink.mechanism.contact_pairs import (
     CircleContact,
     Contact,
     CurveContact,
     FaceContact,
-    LinearSpring,
-    RotarySpring,
 )
+from exudyn_flexlink.mechanism.model import LinearSpring, RotarySpring
+from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.scene import (
     CircleOnCircle,
     PointOnCurve,

@@ -12,7 +12,8 @@ A channel without clearance has one contact where that with clearance has two: n
 
 from __future__ import annotations
 
-from exudyn_flexlink.mechanism.model import Anchor, Channel, FaceContact
+from exudyn_flexlink.mechanism.contact_pairs import Channel, FaceContact
+from exudyn_flexlink.mechanism.parts import Anchor
 
 UPPER, LOWER = 1.0, -1.0
 _WALLS = {UPPER: "upper wall", LOWER: "lower wall", 0.0: "axis"}

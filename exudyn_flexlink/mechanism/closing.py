@@ -19,15 +19,8 @@ from exudyn_flexlink.mechanism.laying_out import (
     slides_of,
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Mechanism,
-    Motor,
-    Pin,
-    Slide,
-    Slot,
-    TorqueMotor,
-)
+from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
+from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]

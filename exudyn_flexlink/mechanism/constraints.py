@@ -14,15 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point, turned
-from exudyn_flexlink.mechanism.model import (
-    Anchor,
-    Mechanism,
-    Motor,
-    Pin,
-    Slide,
-    Slot,
-    Weld,
-)
+from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.parts import Anchor
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]

@@ -8,6 +8,12 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.mechanism.contact_pairs import (
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+)
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
@@ -15,15 +21,8 @@ from exudyn_flexlink.mechanism.kinematics import (
     seen_from,
     turned,
 )
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    CircleContact,
-    Contact,
-    CurveContact,
-    FaceContact,
-    Mechanism,
-)
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 
 FloatArray = NDArray[np.float64]
 

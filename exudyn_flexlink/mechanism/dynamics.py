@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
+from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
@@ -18,7 +19,8 @@ from exudyn_flexlink.mechanism.kinematics import (
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.linear_springs import spring_force
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Channel, Contact, Mechanism
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.sensing import force_at, size_at
 from exudyn_flexlink.mechanism.spanning import spanning_tree
 

@@ -11,7 +11,8 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Slide, Slot
+from exudyn_flexlink.mechanism.model import Slide, Slot
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 
 FloatArray = NDArray[np.float64]
 

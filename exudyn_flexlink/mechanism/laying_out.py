@@ -13,16 +13,8 @@ from numpy.typing import NDArray
 from exudyn_flexlink.curves import ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Mechanism,
-    Motor,
-    Pin,
-    Slide,
-    Slot,
-    TorqueMotor,
-)
+from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.spanning import within_body
 
 FloatArray = NDArray[np.float64]

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.model import GROUND, Mechanism
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, within_body
 
 FloatArray = NDArray[np.float64]

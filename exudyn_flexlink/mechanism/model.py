@@ -10,40 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf
 
 from exudyn_flexlink.curves import Curve
-from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
+from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact, Contact
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
-
-GROUND = -1
-MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
-
-
-@dataclass(frozen=True)
-class RigidPart:
-    """A rigid part: mass in kg, inertia about the centre of mass in kg m^2, lengths in m."""
-
-    name: str
-    body: str
-    mass: float
-    inertia: float
-    centre: tuple[float, float]
-    reach: float  # from the origin to the farthest point that anything refers to
-
-    @property
-    def inertia_about_origin(self) -> float:
-        """Moment of inertia about the part's origin, kg m^2 (Steiner)."""
-        return self.inertia + self.mass * (self.centre[0] ** 2 + self.centre[1] ** 2)
-
-
-@dataclass(frozen=True)
-class Anchor:
-    """A point of a part in its own axes, or of the ground (part = GROUND), in m."""
-
-    part: int
-    x: float
-    y: float
 
 
 @dataclass(frozen=True)
@@ -194,124 +165,6 @@ class PointForce:
     point: Anchor
     axes: int
     sizes: tuple[Size, Size]
-
-
-@dataclass(frozen=True)
-class FaceContact:
-    """An anchor that cannot cross the segment from `start` to `end` of another part.
-
-    `side` is +1 if the free side is left of the direction from start to end, -1 if right, and 0 if
-    neither is: the point is held on the line. `walled` contacts push back whatever is behind the
-    face, wherever it came from; others let pass what came there beside the face.
-    """
-
-    name: str
-    point: Anchor
-    start: Anchor
-    end: Anchor
-    side: float
-    law: RestitutionPenalty | Impulse
-    friction: Friction | None = None
-    walled: bool = False
-
-    @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.point.part, self.start.part
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
-        """Anchors of both parts between which the contact may push."""
-        return (self.point,), (self.start, self.end)
-
-
-@dataclass(frozen=True)
-class CircleContact:
-    """Two circles that cannot cross, the first outside or `inside` the second.
-
-    By the anchors of their centres and their radii, m; one of 0 is a point. A journal in the
-    bearing of a revolute joint with clearance is one, too: that is the difference of the radii.
-    """
-
-    name: str
-    first: Anchor
-    second: Anchor
-    radii: tuple[float, float]
-    inside: bool
-    law: RestitutionPenalty | Impulse
-    friction: Friction | None = None
-
-    @property
-    def distance(self) -> float:
-        """Distance (m) of the centres at which the circles touch."""
-        first, second = self.radii
-        return second - first if self.inside else second + first
-
-    @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.first.part, self.second.part
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
-        """Anchors of both parts between which the contact may push."""
-        return (self.first,), (self.second,)
-
-
-@dataclass(frozen=True)
-class CurveContact:
-    """An anchor that cannot cross a curve in the axes of the part `carrier`, GROUND: fixed.
-
-    `side` is +1 if the free side is left of the curve, in the direction of its parameter, -1 if
-    right. A `radius` (m) is that of a roller around the anchor.
-    """
-
-    name: str
-    point: Anchor
-    curve: Curve
-    carrier: int
-    side: float
-    radius: float
-    law: RestitutionPenalty | Impulse
-    friction: Friction | None = None
-
-    @property
-    def length(self) -> float:
-        """Length of the curve, m; infinite if closed: it has no ends."""
-        return inf if self.curve.closed else self.curve.arc_length.whole
-
-    @property
-    def parts(self) -> tuple[int, int]:
-        """Part that the contact pushes, and the one that it pushes back."""
-        return self.point.part, self.carrier
-
-    @property
-    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
-        """Anchors of both parts between which the contact may push: some along the curve."""
-        points = self.curve.samples[1]
-        along = points[:: max(1, len(points) // MOST_ANCHORS)].tolist()
-        return (self.point,), tuple(Anchor(self.carrier, x, y) for x, y in along)
-
-
-Contact = FaceContact | CircleContact | CurveContact
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A link's rods between the two walls of a guide, at ``y = +-clearance`` for 0 <= x <= length.
-
-    x, y are the guide's axes at the anchor `guide`; `lengths` (m) are those of the `rods` (parts).
-    A clearance of 0 holds the rods on the axis; then rod 1 is in a `Slide` as well.
-    """
-
-    name: str
-    guide: Anchor
-    length: float
-    clearance: float
-    rods: tuple[int, ...]
-    lengths: tuple[float, ...]
-    law: RestitutionPenalty
-    friction: Friction | None
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from math import inf
 
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.assembly import Assembly
+from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
-from exudyn_flexlink.mechanism.model import Channel, Contact
 from exudyn_flexlink.scene import Scene
 
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes

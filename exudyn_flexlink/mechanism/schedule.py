@@ -8,7 +8,8 @@ from math import inf, pi
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.kinematics import angle_of
-from exudyn_flexlink.mechanism.model import GROUND, Mechanism
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene
 
 

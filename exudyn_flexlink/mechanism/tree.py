@@ -13,15 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Mechanism,
-    Motor,
-    Pin,
-    Slide,
-    Slot,
-)
+from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
 
 HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"

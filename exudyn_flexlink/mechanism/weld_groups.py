@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, sin
 
-from exudyn_flexlink.mechanism.model import GROUND, Mechanism, Weld
+from exudyn_flexlink.mechanism.model import Mechanism, Weld
+from exudyn_flexlink.mechanism.parts import GROUND
 
 ROOT = -1
 

@@ -1,0 +1,33 @@
+"""Rigid parts, and points of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+GROUND = -1
+
+
+@dataclass(frozen=True)
+class RigidPart:
+    """A rigid part: mass in kg, inertia about the centre of mass in kg m^2, lengths in m."""
+
+    name: str
+    body: str
+    mass: float
+    inertia: float
+    centre: tuple[float, float]
+    reach: float  # from the origin to the farthest point that anything refers to
+
+    @property
+    def inertia_about_origin(self) -> float:
+        """Moment of inertia about the part's origin, kg m^2 (Steiner)."""
+        return self.inertia + self.mass * (self.centre[0] ** 2 + self.centre[1] ** 2)
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A point of a part in its own axes, or of the ground (part = GROUND), in m."""
+
+    part: int
+    x: float
+    y: float
