@@ -16,7 +16,7 @@ LINES = [
     (["simulate", "clear"], {"clearance", "clearance_friction"}),
     (["check", "mi"], {"mine.yaml"}),
     (["check", "no_"], {"no_clearance", "no_mine.yaml"}),
-    (["new", "textbook/d"], {"textbook/double_pendulum"}),
+    (["new", "textbook/do"], {"textbook/double_pendulum"}),
     (["new", "no_"], {"no_clearance"}),
     (["new", "rigid", "mi"], {"mine.yaml"}),
     (["simulate", "rigid", "--engine", ""], {"exudyn", "lagrangian"}),

@@ -109,7 +109,7 @@ def test_soft_walls_are_warned_of_and_too_soft_ones_stop_the_run(engine):
     soft = simulate(
         load_scene(MODELS / "clearance.yaml", [*settings, f"{law}=2000"]), engine, measure=False
     )
-    assert any("their stiffness, not the clearance" in warning for warning in soft.warnings)
+    assert any("depends on their stiffness there" in warning for warning in soft.warnings)
     broken = simulate(
         load_scene(MODELS / "clearance.yaml", [*settings, f"{law}=5"]), engine, measure=False
     )
