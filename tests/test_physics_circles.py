@@ -143,7 +143,8 @@ def test_a_disc_that_slides_down_a_dish_swings_like_a_pendulum():
     quarter = sqrt(ARM / G) * ellipk(0.5)
     result = alone(disc_in_dish(pi / 2, 2.1 * quarter))
     energy = total_energy(result)
-    assert abs(energy - energy[0]).max() < 1e-7
+    # The tolerance is 1e-7 m, and the largest force, at the bottom, three times the weight.
+    assert abs(energy - energy[0]).max() < 1e-7 * 3 * 2 * G
     x = where(result, "disc.c")[:, 0]
     i = int(np.flatnonzero(x < 0)[0])
     below = result.time[i - 1] + x[i - 1] / (x[i - 1] - x[i]) * np.diff(result.time[i - 1 : i + 1])

@@ -124,4 +124,6 @@ def _plain(value: Any) -> Any:
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value)  # a number that knows its dimension is plain, too
     return value.text if isinstance(value, Expression) else value
