@@ -233,12 +233,12 @@ def test_a_run_that_gets_nowhere_is_a_result_of_its_start() -> None:
 
 
 def test_a_state_that_overflows_ends_a_run_with_what_came_before() -> None:
-    """By a tolerance that no model file may ask for."""
+    """By a tolerance that no model file may ask for; rounding decides which step is the last."""
     scene = load_scene(MODELS / "no_clearance.yaml", ["solver.integrator=dop853"])
     accuracy = scene.accuracy.model_copy(update={"tolerance": 1e10})
     result = simulate(scene.changed(accuracy=accuracy), "lagrangian", measure=False)
     assert not result.outcome.completed
-    assert "no number any more" in result.outcome.reason
+    assert result.outcome.reason.startswith("no step is short enough")
     assert np.isfinite(result.poses).all()
 
 
