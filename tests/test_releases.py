@@ -11,6 +11,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.engines.diagnostics.bursts import bounced_apart
 from exudyn_flexlink.engines.diagnostics.neighbour import measured_by
+from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.engines.diagnostics.releases import releases
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
@@ -162,3 +163,27 @@ def test_runs_that_bounced_apart_and_were_released_are_judged_by_a_finer_one(
     assert made == pytest.approx(tolerances)
     assert found.error.largest == pytest.approx((1e-5 if len(made) == 2 else off) * 1.6, rel=0.1)
     assert len(found.warnings) == len(made) - 1
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt, MemoryError])
+def test_a_finer_neighbour_that_was_not_made_leaves_what_the_first_one_told(
+    slow: Result, ending: type[BaseException]
+) -> None:
+    run, made = bounced(slow, [0.07, 0.09]), 0
+
+    def again(scene: Scene) -> Result:
+        nonlocal made
+        made += 1
+        if made == 2:
+            raise ending
+        return bounced(tilted(slow, 2e-7), [0.07, 0.08, 0.09])
+
+    try:
+        found = measured_by(run, again).result
+    except LateInterruptError as error:
+        found = error.result
+    assert found.error is not None
+    assert found.error.largest == pytest.approx(2e-7 * 1.6, rel=0.1)
+    assert found.error.missing == ""
+    (told,) = found.warnings
+    assert "both may be equally wrong, and no finer run judged them" in told

@@ -25,10 +25,14 @@ from exudyn_flexlink.sensitivity import measured_error
 HIGH_ORDER, SECOND_ORDER = 0.1, 0.25
 LOOSER = 10.0  # likewise, where the run is as accurate as rounding allows
 MORE_STEPS = 1.15  # times those of the run, of a neighbour that is more accurate: 1.29 by order 9
-MOST_AGAIN = 4  # tries of a neighbour that has them
+MOST_AGAIN = 3  # tries of a neighbour that has them: to a tolerance 1e-8 times as large
 NEAREST = 0.9  # ratio of steps' lengths: where they hardly differ, little is told of either run
 NO_MEMORY = "there is not enough memory for a neighbouring run"
 GAVE_UP = "the neighbouring run was interrupted"
+UNSURE = (
+    "run and neighbouring run bounced differently before a point crept off its face, so that both "
+    "may be equally wrong, and no finer run judged them"
+)
 
 
 @dataclass(frozen=True)
@@ -52,60 +56,67 @@ def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
     Where the neighbour may be as wrong as the run, a second one is made, finer by as much again.
 
     Raises:
-        LateInterruptError: the user interrupted the neighbour; the run, which is whole, is in it.
+        LateInterruptError: the user interrupted a neighbour; the run, which is whole, is in it,
+            with what was measured before.
 
     """
     if not result.outcome.completed:
         return Measured(result)
     factor = neighbouring(result)
+    neighbour: Result | None = None
+    told: MeasuredError | None = None
     try:
-        neighbour, told = _measured(result, again, factor)
+        neighbour, asked = _finer(result, again, factor)
+        told = _measured(result, neighbour, factor)
         if factor < 1 and alike_by_chance(result, neighbour, told):
-            neighbour, told = _measured(result, again, factor**2)
+            neighbour = _made(again, retuned(result.scene, result, asked * factor))
+            told = _measured(result, neighbour, factor**2)
     except KeyboardInterrupt as error:
-        raise LateInterruptError(_with(result, MeasuredError(missing=GAVE_UP))) from error
+        raise LateInterruptError(_broken_off(result, told, GAVE_UP)) from error
     except MemoryError:
-        return Measured(_with(result, MeasuredError(missing=NO_MEMORY)))
+        return Measured(_broken_off(result, told, NO_MEMORY), neighbour)
     return Measured(_with(result, told), neighbour)
 
 
-def _measured(
-    result: Result, again: Callable[[Scene], Result], factor: float
-) -> tuple[Result, MeasuredError]:
-    """Make a neighbour whose steps err `factor` times as much, and measure the error by it.
-
-    Raises:
-        KeyboardInterrupt: the user ended the neighbour.
-
-    """
-    neighbour = _finer(result, again, factor)
-    if neighbour.outcome.reason == INTERRUPTED:
-        raise KeyboardInterrupt
-    of_forces = _of_forces(result, neighbour, factor)
-    return neighbour, measured_error(result, neighbour, factor, of_forces)
+def _measured(result: Result, neighbour: Result, factor: float) -> MeasuredError:
+    """Measure the error by a neighbour whose steps err `factor` times as much."""
+    return measured_error(result, neighbour, factor, _of_forces(result, neighbour, factor))
 
 
-def _finer(result: Result, again: Callable[[Scene], Result], factor: float) -> Result:
-    """Make a neighbour by steps of its own.
+def _finer(result: Result, again: Callable[[Scene], Result], factor: float) -> tuple[Result, float]:
+    """Make a neighbour by steps of its own; also return what errors were asked of its steps.
 
     Where something else than errors bounds the steps, such as a turn or pieces of a curve, a
-    tighter tolerance may leave them as they are. Then two runs agree, and tell nothing: another is
-    made, ten times tighter. Such runs are short. Those that meet contacts have steps of their own.
+    tighter tolerance may leave them as they are. Then two runs agree, and tell nothing: others are
+    made, each by the square of what was asked before, so that few are enough. They cost little
+    more than the run itself. Runs that multiply errors have steps of their own.
     """
-    asked = factor
-    neighbour = again(retuned(result.scene, result, asked))
+    asked, scene = factor, retuned(result.scene, result, factor)
+    neighbour = _made(again, scene)
     if factor > 1 or "tolerance" not in result.settings or multiplying(result) or aiming(result):
-        return neighbour
+        return neighbour, asked
     for _ in range(MOST_AGAIN):
         more = neighbour.checks.steps >= MORE_STEPS * result.checks.steps
-        if more or not neighbour.outcome.completed:
+        tighter = retuned(result.scene, result, asked**2)
+        at_best = tighter.accuracy == scene.accuracy  # as accurate as rounding allows
+        if more or at_best or not neighbour.outcome.completed:
             break
-        asked *= factor
-        tighter = retuned(result.scene, result, asked)
-        if tighter.accuracy == neighbour.scene.accuracy:
-            break  # as accurate as rounding allows
-        neighbour = again(tighter)
-    return neighbour
+        asked, scene = asked**2, tighter
+        neighbour = _made(again, scene)
+    return neighbour, asked
+
+
+def _made(again: Callable[[Scene], Result], scene: Scene) -> Result:
+    """Make a run.
+
+    Raises:
+        KeyboardInterrupt: the user ended it.
+
+    """
+    run = again(scene)
+    if run.outcome.reason == INTERRUPTED:
+        raise KeyboardInterrupt
+    return run
 
 
 def _of_forces(result: Result, neighbour: Result, factor: float) -> float:
@@ -154,6 +165,14 @@ def retuned(scene: Scene, result: Result, factor: float) -> Scene:
     per_contact = round(float(settings["steps_per_contact"]) / sqrt(factor))
     steps = {"steps_per_contact": max(FEWEST_STEPS_PER_CONTACT, per_contact)}
     return scene.changed(accuracy=accuracy, solver=scene.solver.model_copy(update=steps))
+
+
+def _broken_off(result: Result, told: MeasuredError | None, why: str) -> Result:
+    """Return a run whose measuring ended early, with what a first neighbour `told`, if one did."""
+    if told is None:
+        return _with(result, MeasuredError(missing=why))
+    measured = _with(result, told)
+    return replace(measured, warnings=(*measured.warnings, f"{UNSURE}: {why}"))
 
 
 def _with(result: Result, error: MeasuredError) -> Result:
