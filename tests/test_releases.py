@@ -11,8 +11,8 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.engines.diagnostics.bursts import bounced_apart
 from exudyn_flexlink.engines.diagnostics.neighbour import measured_by
-from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.engines.diagnostics.releases import releases
+from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response
