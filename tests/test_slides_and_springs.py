@@ -5,8 +5,9 @@ import pytest
 from results import scene_from
 
 from exudyn_flexlink.effects import idealise
-from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.engines import NotRepresentableError, measured, simulate
 from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.observables import force_deviations
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import load, save, staged_folder
@@ -33,6 +34,22 @@ accuracy: {tolerance: 1.0e-6}
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     return scene_from(SPRUNG)
+
+
+def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene: Scene) -> None:
+    run = measured(simulate(scene, measure=False)).result
+    tight = scene.changed(accuracy=type(scene.accuracy).model_validate({"tolerance": 1e-10}))
+    true = force_deviations(run, simulate(tight, measure=False))
+    assert run.error is not None
+    told = run.error.forces
+    ours = {f"joint force of {name}" for name in ("way", "stop")}
+    ours |= {f"spring force of {name}" for name in ("hold", "pull")}
+    assert set(told) == ours | {"contact force of strike"}
+    for name in ours:
+        off, bound = true[name].free, told[name].free
+        assert off is not None
+        assert bound is not None
+        assert off.largest <= bound.largest <= 1e-3 * bound.size
 
 
 def test_check_names_ways_and_springs(scene: Scene) -> None:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from exudyn_flexlink.observables.parting import common_times
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
-from exudyn_flexlink.scene import RevoluteJoint
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -45,20 +44,17 @@ class Force:
 
 
 def forces_of(result: Result) -> dict[str, Force]:
-    """Torques and forces of drives; forces of slots, joints, walls and contacts; by their names.
+    """Torques and forces of drives; forces of slots, joints, springs, walls and contacts; by name.
 
     Without the hinges inside a flexible body.
     """
-    joints = {
-        name: force
-        for name, force in result.joint_forces.items()
-        if isinstance(result.scene.joints.get(name), RevoluteJoint)
-    }
+    joints = {n: force for n, force in result.joint_forces.items() if n in result.scene.joints}
     kinds: tuple[tuple[str, str, Mapping[str, FloatArray]], ...] = (
         ("drive torque", "N m", result.drive_torques),
         ("drive force", "N", result.drive_forces),
         ("slot force", "N", result.slot_forces),
         ("joint force", "N", joints),
+        ("spring force", "N", result.spring_forces),
         ("wall force", "N", _wall_forces(result)),
         ("contact force", "N", {name: own.force for name, own in result.contacts.items()}),
     )
