@@ -178,6 +178,14 @@ def test_a_row_for_every_touch(tilting, tilted):
     assert first == "sleeve: rod 1 on upper corner of the end"
 
 
+def test_joints_whose_names_are_alike_in_a_file_name_have_tables_of_their_own(tilting, tmp_path):
+    sleeve = tilting.sleeves["sleeve"]
+    alike = dict.fromkeys(("my sleeve", "my_sleeve", "My-sleeve"), sleeve)
+    save(replace(tilting, sleeves=alike), tmp_path)
+    found = sorted(file.name for file in tmp_path.glob("touches_*"))
+    assert found == ["touches_My-sleeve.csv", "touches_my_sleeve.csv", "touches_my_sleeve_.csv"]
+
+
 def test_a_touch_that_lasts_has_no_end_and_comes_back_so(tilting, tmp_path):
     """Its row in the table ends with the run, and says that the touch does not."""
     before = len(tilting.time) * 13 // 32  # a quarter of lap 2, in which a corner is touched

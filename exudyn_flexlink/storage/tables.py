@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -92,17 +92,21 @@ def _instants(result: Result) -> dict[str, FloatArray]:
 def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
     """Return the tables of a run by file name; the user's names may not be fit for one."""
     point = watched_point(result.scene)
-    tables = {f"trajectory_{_file_name(point)}.csv": trajectory_columns(result, point)}
+    tables = {f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point)}
     for body, contact in struck_bodies(result.scene).items():
-        name = f"lever_{_file_name(body)}"
-        while f"{name}.csv".lower() in map(str.lower, tables):  # some file systems see no case
-            name += "_"
-        tables[f"{name}.csv"] = lever_columns(result, contact)
+        tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact)
     for joint in (*result.bearings, *result.sleeves):
         if len(result.intervals[joint]):
-            tables[f"touches_{_file_name(joint)}.csv"] = touch_columns(result, joint)
+            tables[_free_name(f"touches_{_fit(joint)}", tables)] = touch_columns(result, joint)
     return tables
 
 
-def _file_name(name: str) -> str:
+def _fit(name: str) -> str:
     return re.sub(r"[^\w.-]", "_", name)[:60]
+
+
+def _free_name(stem: str, taken: Iterable[str]) -> str:
+    """Name of a file that is not taken: two names of a scene may become one."""
+    while f"{stem}.csv".lower() in map(str.lower, taken):  # some file systems see no case
+        stem += "_"
+    return f"{stem}.csv"
