@@ -21,12 +21,12 @@ def alike_by_chance(run: Result, neighbour: Result, error: MeasuredError) -> boo
     """
     if error.missing or error.exceeds_from is not None:
         return False
-    grown = 1.0
+    grown, released = 1.0, releases(run)
     for name, contact in run.contacts.items():
         if name not in neighbour.contacts:
             continue
         parted = bounced_apart(contact.touches.begin, neighbour.contacts[name].touches.begin)
-        after = [own.growth for own in releases(run) if own.contact == name and own.time > parted]
+        after = [own.growth for own in released if own.contact == name and own.time > parted]
         grown = max(grown, *after, 1.0)
     return grown > 1 and grown * error.largest > error.limit
 
