@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
 
 FloatArray = NDArray[np.float64]
-TrackPoint = tuple[float, float, float, float, float, float]
-"""Place of P and its first two derivatives by its coordinate (x, y each)."""
 
 
 class Constants(NamedTuple):

@@ -36,10 +36,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint, chain_of, unpacked
+from exudyn_flexlink.engines.lagrangian.constants import Constants, chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
+from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
 
 FloatArray = NDArray[np.float64]

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint
+from exudyn_flexlink.engines.lagrangian.constants import Constants
+from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 
 FloatArray = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, TrackPoint
+from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
-from exudyn_flexlink.engines.lagrangian.track_point import FINE, crossing, place_on
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
 
 FloatArray = NDArray[np.float64]

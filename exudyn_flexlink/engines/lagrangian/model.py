@@ -31,7 +31,6 @@ class Model:
     assembly: Assembly
     layout: Layout
     constants: Constants
-    lengths: FloatArray  # (n,) of the rods, m
 
     @property
     def mechanism(self) -> Mechanism:
@@ -80,7 +79,8 @@ class Model:
             rates[:, pivot.part, :2], rates[:, pivot.part, 2] = -speed, v[:, i]
         rods, own = list(layout.rods), [layout.coordinate(part) for part in layout.rods]
         poses[:, rods, 2], rates[:, rods, 2] = q[:, own], v[:, own]
-        x, y = self.lengths * np.cos(q[:, own]), self.lengths * np.sin(q[:, own])
+        lengths = self.constants.lengths
+        x, y = lengths * np.cos(q[:, own]), lengths * np.sin(q[:, own])
         going = points[:, 2:4] * v[:, layout.track_coordinate, None]
         for axis, arm, speed in ((0, x, -v[:, own] * y), (1, y, v[:, own] * x)):
             poses[:, rods, axis] = points[:, axis, None] + np.cumsum(arm, axis=1) - arm
@@ -130,7 +130,7 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
         lengths=lengths,
         channel=_channel(mechanism, layout),
     )
-    return Model(assembly, layout, constants, lengths)
+    return Model(assembly, layout, constants)
 
 
 def _rod_lengths(mechanism: Mechanism, layout: Layout) -> FloatArray:

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.system import Motion, System
 from exudyn_flexlink.engines.lagrangian.touching import Rule
+from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 

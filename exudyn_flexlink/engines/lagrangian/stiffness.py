@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import TrackPoint, chain_of
+from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY, mass_matrix
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes
+from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, any_is, take_wall_slopes
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.constants import TrackPoint, chain_of
+from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
 from exudyn_flexlink.engines.lagrangian.equations import state_rate
 from exudyn_flexlink.engines.lagrangian.event_functions import APART, BEHIND, PRESSED, EventData
@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
+from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.constants import TrackPoint
+from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.wall_events import (
     EXACT,
     NONE,

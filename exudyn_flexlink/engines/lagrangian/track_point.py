@@ -18,6 +18,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 
 FloatArray = NDArray[np.float64]
 TrackPoint = tuple[float, float, float, float, float, float]
+"""Place of P and its first two derivatives by its coordinate (x, y each)."""
 
 ARC, LINE, SPLINE = 0.0, 1.0, 2.0
 START, END = 1, 2  # of the parameter, in a packed piece
