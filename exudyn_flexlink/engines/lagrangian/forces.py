@@ -51,14 +51,19 @@ class Forces:
         return stacked[0], stacked[1], stacked[2], stacked[3]
 
     @cached_property
-    def _walls(self) -> FloatArray:
-        """Forces of the walls on the link."""
-        c = self.model.constants
+    def walls(self) -> tuple[FloatArray, FloatArray]:
+        """Force and friction of the pairs of link and walls (samples, pairs, 2), sum on the link.
+
+        Without pairs where there are no walls.
+        """
+        c, count = self.model.constants, len(self.motions)
         if not len(c.channel):
-            return np.zeros((len(self.motions), 2))
+            return np.zeros((count, 0, 2)), np.zeros((count, 2))
         chain = chain_of(c)
-        found = [wall_forces(m.q, m.v, m.point, chain)[1] for m in self.motions]
-        return np.array(found).reshape(-1, 2)
+        pairs, sums = zip(
+            *(wall_forces(m.q, m.v, m.point, chain) for m in self.motions), strict=True
+        )
+        return np.array(pairs), np.array(sums)
 
     def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
@@ -78,7 +83,7 @@ class Forces:
         force = np.tile(constants.mass * constants.gravity, (len(self.motions), 1))
         for k in range(len(self.model.layout.faces)):
             force += self._push(k)
-        return force + self._walls
+        return force + self.walls[1]
 
     def _push(self, k: int) -> FloatArray:
         """Force of contact k on the link's point."""
@@ -113,7 +118,7 @@ class Forces:
     def joints(self) -> dict[str, FloatArray]:
         """Force of each pivot on its joint's second point."""
         layout = self.model.layout
-        on_guide = self._momentum_rate - self._on_link - self.slot + self._walls
+        on_guide = self._momentum_rate - self._on_link - self.slot + self.walls[1]
         forces = {layout.guide.joint: self._pivot(layout.guide, 0, on_guide)}
         for lever in layout.levers:
             pushes = np.zeros((len(self.motions), 2))

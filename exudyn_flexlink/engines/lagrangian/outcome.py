@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.lagrangian.compiled import version
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.system import System
-from exudyn_flexlink.engines.lagrangian.walls import PRESS, wall_forces
+from exudyn_flexlink.engines.lagrangian.walls import PRESS
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.intervals import Interval, Intervals
@@ -89,7 +88,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         spring_forces={},  # linear springs are refused
         contacts=_contacts(prepared, forces),
         bearings={},
-        sleeves=_sleeves(prepared),
+        sleeves=_sleeves(prepared, forces),
         energy=EnergyHistory(*recorder.energies(poses, rates, np.array(kept.totals)).T),
         extremes=recorder.seeker.extremes(),
         laps=laps,
@@ -130,15 +129,9 @@ def _intervals(prepared: Prepared, k: int) -> Iterator[Interval]:
         yield replace(interval, peak_force=peak, penetration=depth)
 
 
-def _sleeves(prepared: Prepared) -> dict[str, SleeveHistory]:
-    recorder, constants = prepared.recorder, prepared.model.constants
-    if not prepared.system.walls:
-        return {}
-    chain = chain_of(constants)
-    force = np.array(
-        [wall_forces(m.q, m.v, m.point, chain)[0][:, PRESS] for m in recorder.samples.motion]
-    )
-    return {walls.channel.name: walls.history(force) for walls in prepared.system.walls}
+def _sleeves(prepared: Prepared, forces: Forces) -> dict[str, SleeveHistory]:
+    pressing = forces.walls[0][:, :, PRESS]
+    return {walls.channel.name: walls.history(pressing) for walls in prepared.system.walls}
 
 
 def _checks(prepared: Prepared) -> Checks:
