@@ -50,7 +50,8 @@ def test_a_folder_without_manifest_is_left_alone(summary, ends, capsys):
     before = tree("o")
     assert simulate() == 2
     said = capsys.readouterr().err
-    assert "no manifest.json names them; choose another name, or give '--force'" in said
+    assert "no manifest.json names them; choose another name, or force it" in said
+    assert said.endswith("hint: '--force' forces it\n")
     assert tree("o") == before
     assert simulate("--force") == 0
     assert load(Path("o")).scene.title.startswith("Extensible")
@@ -67,7 +68,7 @@ def test_a_file_that_the_user_changed_is_not_replaced(ends, capsys):
     place = changed.resolve()
     assert capsys.readouterr().err == (
         f"{place} was changed since the run there wrote it; rename it, choose another folder, or "
-        "replace it with '--force'\n"
+        "force it\nhint: '--force' forces it\n"
     )
     engines.simulate = engine
     assert simulate("--force") == 0
@@ -145,7 +146,9 @@ def test_an_incomplete_run_does_not_replace_a_complete_one(command, reason, code
     place = Path("o").resolve()
     assert f"{place} holds a complete {kind} of 'Extensible flexible link" in said.err
     assert "this one is incomplete" in said.err
-    assert said.err.endswith(f"give '--force'. What was computed is in {place}-2\n")
+    assert said.err.endswith(
+        f"unless that is forced. What was computed is in {place}-2\nhint: '--force' forces it\n"
+    )
     assert f"Written to {place}-2/: " in said.out
     folder = Path("o-2") if command == "simulate" else Path("o-2/exudyn")
     assert not load(folder).outcome.completed

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.figures import look_of, why_not, write_figure
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, tell
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, refuse, tell
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,7 +52,7 @@ def plot_command(options: argparse.Namespace) -> int:
         with staged_files(folder, force=options.force) as staged:
             look_of(options).save_run(result, staged)
     except StorageError as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except Exception as error:  # a mistake of the program: the run itself is sound
         return complain(f"no figures: {why_not(error)}; please report it", FAILED)
     print(f"Figures written to {folder}{os.sep}")
@@ -71,5 +71,5 @@ def schema_command(options: argparse.Namespace) -> int:
     try:
         replace_file(options.out, text, is_schema, force=options.force)
     except StorageError as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     return DONE

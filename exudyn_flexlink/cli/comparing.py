@@ -27,6 +27,7 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     INTERRUPTED,
     complain,
+    refuse,
     tell,
 )
 
@@ -58,7 +59,7 @@ def compare_command(options: argparse.Namespace) -> int:
             found = _without_effects(options) if options.without else _both_engines(options)
             drew = _write(found, folder, options)
     except (SceneError, StorageError, CannotCompareError, ImpossibleLengthError) as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except NothingToCompareError as error:
         return complain(str(error), INTERRUPTED)
     drew = place.code(drew) if found.whole else INTERRUPTED

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, tell
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, refuse, tell
 
 DEFAULT = "no_clearance"
 SCHEMA = "flexlink.schema.json"
@@ -37,7 +37,7 @@ def new_command(options: argparse.Namespace) -> int:
     try:
         _write(texts, force=options.force)
     except StorageError as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except CompanionError as error:
         hint = f"hint: '{model.stem}' needs it beside itself; give a FILE in another folder"
         return complain(f"{error}\n{hint}", BAD_INPUT)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FILE, completes
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +77,7 @@ def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
         content = figure_bytes(draw(), file.suffix[1:].lower())
         replace_bytes(file, content, is_figure, force=force)
     except StorageError as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except Exception as error:  # a mistake of the program: what was computed is sound
         return complain(f"no figure: {why_not(error)}; please report it", FAILED)
     return DONE

@@ -8,10 +8,14 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.naming import run_name
-from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, complain
+from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, refuse
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.storage import KeptBesideError
 
 
 class Place:
@@ -20,7 +24,8 @@ class Place:
     def __init__(self, target: Path) -> None:
         self.target = target
         self._replaces: bool | None = None  # an earlier run; known when writing begins
-        self._why, self._pressed = "", False
+        self._why: KeptBesideError | None = None
+        self._pressed = False
 
     def code(self, code: int) -> int:
         """Exit code of a command that would end with `code` if Ctrl-C had not come last."""
@@ -34,7 +39,7 @@ class Place:
 
     def tell(self, code: int) -> int:
         """Say why the result is not where it should be; returns the exit code."""
-        return complain(self._why, code or BAD_INPUT) if self._why else code
+        return refuse(self._why, code or BAD_INPUT) if self._why else code
 
     @contextmanager
     def written(self, *, force: bool) -> Iterator[Path]:
@@ -54,7 +59,7 @@ class Place:
                     yield folder
                     ctrl_c.defer()
             except KeptBesideError as error:
-                self.target, self._why = error.folder, str(error)
+                self.target, self._why = error.folder, error
                 self._replaces = False
         self._pressed = ctrl_c.pending
 

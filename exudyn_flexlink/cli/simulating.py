@@ -18,6 +18,7 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     complain,
     progress_bar,
+    refuse,
     tell,
 )
 
@@ -55,7 +56,7 @@ def simulate_command(options: argparse.Namespace) -> int:
                 code = _write(result, folder, options, late=late)
             code = place.code(code)
     except (SceneError, StorageError) as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     return place.tell(_tell(result, place, told, options.quiet, code))
 
 

@@ -16,7 +16,6 @@ from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
-    BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
@@ -24,6 +23,7 @@ from exudyn_flexlink.cli.terminal import (
     Lines,
     complain,
     progress_bar,
+    refuse,
     tell,
 )
 
@@ -62,7 +62,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             if code == DONE and not options.no_plots:
                 code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
     except (SceneError, StorageError, ImpossibleLengthError) as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except NothingRunError as error:
         if runs.interrupted:
             told = "interrupted before there were two runs to compare; nothing was written"

@@ -81,6 +81,14 @@ def complain(text: str, code: int = DONE) -> int:
     return code
 
 
+def refuse(error: Exception, code: int = BAD_INPUT) -> int:
+    """Say why something can't be done, and the option that would do it; returns the exit code."""
+    complain(str(error))
+    if getattr(error, "forcible", False):  # of storage, which is not asked by commands alone
+        complain("hint: '--force' forces it")
+    return code
+
+
 def folded(text: str, width: int) -> str:
     """Break rows of tables, which are indented, between words where they are longer than `width`.
 

@@ -13,7 +13,14 @@ MANIFEST = "manifest.json"
 
 
 class StorageError(Exception):
-    """A run can't be written or read: a sentence that names the file and says what to do."""
+    """A run can't be written or read: a sentence that names the file and says what to do.
+
+    `forcible` tells that it can be written all the same, with `force`.
+    """
+
+    def __init__(self, told: str, *, forcible: bool = False) -> None:
+        super().__init__(told)
+        self.forcible = forcible
 
 
 def cannot_write(place: Path, error: OSError) -> str:

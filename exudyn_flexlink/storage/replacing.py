@@ -135,7 +135,7 @@ def check_replaceable(target: Path, names: Iterable[str], *, force: bool) -> Non
             changed = "was changed since the run there wrote it"
             why = changed if name in own else f"is the user's: no {MANIFEST} names it"
             raise StorageError(
-                f"{place} {why}; rename it, choose another folder, or replace it with '--force'"
+                f"{place} {why}; rename it, choose another folder, or force it", forcible=True
             )
 
 
@@ -164,7 +164,8 @@ def _check_complete(staged: Path, target: Path, *, force: bool) -> None:
     if there is not None and there.completed and not (force or (new and new.completed)):
         raise StorageError(
             f"{target} holds a complete {there.told}; this one is incomplete and does not replace "
-            "it, unless you give '--force'"
+            "it, unless that is forced",
+            forcible=True,
         )
 
 

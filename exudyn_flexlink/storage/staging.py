@@ -24,8 +24,8 @@ from exudyn_flexlink.storage.replacing import check_replaceable, kind_of, put, t
 class KeptBesideError(StorageError):
     """A result was written whole, but not where it should be: it is in `folder`."""
 
-    def __init__(self, why: str, folder: Path) -> None:
-        super().__init__(f"{why}. What was computed is in {folder}")
+    def __init__(self, why: StorageError, folder: Path) -> None:
+        super().__init__(f"{why}. What was computed is in {folder}", forcible=why.forcible)
         self.folder = folder
 
 
@@ -55,8 +55,8 @@ def staged_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
             _check_target(target, force=force)  # hours may have passed
             put(staged, target, force=force)
         except (StorageError, OSError) as error:
-            told = cannot_write(target, error) if isinstance(error, OSError) else str(error)
-            raise KeptBesideError(told, _kept_beside(staged, place / target.name)) from None
+            why = StorageError(cannot_write(target, error)) if isinstance(error, OSError) else error
+            raise KeptBesideError(why, _kept_beside(staged, place / target.name)) from None
 
 
 @contextmanager
@@ -117,7 +117,8 @@ def replace_bytes(
         if not force and not _holds(file, is_own):
             raise StorageError(
                 f"can't write {file}: this program did not write what is in it; choose another "
-                "name, or give '--force' to replace it"
+                "name, or force it",
+                forcible=True,
             )
     folder = _resolved(file.parent)
     with _temporary(folder, folder) as staged:
@@ -193,8 +194,9 @@ def _check_target(target: Path, *, force: bool) -> None:
             if others and read_manifest(target) is None and not force:
                 raise StorageError(
                     f"{target} holds files that are no run of this program, or of an earlier "
-                    f"version: no {MANIFEST} names them; choose another name, or give '--force': "
-                    "it replaces files with the names of new ones, and no others"
+                    f"version: no {MANIFEST} names them; choose another name, or force it: files "
+                    "with the names of new ones are replaced then, and no others",
+                    forcible=True,
                 )
             check_replaceable(target, [*own_files(target), MANIFEST], force=force)
     except PermissionError as error:
