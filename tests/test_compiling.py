@@ -1,12 +1,16 @@
 """Machine code of the Lagrangian where no folder can be written: a container, say."""
 
+import gc
 import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from cli_runs import BARE, MODELS, ROOT
+
+from exudyn_flexlink.engines.lagrangian.compiled import seldom_collecting
 
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 
@@ -62,6 +66,14 @@ def test_where_there_is_a_place_it_is_compiled_once(tmp_path, read_only):
     kept = {**read_only, "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
     assert python(tmp_path, kept, TRIED) == "once\n1.0 4.0 none\n"
     assert python(tmp_path, kept, TRIED) == "none\n1.0 4.0 none\n"
+
+
+def test_after_compiling_garbage_is_looked_for_as_often_as_before():
+    before = gc.get_threshold()
+    with suppress(KeyboardInterrupt), seldom_collecting():
+        assert gc.get_threshold()[0] > before[0]
+        raise KeyboardInterrupt
+    assert gc.get_threshold() == before
 
 
 def test_a_run_says_that_it_will_compile_again(tmp_path, read_only):

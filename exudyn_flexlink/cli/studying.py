@@ -102,7 +102,7 @@ class Solver:
         from exudyn_flexlink.engines.interrupts import LateInterruptError
         from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
-        if self._bar is not None and allowed == inf:  # warming up: it may compile, for a minute
+        if self._bar is not None and allowed == inf:  # warming up: it may compile
             self._bar.wait(label)
         elif self._bar is not None:
             self._bar.say(label)

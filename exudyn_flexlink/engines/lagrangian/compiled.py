@@ -7,6 +7,7 @@ compiled them: another source, another folder.
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import sys
@@ -31,6 +32,7 @@ except ImportError:
 MARKED = re.compile(rb"^@(compiled|inner|inlined)$", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
 PREFIX = "numba-"
+SELDOM = (100_000, 50, 50)  # objects between looks, looks between larger ones, and those of all
 
 R = TypeVar("R", bound=tuple[Any, ...])
 F = TypeVar("F", bound=Callable[..., Any])
@@ -78,6 +80,21 @@ def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable
     fields = cast(Any, record)._fields
     structref.define_constructor(made, kind, list(fields))
     return kind, made
+
+
+@contextmanager
+def seldom_collecting() -> Iterator[None]:
+    """Let Python seldom look for cyclic garbage, as is best while much is compiled.
+
+    The compiler makes millions of objects that live on, and to look through them again and again
+    takes a good part of its time.
+    """
+    before = gc.get_threshold()
+    gc.set_threshold(*SELDOM)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 def _compiled(function: F, **options: Any) -> F:

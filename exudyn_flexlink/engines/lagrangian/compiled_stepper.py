@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
-from exudyn_flexlink.engines.lagrangian.compiled import numba
+from exudyn_flexlink.engines.lagrangian.compiled import numba, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
@@ -78,12 +78,13 @@ class CompiledStepper:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
         mode, none = system.mode(), np.zeros(0)
-        advance(0.0, mode, (self.method, self.control), system.event_data(), buffer)
-        states = states_within(
-            none, buffer.times, buffer.states, buffer.changes, self.method.powers
-        )
-        motions_at(none, states, none, mode, False)
-        system.motion(0.0, system.start)
+        with seldom_collecting():
+            advance(0.0, mode, (self.method, self.control), system.event_data(), buffer)
+            states = states_within(
+                none, buffer.times, buffer.states, buffer.changes, self.method.powers
+            )
+            motions_at(none, states, none, mode, False)
+            system.motion(0.0, system.start)
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""

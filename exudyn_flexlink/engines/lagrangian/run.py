@@ -104,9 +104,9 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
 
 
 def compiles(scene: Scene) -> Compilation:
-    """Tell whether a run will begin by compiling the implicit method, which takes a minute.
+    """Tell whether a run will begin by compiling the implicit method.
 
-    If so, whether the code is then kept for later runs.
+    That takes half a minute or more. If so, whether the code is then kept for later runs.
 
     Raises:
         SceneError: the scene can't be put together.
