@@ -27,6 +27,16 @@ def test_check_imports_nothing_slow(model: str) -> None:
     assert ran.stdout.startswith(model)
 
 
+def test_a_copy_of_a_model_waits_for_nothing_slow(tmp_path: Path) -> None:
+    code = (
+        "import sys; from exudyn_flexlink.cli import main; main(['new', 'rigid', sys.argv[1]]);"
+        "print(*{'scipy', 'matplotlib', 'exudyn', 'rich'} & set(sys.modules), file=sys.stderr)"
+    )
+    ran = python("-c", code, str(tmp_path))
+    assert ran.stderr.strip() == ""
+    assert (tmp_path / "rigid.yaml").is_file()
+
+
 def test_help_imports_not_even_numpy() -> None:
     code = (
         "import sys, exudyn_flexlink.cli as cli; cli.program_parser().format_help();"

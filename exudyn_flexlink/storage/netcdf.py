@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import netcdf_file
 
 from exudyn_flexlink.storage.arrays import Array
 from exudyn_flexlink.storage.errors import StorageError
@@ -36,6 +35,9 @@ def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[st
         StorageError: an array is too large for the format.
 
     """
+    # scipy takes long to import, which those who only replace a file should not wait for
+    from scipy.io import netcdf_file  # noqa: PLC0415
+
     sizes = _sizes(arrays)
     empty = [dimension for dimension, size in sizes.items() if not size]
     for name, array in arrays.items():
@@ -114,6 +116,8 @@ def read_netcdf(file: Path) -> Read:
         StorageError: it is no file of netCDF-3, or damaged.
 
     """
+    from scipy.io import netcdf_file  # noqa: PLC0415 - see write_netcdf
+
     try:
         with file.open("rb") as stream, netcdf_file(stream, "r", mmap=False) as read:
             arrays = {_decoded(name): _read(own) for name, own in read.variables.items()}
