@@ -17,6 +17,7 @@ from exudyn_flexlink.shipped import model_file
 MODELS = (
     *("no_clearance", "clearance", "whitworth", "geneva_wheel", "toggle_press"),
     *("welded_cantilever", "andrews_squeezer", "pump", "friction_wheels", "n_four_bar_40"),
+    *("driven_trammel", "spin_up_beam"),
 )
 
 
@@ -62,6 +63,21 @@ def test_springs_are_drawn_to_both_ends() -> None:
     (spring,) = [line for line in axes.lines if len(line.get_xdata()) > 10]
     assert (spring.get_xdata()[-1], spring.get_ydata()[-1]) == pytest.approx((14, 72))  # mm
     assert axes.get_ylim()[1] > 72
+
+
+def test_a_drive_along_a_line_is_drawn_where_its_point_is() -> None:
+    _, axes = drawn("driven_trammel")
+    (drive,) = [line for line in axes.lines if line.get_marker() == r"$\circlearrowleft$"]
+    (x,), (y,) = drive.get_xdata(), drive.get_ydata()
+    assert (x, y) == pytest.approx((100, 0), abs=1e-6)  # mm: 0.1 m out, as its value at t = 0 says
+
+
+def test_rods_that_stretch_are_no_joints_and_springs_of_the_scene() -> None:
+    _, axes = drawn("spin_up_beam")
+    legend = axes.get_legend()
+    assert legend is not None
+    told = {text.get_text() for text in legend.get_texts()}
+    assert not told & {"prismatic", "linear spring"}
 
 
 def test_the_figure_is_written_in_the_format_of_its_name(tmp_path: Path, capsys: Capture) -> None:

@@ -149,7 +149,7 @@ class _Parser:
         number = self._tape.number_of(exponent)
         powers = base.powers
         if powers not in (None, _PURE):
-            whole = number is not None and number == int(number) and abs(number) < 10
+            whole = number is not None and number.is_integer() and abs(number) < 10
             powers = Powers(*(int(number or 0) * p for p in powers or ())) if whole else None
         return _Piece(self._tape.add("pow", base.result, exponent), powers)
 

@@ -15,7 +15,14 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, FaceContact, anchor_position
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Assembly,
+    FaceContact,
+    LinearSpring,
+    anchor_position,
+)
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import Words, framed_figure
 from exudyn_flexlink.plots.labels import Labels
@@ -104,7 +111,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
 def _room(posed: Posed) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
     low, high = posed.box
-    springs = posed.model.linear_springs
+    springs = _linear_springs(posed)
     ends = [_place(posed, end) for spring in springs for end in (spring.first, spring.second)]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
@@ -129,7 +136,7 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
         }
         axes.plot(*(factor * place), **look)
         seen[kind] = Line2D([], [], label=kind, **look)
-    for spring in posed.model.linear_springs:
+    for spring in _linear_springs(posed):
         coil = _zigzag(_place(posed, spring.first), _place(posed, spring.second))
         axes.plot(*(factor * coil).T, **_SPRING)
         seen["linear spring"] = Line2D([], [], label="linear spring", **_SPRING)
@@ -151,7 +158,7 @@ def _joints(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
         grounded = GROUND in (weld.first.part, weld.second.part)
         yield f"weld{', to the ground' * grounded}", _place(posed, weld.first)
     for slide in model.slides:
-        if isinstance(scene.joints[slide.name], PrismaticJoint):
+        if isinstance(scene.joints.get(slide.name), PrismaticJoint):  # not rods that stretch
             yield "prismatic", _place(posed, slide.second)
     for slot in model.slots:
         yield "in a slot", _place(posed, slot.anchor)
@@ -160,18 +167,24 @@ def _joints(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
 def _acting(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
     """Kind and place (2,) m of the symbols of springs, drives and contacts."""
     scene, model = posed.scene, posed.model
-    hinges = {hinge.name: hinge for hinge in model.hinges}
+    places = {hinge.name: hinge.first for hinge in model.hinges}
+    places |= {slide.name: slide.second for slide in model.slides}
     for spring in scene.springs.values():
         if isinstance(spring, TorsionalSpring):
-            yield "torsional spring", _place(posed, hinges[spring.joint].first)
+            yield "torsional spring", _place(posed, places[spring.joint])
     for drive in scene.drives.values():
         if isinstance(drive, ForceDrive):
             anchor = point_anchor(scene, model, drive.point)
             yield "force", _place(posed, anchor)
         else:
-            yield "drive", _place(posed, hinges[drive.joint].first)
+            yield "drive", _place(posed, places[drive.joint])
     for face in _faces(posed):
         yield "point that may strike", _place(posed, face.point)
+
+
+def _linear_springs(posed: Posed) -> list[LinearSpring]:
+    """Those of the scene: not the ones within rods that stretch."""
+    return [own for own in posed.model.linear_springs if own.name in posed.scene.springs]
 
 
 def _faces(posed: Posed) -> Iterator[FaceContact]:
