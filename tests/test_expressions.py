@@ -114,6 +114,7 @@ def test_arithmetic_and_units(text, value):
     ("(3 s)**2 * 2 m/s^2", Powers(m=1)),
     ("20 deg", None),
     ("3 N + 5*t", Powers(m=1, kg=1, s=-2)),
+    ("(2 m)**1e999", None),  # infinite as a float
 ])  # fmt: skip
 def test_dimensions_as_far_as_units_tell(text, powers):
     assert parse_expression(text).powers == powers
@@ -150,6 +151,7 @@ def test_dimensions_as_far_as_units_tell(text, powers):
     ("where(angle(o) < 1, 1, 2)", "where may depend on t alone"),
     ("(" * 50 + "t" + ")" * 50, "40 deep"),
     ("1+" * 300 + "1", "601 letters"),
+    ("t * 1 " + "km^9 " * 12, "unknown unit"),  # larger than any float
 ])  # fmt: skip
 def test_mistakes_name_the_piece(text, words):
     with pytest.raises(ExpressionError) as raised:

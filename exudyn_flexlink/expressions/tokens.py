@@ -8,7 +8,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from exudyn_flexlink.source import did_you_mean
-from exudyn_flexlink.units import PREFIXES, SYMBOLS, Dimension, Powers, find_unit
+from exudyn_flexlink.units import (
+    PREFIXES,
+    SYMBOLS,
+    Dimension,
+    Powers,
+    UnknownUnitError,
+    find_unit,
+)
 
 LONGEST = 500  # letters of a formula
 
@@ -104,7 +111,10 @@ def _quantity(text: str, number: re.Match[str]) -> tuple[Token, int]:
     value, end = float(number[0]), number.end()
     if (found := _AFTER_NUMBER.match(text, end)) is None:
         return Token("number", number[0], value), end
-    unit = find_unit(found["unit"], Dimension.NUMBER)
+    try:
+        unit = find_unit(found["unit"], Dimension.NUMBER)
+    except UnknownUnitError as error:
+        raise ExpressionError(str(error)) from None
     whole = text[number.start() : found.end()]
     return Token("number", whole, value * unit.factor, unit.powers), found.end()
 
