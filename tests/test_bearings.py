@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from test_physics_circles import DISCS, SLIDER_CRANK, disc_in_dish
+from test_physics_circles import DISCS, HOLLOW, SLIDER_CRANK, disc_in_dish
 from test_physics_tools import scene
 
 from exudyn_flexlink.cli import main
@@ -55,6 +55,10 @@ def test_a_journal_starts_in_the_middle_of_its_bearing_and_moves_with_it():
     at = approach(mechanism.bearings[0], state.q, state.v)
     assert at.gap == pytest.approx(5e-4, abs=1e-12)
     assert at.gap_rate == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_journal_in_a_bearing_on_the_ground_may_be_watched_for_it_moves():
+    assert scene(HOLLOW, "outputs.watch=ball.c").outputs.watch == "ball.c"
 
 
 def test_a_journal_starts_beside_the_middle_where_angles_given_ask_for_it():

@@ -53,6 +53,8 @@ def outputs(look: Lookup) -> Iterator[Mistake]:
     path = ("outputs", "watch")
     yield from look.point(path, point)
     for name, joint in valid(look.parts.joints):
-        if isinstance(joint, (RevoluteJoint, WeldJoint)) and {point, GROUND} == {*joint.points}:
+        played = isinstance(joint, RevoluteJoint) and joint.clearance > 0
+        pinned = isinstance(joint, (RevoluteJoint, WeldJoint)) and not played
+        if pinned and {point, GROUND} == {*joint.points}:
             message = f"'{point}' never moves: the joint '{name}' holds it on the ground"
             yield Mistake(path, message, "errors are judged by this point; watch another one")
