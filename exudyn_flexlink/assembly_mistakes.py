@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, inf
+from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
 from exudyn_flexlink.mechanism import (
@@ -17,8 +17,8 @@ from exudyn_flexlink.mechanism import (
     always_redundant,
     anchor_position,
     approach,
-    contact_length,
     face_length,
+    far_behind,
     formulation,
     on_the_contact,
     pairs,
@@ -134,10 +134,11 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
     state = assembly.state
     for contact in assembly.mechanism.contacts:
         at = approach(contact, state.q, state.v)
-        deepest, hint = _deepest_start(contact)
-        if on_the_contact(contact, float(at.place)) and -deepest < at.gap < -TOUCHING:
+        pressed = on_the_contact(contact, float(at.place)) and at.gap < -TOUCHING
+        # Farther behind than the face is long, it is beside it and may come round its end.
+        if pressed and not far_behind(contact, at):
             message = f"starts with a penetration of {-float(at.gap):.3g} m"
-            found.append(Mistake(("contacts", contact.name), message, hint))
+            found.append(Mistake(("contacts", contact.name), message, _apart(contact)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
         if gap < -TOUCHING:
@@ -147,13 +148,12 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
     return found
 
 
-def _deepest_start(contact: Contact) -> tuple[float, str]:
-    """Penetration (m) from which on a start is no slip, and what to do about one that is."""
+def _apart(contact: Contact) -> str:
+    """What to do about a contact that starts pressed."""
     if isinstance(contact, CircleContact):
-        return inf, "move one of the bodies, or make a radius smaller"
+        return "move one of the bodies, or make a radius smaller"
     what = "line" if isinstance(contact, FaceContact) else "curve"
-    # Farther behind than the face is long, it is beside it and may come round its end.
-    return contact_length(contact), f"move the body away, or choose the other 'side' of the {what}"
+    return f"move the body away, or choose the other 'side' of the {what}"
 
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_physics_tools import STEEL, angle, run, scene, total_energy, where
 
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, other_ways, scene_of
 from exudyn_flexlink.mechanism import anchor_position
 from exudyn_flexlink.mechanism.parts import Anchor
@@ -239,6 +240,18 @@ def test_a_point_deep_behind_its_face_is_refused_by_name():
     with pytest.raises(SceneError, match=r"contacts\.hit: starts with a penetration of 0\.3 m"):
         assembled(text)
     assembled(KILOGRAM_PLATE.format(y=0.3))
+
+
+def test_a_point_farther_behind_its_face_than_that_is_long_is_told_to_check_and_run():
+    """It flies 1.2 m behind a face of 1 m: its contact lets it pass, which no one may overlook."""
+    found, assembly = assembled(KILOGRAM_PLATE.format(y=-1.2))
+    told = "'hit' starts 1.2 m behind its line, which is 1 m long: it does not act"
+    assert told in " ".join(check_text(found, assembly).split())
+    (warning,) = simulate(found).warnings
+    assert warning.startswith(told)
+    found, assembly = assembled(KILOGRAM_PLATE.format(y=1.2))
+    assert "does not act" not in check_text(found, assembly)
+    assert simulate(found).warnings == ()
 
 
 KILOGRAM_PLATE = """

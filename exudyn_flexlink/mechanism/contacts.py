@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 
@@ -64,6 +65,31 @@ def on_the_contact(contact: Contact, place: float) -> bool:
     """Tell whether a place is one where the contact can act: what is closed has no ends."""
     length = contact_length(contact)
     return length == inf or 0 <= place <= length
+
+
+def far_behind(contact: Contact, at: Approach) -> bool:
+    """Tell whether a point is behind a face or a curve, and farther from it than that is long.
+
+    There it counts as one that came beside the face: the contact lets it pass.
+    """
+    opposite = on_the_contact(contact, float(at.place))
+    return opposite and float(at.gap) <= -contact_length(contact)
+
+
+def idle_at_start(mechanism: Mechanism, q: FloatArray, v: FloatArray) -> Iterator[str]:
+    """Say which contacts do not act at first, though the point is opposite their face.
+
+    At coordinates and velocities (parts, 3) of time 0.
+    """
+    for contact in mechanism.contacts:
+        at = approach(contact, q, v)
+        if far_behind(contact, at):
+            what = "line" if isinstance(contact, FaceContact) else "curve"
+            yield (
+                f"'{contact.name}' starts {-float(at.gap):.3g} m behind its {what}, which is "
+                f"{contact_length(contact):.3g} m long: it does not act until the point has come "
+                "round an end; if that side is the free one, choose the other 'side'"
+            )
 
 
 def swing_times(mechanism: Mechanism) -> dict[str, float]:

@@ -1,10 +1,10 @@
-"""Strikes that a run resolves badly: with too few steps, or at the edge of the face."""
+"""Strikes that a run resolves badly, by few steps or at a face's edge, and contacts that idle."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from exudyn_flexlink.mechanism import FaceContact, build_mechanism, face_length
+from exudyn_flexlink.mechanism import FaceContact, build_mechanism, face_length, idle_at_start
 from exudyn_flexlink.result import Result
 
 ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 1 %
@@ -53,3 +53,10 @@ def thin_overlaps(result: Result) -> Iterator[str]:
                 f"into the face, {share:.2g} of the {overlap:.2g} m by which it overlaps the face: "
                 "how long it stays there depends on the contact's stiffness; raise it and compare"
             )
+
+
+def idle_contacts(result: Result) -> Iterator[str]:
+    """Say which contacts did not act as the run began, though their points were opposite them."""
+    if len(result.time):
+        mechanism = build_mechanism(result.scene)
+        yield from idle_at_start(mechanism, result.poses[0], result.rates[0])
