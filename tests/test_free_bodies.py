@@ -123,6 +123,19 @@ accuracy: {{tolerance: 1.0e-8}}
     np.testing.assert_allclose(angle(found, "arm"), expected, atol=1e-7)
 
 
+def test_a_curve_that_a_point_mass_carries_gives_it_no_inertia():
+    """What presses on the curve turns it: an inertia that no one gave must not resist."""
+    carrier = """
+bodies: {cam: {type: rigid, mass: 1, inertia: 0}, pin: {type: rigid, mass: 1, inertia: 0}}
+curves: {groove: {type: line, from: [0, 0.2], to: [1, 0.2], on: cam}}
+joints: {rides: {type: slot, point: pin.centre, curve: groove}}
+initial: {positions: {cam: [0, 0], pin: [0.5, 0.2]}}
+"""
+    cam, pin = assembled(carrier)[1].mechanism.parts
+    assert cam.inertia < 1e-9 * cam.mass * cam.reach**2
+    assert pin.inertia == pytest.approx(pin.mass * pin.reach**2)  # nothing turns it
+
+
 # --- weight ---------------------------------------------------------------------------------
 
 

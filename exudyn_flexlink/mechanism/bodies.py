@@ -18,9 +18,10 @@ from exudyn_flexlink.scene import (
     RodBody,
     Scene,
     SleeveJoint,
-    SlotJoint,
     split_point,
+    stays_a_point,
 )
+from exudyn_flexlink.scene.lookup import Parts
 
 POINT = 1e-6  # of its reach: radius of gyration of a point mass, since equations need some inertia
 STEEL = 7850.0  # kg/m^3: density of a body without any extent of its own
@@ -184,26 +185,13 @@ class Bodies:
     def _add_rigid(self, name: str, body: RigidBody) -> dict[str, tuple[int, float, float]]:
         x, y = body.centre_of_mass
         points = {"centre": (0, x, y)} | {key: (0, *at) for key, at in body.points.items()}
-        arms = [hypot(px - x, py - y) for _, px, py in points.values()]
         reach = max(hypot(px, py) for _, px, py in points.values())
         # A body that refers to its own origin only still has a size, to weigh its angle by.
         reach = reach or max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))
         # A point mass that nothing turns stays as it is, whatever its inertia: its size gives one.
         # Where others turn with it, its own must not count.
-        alone = not any(arms) and not _is_turned(self.scene, name)
+        alone = stays_a_point(Parts.of(dict(self.scene)), name, body)
         least = body.mass * ((1.0 if alone else POINT) * reach) ** 2
         inertia = body.inertia or least
         self.parts.append(RigidPart(name, name, body.mass, inertia, (x, y), reach))
         return points
-
-
-def _is_turned(scene: Scene, body: str) -> bool:
-    """Tell whether a joint, a spring or a drive acts on the angle of a body."""
-    acting = {
-        getattr(part, "joint", "") for part in (*scene.springs.values(), *scene.drives.values())
-    }
-    return any(
-        body in joint.bodies
-        and (name in acting or not isinstance(joint, RevoluteJoint | SlotJoint))
-        for name, joint in scene.joints.items()
-    )

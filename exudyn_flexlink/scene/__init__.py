@@ -60,6 +60,7 @@ from exudyn_flexlink.scene.parse import (
     check_document,
     parse_scene,
 )
+from exudyn_flexlink.scene.point_masses import stays_a_point
 from exudyn_flexlink.scene.run import (
     FEWEST_STEPS_PER_CONTACT,
     Accuracy,
@@ -133,4 +134,5 @@ __all__ = [
     "parse_scene",
     "sensed_by",
     "split_point",
+    "stays_a_point",
 ]

@@ -11,6 +11,7 @@ from exudyn_flexlink.scene.drive_names import drives
 from exudyn_flexlink.scene.force_names import contacts, springs
 from exudyn_flexlink.scene.joint_names import curves, joints
 from exudyn_flexlink.scene.lookup import Lookup, Parts, valid
+from exudyn_flexlink.scene.point_masses import point_masses
 from exudyn_flexlink.scene.state_names import initial, outputs, run
 from exudyn_flexlink.source import KeyPath, Mistake
 
@@ -21,7 +22,7 @@ def find_mistakes(parts: Parts) -> list[Mistake]:
     """Return every name that leads nowhere, or to the wrong kind of part."""
     look = Lookup(parts)
     checks = (_materials, curves, joints, springs, drives, contacts, initial, run, outputs)
-    found = [mistake for check in checks for mistake in check(look)]
+    found = [mistake for check in (*checks, point_masses) for mistake in check(look)]
     return [*_odd_names(parts), *found]
 
 

@@ -1,0 +1,58 @@
+"""Point masses: bodies without inertia, and whether anything turns them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from exudyn_flexlink.scene.base import split_point
+from exudyn_flexlink.scene.bodies import RigidBody
+from exudyn_flexlink.scene.contacts import CircleOnCircle, PointOnCurve
+from exudyn_flexlink.scene.joints import RevoluteJoint, SlotJoint
+from exudyn_flexlink.scene.lookup import Lookup, Parts, valid
+from exudyn_flexlink.source import Mistake
+
+
+def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
+    """Tell whether all that acts on a body acts at its centre, but perhaps friction.
+
+    Then its angle is nobody's business. A joint, a spring, a drive or a curve that it carries can
+    turn it, and so can forces at its other points.
+    """
+    if any(place != body.centre_of_mass for place in body.points.values()):
+        return False
+    if any(curve.on == name for _, curve in valid(parts.curves)):
+        return False
+    acting = (*valid(parts.springs), *valid(parts.drives))
+    turned = {getattr(part, "joint", None) for _, part in acting}
+    return not any(
+        name in joint.bodies and (own in turned or not isinstance(joint, RevoluteJoint | SlotJoint))
+        for own, joint in valid(parts.joints)
+    )
+
+
+def point_masses(look: Lookup) -> Iterator[Mistake]:
+    """Refuse friction around a point mass: what it turns has an inertia, which is not known."""
+    rough = list(_rough(look.parts))
+    for name, body in valid(look.parts.bodies):
+        if not isinstance(body, RigidBody) or body.inertia > 0:
+            continue
+        found = next((what for what, bodies in rough if name in bodies), None)
+        if found is not None and stays_a_point(look.parts, name, body):
+            yield Mistake(
+                ("bodies", name, "inertia"),
+                f"friction in '{found}' turns '{name}', which has no inertia",
+                "give its moment of inertia, m r^2/2 of a disc; or take the friction away",
+            )
+
+
+def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
+    """Names of contacts and bearings whose friction acts around points, and of their bodies."""
+    for name, contact in valid(parts.contacts):
+        if getattr(contact.law, "friction", 0.0) > 0:
+            if isinstance(contact, CircleOnCircle):
+                yield name, {split_point(circle.at)[0] for circle in contact.circles}
+            elif isinstance(contact, PointOnCurve) and contact.radius > 0:
+                yield name, {split_point(contact.point)[0]}
+    for name, joint in valid(parts.joints):
+        if isinstance(joint, RevoluteJoint) and joint.law is not None and joint.law.friction > 0:
+            yield name, set(joint.bodies)
