@@ -112,18 +112,20 @@ def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
 
 def speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
     """A drive or a speed at the start that joints, or others before it, do not allow."""
-    if error.part is None:
+    if error.drive is not None:
         return Mistake(
-            ("drives", str(error.drive)),
+            ("drives", error.drive),
             "the mechanism can't follow this drive at the start: joints or other drives block it",
             "a dead centre, or two drives of one freedom; start at another angle",
         )
-    body = mechanism.parts[error.part].body
-    turning = error.axis == 2
+    if error.part is None:
+        key, name = "speeds_along", str(error.slide)
+    else:
+        key, name = "speeds" if error.axis == 2 else "velocities", mechanism.parts[error.part].body
     return Mistake(
-        ("initial", "speeds" if turning else "velocities", body),
-        f"this {'speed' if turning else 'velocity'} contradicts the joints, the drives or the "
-        "speeds above",
+        ("initial", key, name),
+        f"this {'velocity' if key == 'velocities' else 'speed'} contradicts the joints, the drives "
+        "or the speeds above",
         "leave out what follows from others",
     )
 

@@ -171,4 +171,5 @@ def _start(scene: Scene, mechanism: Mechanism) -> Start:
         {mechanism.parts_of(body)[0]: v for body, v in initial.velocities.items()},
         {mechanism.parts_of(body)[0]: x for body, x in initial.positions.items()},
         dict(initial.along),
+        dict(initial.speeds_along),
     )

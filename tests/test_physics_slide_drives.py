@@ -293,6 +293,56 @@ def test_a_link_is_drawn_through_its_sleeve():
     np.testing.assert_allclose(where(result, "link.start"), out[:, None] * line, atol=1e-8)
 
 
+# --- speeds at the start ------------------------------------------------------------------------
+
+
+@BOTH
+@pytest.mark.parametrize("turned", [False, True], ids=["on the ground", "on the block"])
+def test_a_slider_thrown_up_its_line_goes_as_far_as_galilei_says(settings, off, turned):
+    """s = v t - g sin(a) t^2 / 2; seen from the block the ground's point leaves the other way."""
+    text, speed = BLOCK + "gravity: 9.81\n", 3.0
+    if turned:
+        text, speed = text.replace("[ground, block.b]", "[block.b, ground]"), -3.0
+    result = run(text + f"initial: {{speeds_along: {{way: {speed} m/s}}}}\n", *settings)
+    gone = 3 * result.time - 0.6 * 9.81 * result.time**2 / 2
+    expected = np.array([0.1, 0.2]) + gone[:, None] * ALONG
+    np.testing.assert_allclose(where(result, "block.b"), expected, atol=off)
+
+
+@BOTH
+def test_a_bead_thrown_along_a_turning_line_counts_its_speed_on_the_line(settings, off):
+    """r = r0 cosh(w t) + u/w sinh(w t), with u against the guide, which itself moves along, too."""
+    text = TURNTABLE.replace("  slide: {type: speed, joint: way, value: 0.2 m/s}\n", "")
+    text = text.replace("{along: {way: 0.1}}", "{along: {way: 0.1}, speeds_along: {way: 0.2}}")
+    result = run(text, "run.duration=0.2", *settings)
+    t, w, (x, y) = result.time, 5.0, np.array([0.05, 0.1])
+    line = np.array([0.6, 0.8])
+    ahead, aside = line @ (x, y), 0.6 * y - 0.8 * x  # of the line's point, from the pivot
+    out = (ahead + 0.1) * np.cosh(w * t) + 0.2 / w * np.sinh(w * t)
+    own = out[:, None] * line + aside * np.array([-0.8, 0.6])
+    c, s = np.cos(w * t), np.sin(w * t)
+    expected = np.stack([c * own[:, 0] - s * own[:, 1], s * own[:, 0] + c * own[:, 1]], axis=-1)
+    np.testing.assert_allclose(where(result, "bead.c"), expected, atol=max(off, 1e-8))
+
+
+@pytest.mark.parametrize(
+    "play", ["", ", clearance: 0.1 mm, law: {stiffness: 1.0e5, restitution: 0.5}"]
+)
+def test_a_link_starts_as_fast_along_its_sleeve_as_it_is_given(play):
+    text = SLEEVE.replace("PLAY", play).replace("along: {", "speeds_along: {in: 2}, along: {")
+    start = assemble_scene(scene(text)).state
+    np.testing.assert_allclose(start.v[1], [2 * cos(0.5), 2 * sin(0.5), 0], atol=1e-12)
+
+
+def test_speeds_along_that_contradict_are_named():
+    words = "initial.speeds_along.way: this speed contradicts the joints, the drives"
+    assert words in refused(BLOCK + SWAY + "initial: {speeds_along: {way: 0.1}}\n")
+    wrong = BLOCK + "initial: {speeds_along: {block: 0.1}}\n"
+    assert "initial.speeds_along.block: unknown joint 'block'" in refused(wrong)
+    angular = BLOCK + "initial: {speeds_along: {way: 1 rad/s}}\n"
+    assert "expected a speed" in refused(angular)
+
+
 # --- what is refused ----------------------------------------------------------------------------
 
 

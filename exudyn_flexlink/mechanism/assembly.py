@@ -15,10 +15,10 @@ from exudyn_flexlink.mechanism.closing import (
     positions,
     scale_roots,
 )
-from exudyn_flexlink.mechanism.constraints import constraint_rows
+from exudyn_flexlink.mechanism.constraints import along_slides, constraint_rows
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
-from exudyn_flexlink.mechanism.laying_out import Start
+from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.spanning import spanning_tree
@@ -65,15 +65,22 @@ class Assembly:
 
 
 class CannotMoveError(ValueError):
-    """A drive, or the initial speed of a part, contradicts the joints and those before it.
+    """A drive, or a speed at the start, contradicts the joints and those before it.
 
-    `drive` is its name, or None; else `part` is the part, and `axis` 0 or 1 for its velocity along
-    x or y and 2 for its angular speed.
+    `drive` is its name, or `slide` that of the joint along which the speed is, or None; else `part`
+    is the part, and `axis` 0 or 1 for its velocity along x or y and 2 for its angular speed.
     """
 
-    def __init__(self, drive: str | None, part: int | None = None, axis: int | None = None) -> None:
-        super().__init__(f"the mechanism can't follow {drive or part}")
+    def __init__(
+        self,
+        drive: str | None = None,
+        slide: str | None = None,
+        part: int | None = None,
+        axis: int | None = None,
+    ) -> None:
+        super().__init__(f"the mechanism can't follow {drive or slide or part}")
         self.drive = drive
+        self.slide = slide
         self.part = part
         self.axis = axis
 
@@ -190,7 +197,7 @@ def _velocities(
 
 @dataclass(frozen=True)
 class _Wanted:
-    """A speed at time 0: of a motor's row, or of a coordinate of a part; who contradicts it."""
+    """A speed at time 0: that of a row, or of a part that turns; who contradicts it."""
 
     value: float
     error: CannotMoveError
@@ -206,8 +213,10 @@ class _Moving:
     ) -> None:
         joints = constraints_at(mechanism, q, places)
         along = [(part, axis) for part in start.velocities for axis in (0, 1)]
+        slides = slides_named(mechanism, start.speeds_along)
         self._mechanism, self._q = mechanism, q
-        self._constraints = joints.with_fixed(along)
+        fixed = joints.with_fixed(along)
+        self._constraints = fixed.with_rows(*along_slides(slides, np.zeros(len(slides)), q))
         self._tree = spanning_tree(mechanism)
         self._driven = len(joints) - len(mechanism.speed_motors)
         self.wanted = [
@@ -216,16 +225,20 @@ class _Moving:
                 for i, motor in enumerate(mechanism.speed_motors)
             ),
             *(
-                _Wanted(speed, CannotMoveError(None, part, 2), turning=part)
+                _Wanted(speed, CannotMoveError(part=part, axis=2), turning=part)
                 for part, speed in start.speeds.items()
             ),
             *(
                 _Wanted(
                     start.velocities[part][axis],
-                    CannotMoveError(None, part, axis),
+                    CannotMoveError(part=part, axis=axis),
                     row=len(joints) + i,
                 )
                 for i, (part, axis) in enumerate(along)
+            ),
+            *(
+                _Wanted(speed, CannotMoveError(slide=name), row=len(fixed) + i)
+                for i, (name, speed) in enumerate(start.speeds_along.items())
             ),
         ]
 

@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism.laying_out import (
     inner_joints,
     known_angles,
     lay_out,
-    slides_of,
+    slides_named,
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
@@ -170,8 +170,7 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
         ends = {motor.first, motor.second} - {GROUND}
         if len(ends) == 1 and not ends & set(start.guesses):
             held |= ends
-    known = {slide.name: slide for slide in slides_of(mechanism)}
-    slides = [known[name] for name in start.along]
+    slides = slides_named(mechanism, start.along)
     return _Held(held, start.positions, slides, list(start.along.values()))
 
 

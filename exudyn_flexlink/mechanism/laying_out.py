@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -27,7 +27,7 @@ class Start:
     """What the scene says of time 0, by part: held and guessed angles, held speeds.
 
     `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
-    far slides are out, by their names.
+    far slides are out, by their names, and `speeds_along` (m/s) the rate of that.
     """
 
     angles: Mapping[int, float]
@@ -36,6 +36,7 @@ class Start:
     velocities: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     positions: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     along: Mapping[str, float] = field(default_factory=dict)
+    speeds_along: Mapping[str, float] = field(default_factory=dict)
 
 
 def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> FloatArray:
@@ -63,6 +64,12 @@ def slides_of(mechanism: Mechanism) -> list[Slide]:
     """Prismatic joints and sleeves; those with clearance as if there were none."""
     in_channels = (Slide(c.name, c.guide, node_anchor(c, 0)) for c in mechanism.channels)
     return [*mechanism.slides, *in_channels]
+
+
+def slides_named(mechanism: Mechanism, names: Iterable[str]) -> list[Slide]:
+    """Those of `slides_of` that have these names, in the order of the names."""
+    known = {slide.name: slide for slide in slides_of(mechanism)}
+    return [known[name] for name in names]
 
 
 def known_lengths(mechanism: Mechanism, start: Start) -> dict[str, float]:

@@ -40,6 +40,11 @@ class Initial(Part):
         description="how far second points of prismatic joints are along their lines from the "
         "first, or starts of links along their sleeves; held while assembling",
     )
+    speeds_along: Named[Speed] = Field(
+        default_factory=FrozenMapping,
+        description="how fast second points of prismatic joints move along their lines, away from "
+        "the first, or starts of links along their sleeves",
+    )
     speeds: Named[AngularSpeed] = Field(
         default_factory=FrozenMapping, description="angular speeds of bodies"
     )

@@ -17,9 +17,10 @@ def initial(look: Lookup) -> Iterator[Mistake]:
         for body in getattr(look.parts.initial, key, ()):
             for found in look.missing(("initial", key, body), "bodies", body):
                 yield Mistake(found.path, found.message, found.hint, on_key=True)
-    for joint in getattr(look.parts.initial, "along", ()):
-        for found in look.sliding(("initial", "along", joint), joint, play=True):
-            yield Mistake(found.path, found.message, found.hint, on_key=True)
+    for key in ("along", "speeds_along"):
+        for joint in getattr(look.parts.initial, key, ()):
+            for found in look.sliding(("initial", key, joint), joint, play=True):
+                yield Mistake(found.path, found.message, found.hint, on_key=True)
 
 
 def run(look: Lookup) -> Iterator[Mistake]:

@@ -94,6 +94,7 @@ OTHER_WORDS: dict[str, str] = {
     # keys of the state at time 0, of the run and of its accuracy
     "positions": "position places q x",
     "along": "displacements lengths slides",
+    "speeds_along": "sliding_speeds slide_speeds linear_speeds",
     "angles": "angle phi theta rotations",
     "guesses": "guess initial_guess",
     "speeds": "omega angular_velocities angular_velocity angular_speeds rates",
