@@ -87,10 +87,10 @@ class Seen:
 
 @dataclass(frozen=True)
 class StrikePair:
-    """One strike in both runs; None in a run that has no such strike."""
+    """One strike in both runs; None in a run that has no such strike. `lap`: see `Strike`."""
 
     contact: str
-    lap: int
+    lap: int | None
     first: Strike | None
     second: Strike | None
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from math import atan2, degrees, exp, hypot, pi
+import json
+from math import acos, atan2, degrees, exp, hypot, pi
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +14,7 @@ from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.report import check_text, run_text
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import Document, parse_document
+from exudyn_flexlink.storage import save
 
 FOUR_BAR = """
 title: four-bar linkage
@@ -152,11 +155,46 @@ accuracy: {tolerance: 1.0e-6}
 """
 
 
-def test_a_run_without_a_joint_that_turns_has_neither_laps_nor_crank() -> None:
+def test_a_run_without_a_joint_that_turns_has_neither_laps_nor_crank(tmp_path: Path) -> None:
     """Fallen from 0.2 m, the ball strikes at sqrt(2 h / g) = 0.20193 s."""
-    text = run_text(simulate(scene(BALL), measure=False))
+    result = simulate(scene(BALL), measure=False)
+    text = run_text(result)
     head, row = text[text.index("Strikes of hit") :].splitlines()[1:3]
     assert head.split() == ["time", "approach", "place", "bar", "peak"]
     assert row.split()[:3] == ["0.20193", "s", "1.9809"]
     assert "lap" not in text
     assert "crank" not in text
+    save(result, tmp_path)
+    (strike, *_) = json.loads((tmp_path / "summary.json").read_text())["strikes"]["hit"]
+    assert not {"lap", "crank_angle_rad"} & set(strike)
+    assert strike["begin_s"] == pytest.approx(0.20193, abs=1e-5)
+
+
+PENDULUM = """
+title: pendulum against a bar
+gravity: 9.81
+bodies:
+  arm: {type: rigid, mass: 1, inertia: 0.01, points: {pin: [0, 0], tip: [0.5, 0]},
+        centre_of_mass: [0.5, 0]}
+  bar: {type: rigid, mass: 1, inertia: 0.1, points: {a: [0, -1], b: [0, 1]}}
+joints:
+  hinge: {type: revolute, points: [ground, arm.pin], at: [0, 0]}
+  hold: {type: weld, points: [ground, bar.centre], at: [-0.1, 0]}
+contacts:
+  hit: {type: point_on_line, point: arm.tip, line: [bar.a, bar.b], side: right,
+        law: {stiffness: 1.0e+5, restitution: 0.8}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
+
+
+def test_the_angle_of_a_joint_that_nothing_drives_has_its_name_and_no_laps(tmp_path: Path) -> None:
+    """The tip strikes 0.1 m beside the hinge: at an angle of -acos(-0.1/0.5)."""
+    result = simulate(scene(PENDULUM), measure=False)
+    assert "lap" not in run_text(result)
+    save(result, tmp_path)
+    (strike, *_) = json.loads((tmp_path / "summary.json").read_text())["strikes"]["hit"]
+    assert not {"lap", "crank_angle_rad"} & set(strike)
+    assert strike["angle_of_hinge_rad"] == pytest.approx(-acos(-0.2), abs=1e-5)
+    head = (tmp_path / "trajectory_arm.tip.csv").read_text().splitlines()[0]
+    assert head.startswith("t_s,angle_of_hinge_rad,")

@@ -4,7 +4,14 @@ Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angl
 number of samples.
 """
 
-from exudyn_flexlink.observables.crank import crank_angle, crank_joint, joint_angle, laps, turns
+from exudyn_flexlink.observables.crank import (
+    crank_angle,
+    crank_column,
+    crank_joint,
+    joint_angle,
+    laps,
+    turns,
+)
 from exudyn_flexlink.observables.deviations import Deviation, deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.forces import (
@@ -86,6 +93,7 @@ __all__ = [
     "contact_states",
     "contact_totals",
     "crank_angle",
+    "crank_column",
     "crank_joint",
     "deepest",
     "deviation",

@@ -33,6 +33,18 @@ def crank_joint(scene: Scene) -> str | None:
     return None
 
 
+def crank_column(scene: Scene) -> str | None:
+    """What files call the angle of that joint: of a crank, or by its own name; None without one.
+
+    A crank is driven, or its turns end the run.
+    """
+    name = crank_joint(scene)
+    driven = any(getattr(drive, "joint", None) == name for drive in scene.drives.values())
+    if name is None or driven or name == scene.run.of:
+        return name and "crank_angle"
+    return f"angle_of_{name.replace(' ', '_')}"
+
+
 def crank_angle(result: Result) -> FloatArray:
     """Angle of the crank joint (N,), rad: second body relative to the first, continuous.
 

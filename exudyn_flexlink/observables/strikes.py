@@ -23,16 +23,16 @@ LAST_PART = 0.05  # of the time between two strikes: the part in which the body 
 class Strike:
     """One strike: a burst of contacts and impacts, from the first touch to the last separation.
 
-    `crank_angle` (rad, continuous) and `lap` (from 1) are those of the first touch; None and 1
-    without a crank. `approach_speed` (m/s) and `place` (m along the face from its start) are those
-    of the first touch, `impulse` (N s) and `energy_lost` (J) sums over its contacts, nan where the
-    strike still lasts at the end of the run (`ended` is False).
-    `peak_force` (N) is the largest, whatever is sampled; nan with an impact, an impulse without
-    duration, whose force has no bound. `contacts` counts impacts too.
+    `crank_angle` (rad, continuous) and `lap` (from 1) are those of the first touch; None without a
+    joint that turns, and without one that goes round. `approach_speed` (m/s) and `place` (m along
+    the face from its start) are those of the first touch, `impulse` (N s) and `energy_lost` (J)
+    sums over its contacts, nan where the strike still lasts at the end of the run (`ended` is
+    False). `peak_force` (N) is the largest, whatever is sampled; nan with an impact, an impulse
+    without duration, whose force has no bound. `contacts` counts impacts too.
     """
 
     contact: str
-    lap: int
+    lap: int | None
     begin: float
     end: float
     crank_angle: float | None
@@ -62,7 +62,8 @@ def strikes(result: Result, contact: str) -> list[Strike]:
         raise ValueError(f"the scene has no contact '{contact}'; there are: {known}")
     angle = crank_angle(result) if crank_joint(result.scene) is not None else None
     bursts: list[list[Interval]] = []
-    if angle is None or not turns(result):
+    goes_round = turns(result)
+    if angle is None or not goes_round:
         bursts = [[interval] for interval in result.contacts[contact].touches]
     else:
         apart_since = 0.0
@@ -74,17 +75,21 @@ def strikes(result: Result, contact: str) -> list[Strike]:
             else:
                 bursts.append([interval])
                 apart_since = interval.end
-    return [_strike(result, contact, burst, angle) for burst in bursts]
+    return [_strike(result, contact, burst, angle, goes_round) for burst in bursts]
 
 
 def _strike(
-    result: Result, contact: str, burst: list[Interval], angle: FloatArray | None
+    result: Result,
+    contact: str,
+    burst: list[Interval],
+    angle: FloatArray | None,
+    goes_round: bool,
 ) -> Strike:
     first, ended = burst[0], not any(interval.lasts for interval in burst)
-    lap, at = 1, None
+    lap, at = None, None
     if angle is not None:
         at = float(np.interp(first.begin, result.time, angle))
-        lap = int(lap_of(np.append(angle, at))[-1])
+        lap = int(lap_of(np.append(angle, at))[-1]) if goes_round else None
     return Strike(
         contact=contact,
         lap=lap,

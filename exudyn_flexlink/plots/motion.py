@@ -108,7 +108,7 @@ def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
     for name in result.scene.contacts:
         for strike in strikes(result, name):
             turned = abs(float(np.interp(strike.begin, result.time, angle - angle[0])))
-            x = turned - 2 * np.pi * (strike.lap - 1)
+            x = turned - 2 * np.pi * ((strike.lap or 1) - 1)
             for series in position.T:
                 y = float(np.interp(strike.begin, result.time, series))
                 label = "first contact" if first else None

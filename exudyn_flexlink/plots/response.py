@@ -217,7 +217,7 @@ def _strike_by_strike(
         until = min(strike.begin + SHOWN_AFTER, following)
         time = np.linspace(strike.begin - 0.005, min(until, response.time[-1]), 1000)
         since, colour = 1e3 * (time - strike.begin), _COLOURS[i]
-        label = f"strike {i + 1}" + ("" if strike.crank_angle is None else f" (lap {strike.lap})")
+        label = f"strike {i + 1}" + ("" if strike.lap is None else f" (lap {strike.lap})")
         if trusted is not None and strike.begin >= trusted[0]:
             label += ",\nbeyond the horizon"
         # Strikes alike lie on each other: the earlier ones are broader.

@@ -9,7 +9,6 @@ from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import (
     Deviation,
     Strike,
-    crank_joint,
     name_of,
     relative_energy_residual,
 )
@@ -140,7 +139,7 @@ def _levers(comparison: Comparison) -> list[str]:
 
 def _strikes(comparison: Comparison, contact: str) -> list[str]:
     pairs = [pair for pair in comparison.strikes if pair.contact == contact]
-    turns = crank_joint(comparison.first.result.scene) is not None
+    turns = any(pair.lap is not None for pair in pairs)
     names = [comparison.first.name, comparison.second.name, "difference"]
     rows = [["lap" if turns else "", "", *names]]
     for pair in pairs[:MOST_STRIKES]:
@@ -176,7 +175,7 @@ def _strike(pair: StrikePair) -> list[list[str]]:
         shown = ["no strike" if x is None else _told(x, digits, unit) for x in values]
         one, other = values
         apart = "" if one is None or other is None else _told(one - other, "+.2g", unit, "")
-        rows.append([str(pair.lap) if what == "time" else "", what, *shown, apart])
+        rows.append([str(pair.lap or "") if what == "time" else "", what, *shown, apart])
     return rows
 
 

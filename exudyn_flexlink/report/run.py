@@ -69,11 +69,11 @@ def _strikes(result: Result, contact: str) -> list[str]:
     response = None if struck is None else lever_response(result, contact)
     ends = [strike.begin for strike in found[1:]] + [inf]
     peak = "" if struck is None else f"{struck} peak"
-    crank = crank_joint(result.scene)
-    turned = [] if crank is None else ["lap", f"angle of {crank}"]
-    rows = [[*turned, "time", "approach", "place", peak]]
+    lap = ["lap"] if found[0].lap is not None else []
+    turned = [] if found[0].crank_angle is None else [f"angle of {crank_joint(result.scene)}"]
+    rows = [[*lap, *turned, "time", "approach", "place", peak]]
     rows += [
-        [*(_turned(strike) if turned else []), *_strike(strike, response, end)]
+        [*_turned(strike), *_strike(strike, response, end)]
         for strike, end in list(zip(found, ends, strict=True))[:MOST_STRIKES]
     ]
     more = len(found) - MOST_STRIKES
@@ -92,9 +92,10 @@ def _strike(strike: Strike, response: LeverResponse | None, until: float) -> lis
 
 
 def _turned(strike: Strike) -> list[str]:
-    """Lap and angle of the joint whose turns count."""
-    angle = strike.crank_angle
-    return [str(strike.lap), "" if angle is None else f"{degrees(angle) % 360:.2f} deg"]
+    """Lap and angle of the joint whose turns count, as far as there are any."""
+    lap, angle = strike.lap, strike.crank_angle
+    told = [] if lap is None else [str(lap)]
+    return [*told, *([] if angle is None else [f"{degrees(angle) % 360:.2f} deg"])]
 
 
 def _responses(result: Result) -> list[str]:

@@ -138,14 +138,14 @@ def _statistics(part: Statistics) -> dict[str, Any]:
 def _strikes(comparison: Comparison, pair: StrikePair) -> dict[str, Any]:
     return {
         "contact": pair.contact,
-        "lap": pair.lap,
-        comparison.first.name: _strike(pair.first),
-        comparison.second.name: _strike(pair.second),
+        **({} if pair.lap is None else {"lap": pair.lap}),
+        comparison.first.name: _strike(comparison.first, pair.first),
+        comparison.second.name: _strike(comparison.second, pair.second),
     }
 
 
-def _strike(strike: Strike | None) -> dict[str, Any] | None:
-    return None if strike is None else strike_data(strike)
+def _strike(seen: Seen, strike: Strike | None) -> dict[str, Any] | None:
+    return None if strike is None else strike_data(strike, seen.result.scene)
 
 
 def _contacts(comparison: Comparison, joint: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
     crank_angle,
-    crank_joint,
+    crank_column,
     lever_response,
     path,
     struck_bodies,
@@ -68,8 +68,9 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     """
     touches, last = result.intervals[name], float(result.time[-1])
     columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.until(last)}
-    if crank_joint(result.scene) is not None:
-        columns["crank_angle_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
+    angle = crank_column(result.scene)
+    if angle is not None:
+        columns[f"{angle}_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
     return columns | {
         "pair": np.asarray(touches.pair + 1, dtype=np.float64),
         "impulse_N_s": touches.impulse,
@@ -84,8 +85,9 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
 
 def _instants(result: Result) -> dict[str, FloatArray]:
     columns = {"t_s": result.time}
-    if crank_joint(result.scene) is not None:
-        columns["crank_angle_rad"] = crank_angle(result)
+    angle = crank_column(result.scene)
+    if angle is not None:
+        columns[f"{angle}_rad"] = crank_angle(result)
     return columns
 
 

@@ -11,12 +11,14 @@ from exudyn_flexlink.observables import (
     State,
     Strike,
     contact_totals,
+    crank_column,
     joints_with_play,
     lever_response,
     strikes,
     struck_bodies,
 )
 from exudyn_flexlink.result import Extremes, Result
+from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, named_fields, told_fields
 from exudyn_flexlink.storage.errors import (
     ARRAYS,
@@ -49,9 +51,10 @@ def save(result: Result, folder: Path) -> None:
 
     ``result.nc`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
     ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<joint>.csv`` of every
-    joint with clearance that touched. The column crank_angle_rad is left out where the scene has no
-    revolute joint. Files of the same names are written over; inside a `staged_folder`, all is
-    written whole or not at all, and no file of the user is replaced.
+    joint with clearance that touched. The column crank_angle_rad has the name of its joint where
+    that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
+    Files of the same names are written over; inside a `staged_folder`, all is written whole or not
+    at all, and no file of the user is replaced.
 
     Raises:
         StorageError: the folder can't be written, or a link or a device is in the way.
@@ -100,13 +103,19 @@ def _summary(result: Result) -> dict[str, Any]:
 
 def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:
     """Strikes for the reader of the summary: names with units (they are not read back)."""
-    return [strike_data(strike) for strike in strikes(result, contact)]
+    return [strike_data(strike, result.scene) for strike in strikes(result, contact)]
 
 
-def strike_data(strike: Strike) -> dict[str, Any]:
-    """Fields of a strike by name and unit."""
+def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
+    """Fields of a strike by name and unit; without laps and angle where nothing turns."""
+    absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
+    names = {"crank_angle": crank_column(scene)}
     told: dict[str, Any] = plain(strike)
-    return {f"{key}{_UNITS.get(key, '')}": value for key, value in told.items()}
+    return {
+        f"{names.get(key, key)}{_UNITS.get(key, '')}": value
+        for key, value in told.items()
+        if key not in absent
+    }
 
 
 def contact_data(totals: ContactTotals) -> dict[str, float]:
