@@ -75,25 +75,27 @@ class PublishedVelocity(_Number):
     value: Speed = Field(description="published value")
 
 
-class PublishedAngle(_Number):
+class _OfBody(_Number):
+    """What is said of a number of a body's turning."""
+
+    body: Name = Field(description="name of a body; of a flexible one the first rod counts")
+    relative_to: Name | None = Field(None, description="other body; left out: the ground")
+    at: AtTime = None
+
+
+class PublishedAngle(_OfBody):
     """The angle of a body, or the difference of two bodies' angles."""
 
     unit: ClassVar[str] = "rad"
     type: Literal["angle"] = "angle"
-    body: Name = Field(description="name of a body; of a flexible one the first rod counts")
-    relative_to: Name | None = Field(None, description="other body; left out: the ground")
-    at: AtTime = None
     value: Angle = Field(description="published value")
 
 
-class PublishedAngularSpeed(_Number):
+class PublishedAngularSpeed(_OfBody):
     """The angular speed of a body, or the difference of two bodies'."""
 
     unit: ClassVar[str] = "rad/s"
     type: Literal["angular_speed"] = "angular_speed"
-    body: Name = Field(description="name of a body; of a flexible one the first rod counts")
-    relative_to: Name | None = Field(None, description="other body; left out: the ground")
-    at: AtTime = None
     value: AngularSpeed = Field(description="published value")
 
 
