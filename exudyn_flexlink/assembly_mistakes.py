@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
@@ -78,17 +79,18 @@ _ELSEWHERE: dict[str, tuple[str, ...]] = {
 
 
 def _path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
-    """Place in the file of a joint, or of the flexible body whose hinge it is."""
+    """Place in the file of a joint, or of the flexible body within which it is."""
     if joint in scene.joints:
         return ("joints", joint)
-    body = joint.split(" hinge ", maxsplit=1)[0]
+    body = re.split(" (?:hinge|stretch) ", joint, maxsplit=1)[0]
     return ("bodies", body) if body in scene.bodies else ()
 
 
 def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     """A joint that can't close, or what is given that keeps it from closing."""
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
-    message, hint = _OPEN[error.kind if joint is None else joint.type]  # None: a body's hinge, too
+    within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
+    message, hint = _OPEN[within if joint is None else joint.type]
     missing = []
     if error.gap > CLOSED:
         missing.append(f"{error.gap:.3g} m")

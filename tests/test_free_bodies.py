@@ -136,6 +136,36 @@ initial: {positions: {cam: [0, 0], pin: [0.5, 0.2]}}
     assert pin.inertia == pytest.approx(pin.mass * pin.reach**2)  # nothing turns it
 
 
+# --- links that stretch ---------------------------------------------------------------------
+
+STRETCHES = (
+    STEEL
+    + """
+bodies:
+  link: {type: flexible, length: 1, material: steel, section: {width: 10 mm, thickness: 2 mm},
+         rods: 3, stretch: true, hinges: {stiffness: beam}}
+joints:
+  one: {type: revolute, points: [ground, link.start], at: [0, 0]}
+  other: {type: revolute, points: [ground, link.end], at: [FAR, 0]}
+"""
+)
+
+
+def test_a_link_does_not_stretch_to_reach_its_joints_at_the_start():
+    """Its rods are stiff: a link that is too short is a mistake of the model, not a start."""
+    with pytest.raises(
+        SceneError, match=r"joints\.other: the joint can't close .*: 0\.2 m missing"
+    ):
+        assembled(STRETCHES.replace("FAR", "1.2"))
+
+
+def test_a_link_that_is_too_long_starts_bent_but_not_shortened():
+    _, found = assembled(STRETCHES.replace("FAR", "0.9"))
+    ends = np.vstack([found.state.q[:, :2], [0.9, 0]])
+    halves = np.hypot(*np.diff(ends, axis=0).T)
+    np.testing.assert_allclose(halves, 1 / 6, atol=1e-9)
+
+
 # --- weight ---------------------------------------------------------------------------------
 
 

@@ -58,13 +58,17 @@ def positions(
     pins than need close, if there are any in `laid_out_by`.
     """
     held = _held(mechanism, start)
+    # Bodies bend before they stretch, which would take forces that no start should have. Straight
+    # ones move as one: there nothing stretches anyway.
+    rods = [joint for joint in inner_joints(mechanism) if isinstance(joint, Slide)]
+    bent = replace(held, rods=rods)
     flexible = len(mechanism.bodies) < len(mechanism.parts)
     errors: list[CannotAssembleError] = []
     for straight in (True, False) if flexible else (True,):
         for turned in (0.0, *KICKS):
             q = lay_out(mechanism, _kicked(mechanism, start, turned, straight), laid_out_by)
             try:
-                return _close(mechanism, q, held, straight)
+                return _close(mechanism, q, held if straight else bent, straight)
             except CannotAssembleError as error:
                 errors.append(error)
     least = min(errors, key=lambda error: error.gap)
@@ -126,13 +130,15 @@ def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, Float
 class _Held:
     """Parts whose angle stays while the joints close, and places (m) at which parts are held.
 
-    Also slides, and how far (m) they are out.
+    Also slides, and how far (m) they are out, and the slides within `rods` that can stretch, which
+    stay as long as they are.
     """
 
     turns: Set[int] = frozenset()
     places: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     slides: Sequence[Slide] = ()
     lengths: Sequence[float] = ()
+    rods: Sequence[Slide] = ()
 
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
         """Rows of all joints, of drives that prescribe where they start, and of what is held."""
@@ -141,7 +147,8 @@ class _Held:
         joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places, starts)
         rows = [(part, axis) for part in self.places for axis in (0, 1)]
         joints = joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
-        return joints.with_rows(*along_slides(self.slides, np.array(self.lengths), q))
+        lengths = np.append(self.lengths, np.zeros(len(self.rods)))
+        return joints.with_rows(*along_slides([*self.slides, *self.rods], lengths, q))
 
 
 def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -> Start:
@@ -229,7 +236,8 @@ def _refuse_open(joints: Constraints) -> None:
         return
     rows = list(joints)
     worst = max(rows, key=lambda row: float(np.abs(row.residual).max()))
-    gap = sum(float(np.linalg.norm(row.lengths)) for row in rows)
+    held = joints.residual[joints.first_rows[-1] :]  # these gave way, too
+    gap = sum(float(np.linalg.norm(row.lengths)) for row in rows) + float(np.abs(held).sum())
     turn = sum(float(np.abs(row.angles).sum()) for row in rows)
     raise CannotAssembleError(worst.name, worst.kind, gap, turn)
 
