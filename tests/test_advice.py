@@ -95,7 +95,7 @@ def test_a_state_that_is_no_number_ends_a_run() -> None:
             return 1.0
 
     lost = Lost()
-    with pytest.raises(NoConvergenceError, match="no number any more"):
+    with pytest.raises(NoConvergenceError, match="beyond all bounds"):
         Solution(ExplicitStepper(lost, 1e-3), lost, [1.0]).run()
 
 

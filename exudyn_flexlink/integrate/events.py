@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 
 EVENT_TIME = 1e-13  # s: to which events are located, where the clock tells that apart
 LOOKS = 8  # at event functions within a step in which they may fall
@@ -52,7 +52,7 @@ def zero(value: Function, begin: float, end: float) -> float:
     def number(t: float) -> float:
         found = value(t)
         if isnan(found):
-            raise NoConvergenceError("the state is no number any more: the tolerance is too loose")
+            raise NoConvergenceError(DIVERGED)
         return found
 
     return float(brentq(number, begin, end, xtol=EVENT_TIME, rtol=1e-15))

@@ -17,7 +17,7 @@ from scipy.integrate import DOP853
 
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
-from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 
 FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
@@ -30,6 +30,9 @@ Dense = Callable[[float], FloatArray]
 # thirds of the steps at 1e-6 m, and errors with clearance exceed the tolerance earlier.
 RELATIVE, ABSOLUTE = 1e-3, 1e-5
 LEAST = 3e-14  # of each: what is less is rounding
+# m, rad, or per second: a number so large is known to no metre and to no turn any more. A state that
+# grows on ends where steps get too short or where it overflows, whichever rounding lets come first.
+BEYOND = 1.0 / np.finfo(float).eps
 
 
 class FirstOrderProblem(Protocol):
@@ -95,7 +98,7 @@ class ExplicitStepper:
             complaint = solver.step()
         if solver.status == "failed":
             raise NoConvergenceError(str(complaint))
-        _require_numbers(solver.y)
+        _require_bounds(solver.y)
         dense = _Lazy(solver)
         event = self.problem.first_event(solver.t_old, solver.t, dense)
         end = float(solver.t if event is None else event.time)
@@ -105,7 +108,7 @@ class ExplicitStepper:
         if done > instant(end, EVENT_TIME):
             self.smallest = min(self.smallest, done)
         self.problem.accept(end, dense, event)
-        _require_numbers(self.problem.state)
+        _require_bounds(self.problem.state)
         solver.max_step = self.problem.longest(solver.t, solver.y)
         return event
 
@@ -113,17 +116,17 @@ class ExplicitStepper:
         if self._solver is not None and self._solver.t_bound == stop:
             return self._solver
         y = self.problem.state
-        _require_numbers(y)
+        _require_bounds(y)
         return DOP853(
             self.problem.rate, self.time, y, stop, self.problem.longest(self.time, y),
             rtol=self.relative, atol=self.absolute,
         )  # fmt: skip
 
 
-def _require_numbers(y: FloatArray) -> None:
-    """Refuse a state that overflowed, which a tolerance may be loose enough to let pass."""
-    if not np.isfinite(y).all():
-        raise NoConvergenceError("the state is no number any more: the tolerance is too loose")
+def _require_bounds(y: FloatArray) -> None:
+    """Refuse a state that diverges, which a tolerance may be loose enough to let pass."""
+    if not np.abs(y).max(initial=0.0) < BEYOND:
+        raise NoConvergenceError(DIVERGED)
 
 
 class _Lazy:

@@ -77,5 +77,8 @@ class Problem(Protocol):
         """How far (m) changes (..., n) of the coordinates move anything, at most."""
 
 
+DIVERGED = "the state went beyond all bounds: the tolerance is too loose"
+
+
 class NoConvergenceError(RuntimeError):
     """No step is short enough, or events follow one another at one instant."""
