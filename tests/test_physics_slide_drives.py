@@ -169,6 +169,12 @@ def test_a_wedge_driven_along_the_face_that_closes_its_loop():
     force = -(3 * 0.64 + 2 * 0.36) * 0.9 * np.sin(3 * t)
     pushed = force[:, None] * np.array([-0.8, 0.6])
     np.testing.assert_allclose(result.drive_forces["m"], pushed, atol=1e-9)
+    # Newton's law of each: with a = -0.9 sin 3t the face pushes the rod by 3 (-0.8) a along x, and
+    # by 2 (0.6) a along y; of that the drive's share is along the face, the joint's across it.
+    push = -0.9 * np.sin(3 * t)[:, None] * np.array([-2.4, 1.2])
+    np.testing.assert_allclose(result.joint_forces["face"], push - pushed, atol=1e-9)
+    np.testing.assert_allclose(result.joint_forces["post"], [-1, 0] * push, atol=1e-9)
+    np.testing.assert_allclose(result.joint_forces["bed"], [0, 1] * push, atol=1e-9)
 
 
 # --- spin-up ------------------------------------------------------------------------------------

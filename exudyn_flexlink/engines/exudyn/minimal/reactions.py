@@ -11,7 +11,7 @@ from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Points
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.mechanism import Motor, Pin, Slide, Slot
+from exudyn_flexlink.mechanism import Motor, Slide, Slot
 from exudyn_flexlink.mechanism.tree import GuidedSlot
 
 FloatArray = NDArray[np.float64]
@@ -85,14 +85,14 @@ def _of_closures(
         own = multipliers[:, rows]
         if isinstance(closure, Motor):
             found.torques[closure.name] = own[:, 0]
-        elif isinstance(closure, Pin | Slot):
-            first = closure.anchor if isinstance(closure, Slot) else closure.second
-            found.forces[closure.name] = own
-            found.on_parts.append((first.part, own))
-            other = closure.carrier if isinstance(closure, Slot) else closure.first.part
-            found.on_parts.append((other, -own))
+            continue
+        force = _across(coordinates, closure, at, own[:, 0]) if isinstance(closure, Slide) else own
+        if isinstance(closure, Slot):
+            second, first = closure.anchor.part, closure.carrier
         else:
-            found.on_parts += _across(coordinates, closure, at, own[:, 0])
+            second, first = closure.second.part, closure.first.part
+        found.forces[closure.name] = force
+        found.on_parts += [(second, force), (first, -force)]
     for link, (motor, sign) in model.layout.motors.items():
         found.torques[motor.name] = sign * rest[:, link]
     return found
@@ -112,8 +112,7 @@ def _closing(
 
 def _across(
     coordinates: ClosedCoordinates, slide: Slide, at: Closing, size: FloatArray
-) -> list[tuple[int, FloatArray]]:
-    """Force between the two parts of a slide, across its line."""
+) -> FloatArray:
+    """Force of a slide on its second part, across its line."""
     normal = 1j * coordinates.closures.axis(slide, at.places)
-    force = size[:, None] * np.stack([normal.real, normal.imag], axis=-1)
-    return [(slide.second.part, force), (slide.first.part, -force)]
+    return np.asarray(size[:, None] * np.stack([normal.real, normal.imag], axis=-1))
