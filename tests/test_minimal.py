@@ -271,3 +271,9 @@ def test_stages_together_are_what_they_are_alone() -> None:
         alone = tree.evaluate(at, scale[i] * q, scale[i] * v)
         np.testing.assert_allclose(together.mass[i], alone.mass, rtol=1e-13, atol=1e-18)
         np.testing.assert_allclose(together.force[i], alone.force, rtol=1e-12, atol=1e-14)
+
+
+def test_a_loop_of_which_no_step_was_tried_is_at_no_dead_centre() -> None:
+    assembly = assemble_scene(load_scene(MODELS / "benchmarks" / "n_four_bar.yaml"))
+    tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
+    assert tree.coordinates.on_dead_centre() == (False, False)

@@ -24,7 +24,7 @@ class Oscillator:
     def evaluate(self, t, q, v):
         return Evaluation(self.mass, -self.stiffness @ q - self.damping @ v)
 
-    def evaluate_all(self, t, q, v):
+    def evaluate_stages(self, t, q, v):
         found = [self.evaluate(*at) for at in zip(t, q, v, strict=True)]
         mass, force, touching = (np.array([getattr(at, name) for at in found])
                                  for name in ("mass", "force", "touching"))  # fmt: skip

@@ -30,8 +30,8 @@ Dense = Callable[[float], FloatArray]
 # thirds of the steps at 1e-6 m, and errors with clearance exceed the tolerance earlier.
 RELATIVE, ABSOLUTE = 1e-3, 1e-5
 LEAST = 3e-14  # of each: what is less is rounding
-# m, rad, or per second: a number so large is known to no metre and to no turn any more. A state that
-# grows on ends where steps get too short or where it overflows, whichever rounding lets come first.
+# m, rad, or per second: a number so large is known to no metre and to no turn. A state that grows
+# on fails where steps get too short, or where it overflows, whichever rounding lets come first.
 BEYOND = 1.0 / np.finfo(float).eps
 
 

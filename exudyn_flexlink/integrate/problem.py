@@ -64,8 +64,11 @@ class Problem(Protocol):
     A contact is a force of one gap and its rate, along the gap's gradient; it may leap.
     """
 
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrices and forces at instants (n,), of coordinates and speeds (n, ...)."""
+    def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrices and forces at a step's stages (n,) s, of coordinates and speeds (n, ...).
+
+        The step is tried only.
+        """
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without contacts that leap, near enough to converge."""

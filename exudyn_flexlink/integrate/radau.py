@@ -207,7 +207,7 @@ class Radau:
         speeds = state.v + w
         places, pushes = state.q + h * (A @ speeds), (B @ w) / h
         try:
-            stages = self._stages = self.problem.evaluate_all(t + C * h, places, speeds)
+            stages = self._stages = self.problem.evaluate_stages(t + C * h, places, speeds)
         except (ValueError, ArithmeticError):
             return None
         return np.asarray(stages.force - (stages.mass @ pushes[:, :, None])[:, :, 0])

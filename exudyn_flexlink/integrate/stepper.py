@@ -33,6 +33,9 @@ LITTLE = 1e-2  # of a step: so much its end moves to where forces bend without b
 class HybridProblem(Problem, Followed, Protocol):
     """Equations that change at events, and may choose other coordinates to be solved for."""
 
+    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrix and force at one instant (s)."""
+
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
 
@@ -117,8 +120,7 @@ class ImplicitStepper:
     def refresh(self) -> None:
         """Go on from the present state with equations that have changed, where forces only bend."""
         self.radau.refresh()
-        now = np.array([self.time])
-        self.at = self.problem.evaluate_all(now, self._state.q[None], self._state.v[None]).pick(0)
+        self.at = self.problem.evaluate(self.time, self._state.q, self._state.v)
         a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
         self._state = self._state._replace(a=a)
 

@@ -25,16 +25,16 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Hel
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.integrate.collocation import STAGES, C
+from exudyn_flexlink.integrate.collocation import INNER, STAGES, C
+from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 FloatArray = NDArray[np.float64]
 
 MOST_ITERATIONS = 12
 NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, also near a dead centre
-OPEN = (
-    1e-9  # m, or of the size for angles: redundant joints that are open by more contradict others
-)
+OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
+CLOSE = 1e-9  # of a step: instants so little before or after it are within
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
 RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
@@ -52,6 +52,20 @@ class _Split(NamedTuple):
     dependent: NDArray[np.intp]
     free: NDArray[np.intp]
     rows: NDArray[np.intp]
+
+
+class _Placed(NamedTuple):
+    """All coordinates y (n, all) at some instants, and how the dependent ones follow.
+
+    `jacobian` (n, rows, all) is that of the rows in use, `inverse` that of its dependent columns;
+    `reach` (n, all, independent) are the derivatives by the independent ones.
+    """
+
+    y: FloatArray
+    at: Closing
+    jacobian: FloatArray
+    inverse: FloatArray
+    reach: FloatArray
 
 
 class ClosedCoordinates:
@@ -81,7 +95,9 @@ class ClosedCoordinates:
         self._v = np.concatenate([start[1], np.zeros(len(self._points))])
         self._a = np.zeros(len(self._y))
         self._split = self._chosen()
-        self._last: tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None = None
+        # Instants, independent coordinates and all, at the stages of the last step tried.
+        self._last: tuple[FloatArray, FloatArray, _Placed] | None = None
+        self._gains = np.zeros(1)  # m by residuals of 1 m, at those stages
         free = self._split.free
         start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
         self.settle(0.0, start_of, np.zeros(len(free)))
@@ -156,20 +172,33 @@ class ClosedCoordinates:
 
     def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
         """All coordinates at instants, from the independent ones and their speeds."""
-        split, links = self._split, self._links
+        return self._moving(t, v, self._placed(t, z))
+
+    def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
+        """As `hold`, at the stages of a step that is tried: what is searched next is near them."""
+        placed = self._placed(t, z)
+        self._last = t, z, placed
+        lengths = self._scale(self._y)[self._split.dependent]
+        self._gains = np.abs(placed.inverse * lengths[:, None]).max((1, 2), initial=0.0)
+        return self._moving(t, v, placed)
+
+    def _placed(self, t: FloatArray, z: FloatArray) -> _Placed:
+        split = self._split
         y, at = self._closed(t, self._guess(t, z))
         jacobian = self.closures.jacobian(at)[:, split.rows]
         try:
             inverse = np.linalg.inv(jacobian[:, :, split.dependent])
         except np.linalg.LinAlgError as error:
             raise DeadCentreError(NOT_CLOSED) from error
-        reach = np.zeros((len(t), y.shape[1], len(split.free)))
+        reach = np.zeros((*y.shape, len(split.free)))
         reach[:, split.free, np.arange(len(split.free))] = 1.0
         reach[:, split.dependent] = -inverse @ jacobian[:, :, split.free]
-        if len(t) == STAGES:
-            self._last = (t, z, y, reach)
-            lengths = self._scale(self._y)[split.dependent]
-            self._gains = np.abs(inverse * lengths[:, None]).max((1, 2), initial=0.0)
+        return _Placed(y, at, jacobian, np.asarray(inverse), reach)
+
+    def _moving(self, t: FloatArray, v: FloatArray, placed: _Placed) -> Held:
+        """Speeds, and accelerations that the independent coordinates do not cause."""
+        split, links = self._split, self._links
+        y, at, jacobian, inverse, reach = placed
         speeds, pushes = np.zeros(y.shape), np.zeros(y.shape)
         for link, motor, sign in self._motors:
             speeds[:, link] = [sign * motor.speed.at(a) for a in t.tolist()]
@@ -194,28 +223,22 @@ class ClosedCoordinates:
         From the last round of the same step, between the stages of the last step tried, or ahead
         of where the last one ended.
         """
-        last = self._last
-        if last is not None and np.array_equal(last[0], t):
-            y = last[2] + (last[3] @ (z - last[1])[:, :, None])[:, :, 0]
-        elif last is not None and self._between(t, last[0]):
-            y = _lagrange(t, last[0]) @ last[2]
-        else:
-            ahead = (t - self._time)[:, None]
-            y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
+        ahead = (t - self._time)[:, None]
+        y = self._y + ahead * (self._v + 0.5 * ahead * self._a)
+        if self._last is not None:
+            stages, before, placed = self._last
+            h = max((stages[-1] - stages[0]) / (C[-1] - C[0]), EVENT_TIME)
+            parts = 1 + (t - stages[-1]) / h
+            if np.array_equal(stages, t):
+                y = placed.y + (placed.reach @ (z - before)[:, :, None])[:, :, 0]
+            elif parts.min() >= -CLOSE and parts.max() <= 1 + CLOSE:
+                # Another way of closing the loops may be near: no place is searched from far.
+                y = np.vander(parts, STAGES, increasing=True) @ INNER @ placed.y
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
             turned = [sign * motor.speed.integral(a) for a in t.tolist()]
             y[:, link] = self._start[link] + np.array(turned)
         return np.asarray(y)
-
-    def _between(self, t: FloatArray, stages: FloatArray) -> bool:
-        """Tell whether instants lie in the last step tried.
-
-        Another way of closing the loops may be near: no place is searched from far.
-        """
-        first, last = stages[0] - C[0] / (C[-1] - C[0]) * (stages[-1] - stages[0]), stages[-1]
-        slack = 1e-9 * (last - first)
-        return bool(t.min() >= first - slack and t.max() <= last + slack)
 
     def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Closing]:
         """Newton's method for the dependent coordinates, at all instants together.
@@ -323,12 +346,3 @@ class ClosedCoordinates:
         multipliers = (inverse @ forces[:, unknown, None])[:, :, 0]
         rest = forces - (turned @ multipliers[:, :, None])[:, :, 0]
         return np.asarray(multipliers), np.asarray(rest[:, : self._links])
-
-
-def _lagrange(t: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Weights (instants, nodes) of the polynomial through values at nodes."""
-    away = t[:, None, None] - nodes
-    apart = nodes[:, None] - nodes
-    same = np.eye(len(nodes), dtype=bool)
-    ratios = np.where(same, 1.0, away / np.where(same, 1.0, apart))
-    return np.asarray(ratios.prod(-1))

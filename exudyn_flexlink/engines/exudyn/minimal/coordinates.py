@@ -67,6 +67,12 @@ class Coordinates(Protocol):
 
         """
 
+    def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
+        """As `hold`, at the stages of a step that is tried.
+
+        From them further rounds of it, and what lies within it, are searched.
+        """
+
     def settle(self, time: float, end: Held, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
 
@@ -163,6 +169,10 @@ class OpenCoordinates:
         self._slide(held)
         self._ride(held, z[:, free:], v[:, free:])
         return held
+
+    def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
+        """As `hold`: here no place is searched from others."""
+        return self.hold(t, z, v)
 
     def _known(self, t: FloatArray) -> Held:
         """What depends on time alone: motors, and slides of guides that those turn.

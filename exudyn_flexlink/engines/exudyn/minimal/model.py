@@ -8,7 +8,7 @@ left over in the other rows are the forces of motors, slots and loops.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +42,8 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
+Hold = Callable[[FloatArray, FloatArray, FloatArray], Held]
+"""All coordinates by instants, independent coordinates and their speeds."""
 
 
 class Whole(NamedTuple):
@@ -147,14 +149,21 @@ class MinimalModel:
 
     def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
+        return self._found(self.coordinates.hold, t, q, v)
+
+    def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        """As `evaluate_all`, at the stages of a step that is tried."""
+        return self._found(self.coordinates.hold_stages, t, q, v)
+
+    def _found(self, hold: Hold, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        t = self.window.all_inside(t)
         try:
-            return self._evaluated(self.window.all_inside(t), q, v)
+            return self._evaluated(t, hold(t, q, v))
         except NoValueError as error:
             self.trouble = error
             raise
 
-    def _evaluated(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        held = self.coordinates.hold(t, q, v)
+    def _evaluated(self, t: FloatArray, held: Held) -> Evaluation:
         mass, force = self._ask(held.x, held.v)
         if self.all_springs.pulls:
             force += self.all_springs.pull(held.x, held.v)

@@ -98,9 +98,13 @@ class MinimalProblem:
 
     # --- equations ----------------------------------------------------------------------------
 
-    def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrices and forces at instants (n,), of coordinates and speeds (n, ...)."""
-        return self.model.evaluate_all(t, q, v)
+    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrix and force at one instant (s)."""
+        return self.model.evaluate(t, q, v)
+
+    def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+        """Mass matrices and forces at the stages of a step that is tried."""
+        return self.model.evaluate_stages(t, q, v)
 
     def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs, dampers and walls."""

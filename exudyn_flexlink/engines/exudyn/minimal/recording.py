@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held, together
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
-from exudyn_flexlink.integrate.collocation import STAGES, WEIGHTS, C
+from exudyn_flexlink.integrate.collocation import INNER, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.laws import Impulse
@@ -283,6 +283,4 @@ class Recorder:
 def _shares(parts: FloatArray) -> FloatArray:
     """Weights (instants, stages) with which an integral up to parts of a step takes its stages."""
     powers = np.arange(1, STAGES + 1)
-    return np.asarray(
-        (parts[:, None] ** powers / powers) @ np.linalg.inv(np.vander(C, increasing=True))
-    )
+    return np.asarray((parts[:, None] ** powers / powers) @ INNER)
