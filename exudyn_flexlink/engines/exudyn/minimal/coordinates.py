@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.mechanism.tree import TreeLayout
+from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
 FloatArray = NDArray[np.float64]
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
-LARGEST_TURN = 0.3  # rad per step of what a closure holds: the search for its place stays local
+# rad per step of what a closure holds, so that the search for its place stays local; and of what a
+# motor turns, which no error of the coordinates solved for may tell.
+LARGEST_TURN = 0.3
 
 
 class Held(NamedTuple):
@@ -129,6 +131,8 @@ class OpenCoordinates:
         span = slice(last - len(self.free), last) if together else None
         self.chosen: slice | NDArray[np.intp] = self.free if span is None else span
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
+        hinged = [link for link in layout.motors if layout.links[link].kind == HINGE]
+        self._turned = [*hinged, *(slot.turning for slot in layout.slots)]
         turning = any(slot.turning not in layout.motors for slot in layout.slots)
         self._follows = turning or bool(self._riders)
         self._picks = np.zeros((self._links, len(self.free) + len(self._riders)))
@@ -241,9 +245,9 @@ class OpenCoordinates:
         return False
 
     def longest(self, at: Held) -> float:
-        """Limit of a step, s: guides turn a little."""
-        speeds = [abs(float(at.v[guide.guided.turning])) for guide in self._guides]
-        return min((LARGEST_TURN / speed for speed in speeds if speed > 0), default=np.inf)
+        """Limit of a step, s: guides, and what motors turn, turn a little."""
+        fastest = float(np.abs(at.v[self._turned]).max(initial=0.0))
+        return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
         """How far a slide, or what a motor drives, ended a step from where its speeds take it.

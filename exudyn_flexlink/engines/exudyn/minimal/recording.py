@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held, together
+from exudyn_flexlink.engines.exudyn.minimal.driven import cut
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
 from exudyn_flexlink.integrate.collocation import INNER, STAGES, WEIGHTS
@@ -92,6 +93,13 @@ class Recorder:
 
     def take(self, step: Step, end: Held) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
+        if len(step.finish.q):
+            self._take(step, end)
+            return
+        for part in cut(self.model, step, self.grid[self._next :]):
+            self._take(part, part.stages.kept.held.pick(-1))
+
+    def _take(self, step: Step, end: Held) -> None:
         if len(self._steps) == BLOCK:
             self.flush()
         last = int(np.searchsorted(self.grid, step.end * (1 + 1e-14), side="right"))

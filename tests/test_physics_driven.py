@@ -1,0 +1,38 @@
+"""Laws of nature: mechanisms that drives alone move, so that nothing is solved for."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from test_physics_tools import run, run_model
+
+BOB = """
+bodies:
+  bob: {type: rigid, mass: 2, inertia: 0.3, centre_of_mass: [0.5, 0],
+        points: {hook: [0, 0], end: [1, 0]}}
+joints: {pivot: {type: revolute, points: [ground, bob.hook], at: [0, 0]}}
+drives: {motor: {type: speed, joint: pivot, value: 7}}
+gravity: [0, -9.81]
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-8}
+outputs: {watch: bob.end}
+"""
+
+
+@pytest.mark.parametrize("sample", ["10 ms", "1.5 s"])
+def test_what_a_drive_supplies_to_a_bob_that_it_alone_moves(sample):
+    """It lifts the bob, and gets that back. The bob's highest place is found between samples."""
+    bob = run(BOB, f"run.sample={sample}")
+    lifted = 2 * 9.81 * 0.5 * np.sin(7 * bob.time)
+    np.testing.assert_allclose(bob.energy.supplied, lifted, atol=1e-11)
+    assert bob.checks.energy_residual < 1e-11
+    turns = bob.extremes["bob.end.y_m"]
+    np.testing.assert_allclose(turns.time, [0, *(np.arange(0.5, 7) * pi / 7), 3], atol=1e-7)
+    np.testing.assert_allclose(np.abs(turns.value[1:-1]), 1, atol=1e-12)
+
+
+def test_what_a_drive_supplies_to_a_loop_that_it_alone_moves():
+    trammel = run_model("textbook/driven_trammel.yaml", "accuracy.tolerance=1e-4")
+    energy = trammel.energy
+    off = energy.kinetic + energy.stored + energy.dissipated - energy.supplied
+    assert np.abs(off - off[0]).max() < 1e-9 * energy.kinetic.max()
