@@ -1,4 +1,4 @@
-"""Laws of nature: mechanisms that drives alone move, so that nothing is solved for."""
+"""Laws of nature: what drives alone move, or no force at all: no error keeps steps short."""
 
 from math import pi
 
@@ -36,3 +36,24 @@ def test_what_a_drive_supplies_to_a_loop_that_it_alone_moves():
     energy = trammel.energy
     off = energy.kinetic + energy.stored + energy.dissipated - energy.supplied
     assert np.abs(off - off[0]).max() < 1e-9 * energy.kinetic.max()
+
+
+PLATE = """
+bodies: {plate: {type: rigid, mass: 2, inertia: 0.01, points: {corner: [0.3, 0]}}}
+initial: {positions: {plate: [0, 0]}, speeds: {plate: 20}}
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-5}
+outputs: {watch: plate.corner}
+"""
+
+
+@pytest.mark.parametrize(("formulation", "off"), [("minimal", 1e-12), ("redundant", 3e-7)])
+def test_every_turn_of_what_turns_evenly_is_found(formulation, off):
+    """No force, hence no error: steps might be as long as the run."""
+    plate = run(PLATE, f"solver.formulation={formulation}", "run.sample=1.5")
+    for name, first in (("x", 0.0), ("y", pi / 2)):
+        turns = plate.extremes[f"plate.corner.{name}_m"]
+        expected = np.arange(first, 60, pi)
+        expected = expected[expected > 0] / 20
+        np.testing.assert_allclose(turns.time, [0, *expected, 3], atol=1e-5)
+        np.testing.assert_allclose(np.abs(turns.value[1:-1]), 0.3, atol=off)

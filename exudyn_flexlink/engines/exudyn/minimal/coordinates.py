@@ -23,6 +23,9 @@ LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
 # rad per step of what a closure holds, so that the search for its place stays local; and of what a
 # motor turns, which no error of the coordinates solved for may tell.
 LARGEST_TURN = 0.3
+# rad per step of what turns freely, be it as evenly as it may: the polynomials on which extremes are
+# looked for are off by 1e-12 of a radius then.
+LARGEST_FREE_TURN = 1.0
 
 
 class Held(NamedTuple):
@@ -131,8 +134,9 @@ class OpenCoordinates:
         span = slice(last - len(self.free), last) if together else None
         self.chosen: slice | NDArray[np.intp] = self.free if span is None else span
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        hinged = [link for link in layout.motors if layout.links[link].kind == HINGE]
-        self._turned = [*hinged, *(slot.turning for slot in layout.slots)]
+        self._hinges = [i for i, link in enumerate(layout.links) if link.kind == HINGE]
+        self._turned = [i for i in self._hinges if i in layout.motors]
+        self._turned += [slot.turning for slot in layout.slots]
         turning = any(slot.turning not in layout.motors for slot in layout.slots)
         self._follows = turning or bool(self._riders)
         self._picks = np.zeros((self._links, len(self.free) + len(self._riders)))
@@ -245,9 +249,10 @@ class OpenCoordinates:
         return False
 
     def longest(self, at: Held) -> float:
-        """Limit of a step, s: guides, and what motors turn, turn a little."""
-        fastest = float(np.abs(at.v[self._turned]).max(initial=0.0))
-        return LARGEST_TURN / fastest if fastest > 0 else np.inf
+        """Limit of a step, s: guides, and what motors turn, turn a little, all else not much."""
+        turned = float(np.abs(at.v[self._turned]).max(initial=0.0)) / LARGEST_TURN
+        freely = float(np.abs(at.v[self._hinges]).max(initial=0.0)) / LARGEST_FREE_TURN
+        return 1.0 / max(turned, freely) if max(turned, freely) > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
         """How far a slide, or what a motor drives, ended a step from where its speeds take it.

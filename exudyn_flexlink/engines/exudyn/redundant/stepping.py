@@ -93,6 +93,9 @@ class ErrorControl:
     FEWEST_STEPS = 200  # that share the tolerance, however few are foreseen at the start
     RATIO = 2**0.5  # of a step to the next longer one
     STEPS_BEFORE_GROWTH = 6  # since the last change
+    # rad per step, however evenly a part turns, which no difference of angles tells: extremes are
+    # looked for on cubics, which then are off by less than 1e-6 of a radius.
+    LARGEST_TURN = 0.1
 
     def __init__(self, tolerance: float, duration: float, weights: FloatArray) -> None:
         """`weights` turn coordinates into lengths: 1 for positions, a lever arm for angles."""
@@ -118,6 +121,9 @@ class ErrorControl:
         # Divided differences carry 1/6 of the derivative.
         error = 6 * self.CONSTANT * now.step**3 * self._third_difference()
         wanted = now.step * (self._share(now.time) / max(error, 1e-300)) ** (1 / 3)
+        turning = max(map(abs, now.v_list[2::3]))
+        if turning * wanted > self.LARGEST_TURN:
+            wanted = self.LARGEST_TURN / turning
         if wanted < self._step:
             down = ceil(2 * log2(self._step / wanted))
             self._change(self._step * self.RATIO ** -min(down, 6))
