@@ -23,8 +23,8 @@ LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
 # rad per step of what a closure holds, so that the search for its place stays local; and of what a
 # motor turns, which no error of the coordinates solved for may tell.
 LARGEST_TURN = 0.3
-# rad per step of what turns freely, be it as evenly as it may: the polynomials on which extremes are
-# looked for are off by 1e-12 of a radius then.
+# rad per step of what turns freely, be it as evenly as it may: the polynomials on which extremes
+# are looked for are off by 1e-12 of a radius then.
 LARGEST_FREE_TURN = 1.0
 
 
