@@ -6,6 +6,8 @@ summed up over them, or looked for within, needs them shorter: they are cut at t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,20 +20,26 @@ from exudyn_flexlink.integrate.radau import Step
 FloatArray = NDArray[np.float64]
 
 
-def cut(model: MinimalModel, step: Step, instants: FloatArray) -> list[Step]:
-    """Return a step without independent coordinates as several, which end at instants (n,) s."""
+AT_ONCE = 512  # parts of a step that are evaluated together: more take memory, and no less time
+
+
+def cut(model: MinimalModel, step: Step, instants: FloatArray) -> Iterator[Step]:
+    """Yield a step without independent coordinates as several.
+
+    They end at those of the `instants` (n,) s, increasing, that lie within.
+    """
     near = instant(step.end, EVENT_TIME)
-    inner = instants[(instants > step.t + near) & (instants < step.end - near)]
-    if not len(inner):
-        return [step]
-    edges = np.concatenate([[step.t], inner, [step.end]])
-    lengths = np.diff(edges)
-    times = (edges[:-1, None] + lengths[:, None] * C).ravel()
-    nothing = np.zeros((len(times), 0))
-    found = model.evaluate_all(times, nothing, nothing)
-    begin, parts = step.begin, []
-    for k, (t, h) in enumerate(zip(edges[:-1].tolist(), lengths.tolist(), strict=True)):
-        stages = found.pick(slice(STAGES * k, STAGES * (k + 1)))
-        parts.append(step._replace(t=t, h=h, begin=begin, stages=stages))
-        begin = stages.pick(-1)
-    return parts
+    first, last = np.searchsorted(instants, [step.t + near, step.end - near])
+    if first == last:
+        yield step
+        return
+    edges, begin = np.concatenate([[step.t], instants[first:last], [step.end]]), step.begin
+    for k in range(0, len(edges) - 1, AT_ONCE):
+        begins, lengths = edges[k:-1][:AT_ONCE], np.diff(edges[k:])[:AT_ONCE]
+        times = (begins[:, None] + lengths[:, None] * C).ravel()
+        nothing = np.zeros((len(times), 0))
+        found = model.evaluate_all(times, nothing, nothing)
+        for i, (t, h) in enumerate(zip(begins.tolist(), lengths.tolist(), strict=True)):
+            stages = found.pick(slice(STAGES * i, STAGES * (i + 1)))
+            yield step._replace(t=t, h=h, begin=begin, stages=stages)
+            begin = stages.pick(-1)
