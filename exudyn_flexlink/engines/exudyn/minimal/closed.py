@@ -25,7 +25,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Hel
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
-from exudyn_flexlink.integrate.collocation import INNER, STAGES, C
+from exudyn_flexlink.integrate.collocation import C, lagrange
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
@@ -233,7 +233,7 @@ class ClosedCoordinates:
                 y = placed.y + (placed.reach @ (z - before)[:, :, None])[:, :, 0]
             elif parts.min() >= -CLOSE and parts.max() <= 1 + CLOSE:
                 # Another way of closing the loops may be near: no place is searched from far.
-                y = np.vander(parts, STAGES, increasing=True) @ INNER @ placed.y
+                y = lagrange(t, stages) @ placed.y
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
             turned = [sign * motor.speed.integral(a) for a in t.tolist()]
