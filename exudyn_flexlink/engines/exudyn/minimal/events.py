@@ -29,8 +29,8 @@ Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
-NEAR_SEAM = 1e-9  # likewise, where pieces may meet at an angle within typed decimals
-SEAM = 1e-12  # of a curve's parameter: this little beyond a piece is on it
+SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
+NEAR_SEAM = 1e-9  # likewise of a struck curve, whose pieces may meet at an angle by typed decimals
 
 
 class ContactChange(NamedTuple):

@@ -41,8 +41,8 @@ FloatArray = NDArray[np.float64]
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
-CLOSED = 1e-15  # m: a gap so small is closed, by rounding, and so is one that is so many
-AT_ONCE = 10.0  # instants from its zero
+CLOSED = 1e-15  # m: a gap so small is closed, by rounding
+AT_ONCE = 10.0  # instants: a gap that is zero within so little time is closed, too
 HIDDEN = 1e-4  # m/s: as slow as this a point may come out of what a gap is off by, and not be seen
 UNMOVED = 1e-9  # of the parts that a gap's acceleration is the sum of: as little is none
 NOTHING_KNOWN: Mapping[int, float] = {}

@@ -79,8 +79,8 @@ class Springs:
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""
-        across = np.sum((v @ self._across.damping) * v, axis=1)
-        return np.asarray((v * v) @ self.damping + across + self._between.lost(x, v))
+        lost = (v * v) @ self.damping + np.sum((v @ self._across.damping) * v, axis=1)
+        return np.asarray(lost if self.straight else lost + self._between.lost(x, v))
 
 
 def slide_between(layout: TreeLayout, spring: LinearSpring) -> tuple[int, float] | None:
