@@ -15,6 +15,13 @@ from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
+MOST_WORKERS = 8  # each takes 0.6 GB, and collects all tests for itself
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Run all tests on all cores; files that are named, and those of one core, without workers."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return 0 if config.option.file_or_dir or cores in (None, 1) else min(cores, MOST_WORKERS)
 
 
 @pytest.fixture(scope="session")

@@ -47,7 +47,7 @@ def script(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
-@pytest.mark.parametrize(("words", "offered"), LINES, ids=" ".join)
+@pytest.mark.parametrize(("words", "offered"), LINES, ids=[" ".join(words) for words, _ in LINES])
 def test_bash_offers(words: list[str], offered: set[str], script: Path) -> None:
     ran = subprocess.run(
         ["bash", "-c", ASK, "bash", f"./{script}", "exudyn-flexlink", *words],

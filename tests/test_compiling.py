@@ -6,10 +6,12 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 from cli_runs import BARE, MODELS, ROOT
 
+from exudyn_flexlink.engines.lagrangian import compiled
 from exudyn_flexlink.engines.lagrangian.compiled import seldom_collecting
 
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -82,3 +84,20 @@ def test_a_run_says_that_it_will_compile_again(tmp_path, read_only):
     assert said.startswith("hint: compiles the Lagrangian in memory first, ")
     assert "and will in every run" in said
     assert "NUMBA_CACHE_DIR" in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other locks")
+def test_who_comes_second_waits_for_what_the_first_keeps(tmp_path, monkeypatch):
+    monkeypatch.setattr(compiled, "_FOLDER", tmp_path)
+    entered = Event()
+
+    def second():
+        with compiled.one_at_a_time():
+            entered.set()
+
+    other = Thread(target=second)
+    with compiled.one_at_a_time():
+        other.start()
+        assert not entered.wait(0.2)
+    assert entered.wait(60)
+    other.join()

@@ -23,6 +23,9 @@ from typing import Any, Literal, TypeVar, cast
 
 from exudyn_flexlink.integrate import clock, collocation, control
 
+if sys.platform != "win32":
+    import fcntl
+
 numba: ModuleType | None
 try:
     import numba
@@ -118,6 +121,24 @@ def compilation(function: Callable[..., Any]) -> Compilation:
         return "every run"
     name = function.__name__
     return "none" if any(Path(dispatcher.stats.cache_path).glob(f"*.{name}-*.nbi")) else "once"
+
+
+@contextmanager
+def one_at_a_time() -> Iterator[None]:
+    """Wait until no other process compiles: what it keeps need not be compiled once more.
+
+    Where folders can't be locked (Windows, some network disks) each process compiles for itself.
+    """
+    lock: int | None = None
+    if sys.platform != "win32" and _FOLDER is not None:
+        with suppress(OSError):
+            lock = os.open(_FOLDER, os.O_RDONLY | os.O_DIRECTORY)
+            fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        if lock is not None:
+            os.close(lock)
 
 
 def version() -> str:

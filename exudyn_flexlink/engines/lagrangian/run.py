@@ -20,7 +20,7 @@ from exudyn_flexlink.engines.ending import stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.advance import advance
-from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation
+from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation, one_at_a_time
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
@@ -64,7 +64,8 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     timings = {"prepare": perf_counter() - began}
     if isinstance(prepared.stepper, CompiledStepper) and compilation(advance) != "none":
         began = perf_counter()
-        prepared.stepper.compile()
+        with one_at_a_time():
+            prepared.stepper.compile()
         timings["compile"] = perf_counter() - began
     began = perf_counter()
     complaint = solve(prepared)
