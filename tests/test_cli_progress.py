@@ -2,7 +2,6 @@
 
 import io
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -89,14 +88,18 @@ def test_compiling_is_a_phase_of_its_own(tmp_path: Path) -> None:
 
 
 def test_a_long_piped_run_tells_its_progress_in_lines(tmp_path: Path) -> None:
-    """Here what is long is 0.2 s, and between two lines are at least 0.1 s."""
-    short = "cli.terminal.LONG, cli.terminal.BETWEEN_LINES = 0.2, 0.1\n"
-    arguments = ["0.05", NO_CLEARANCE, str(tmp_path / "out")]
-    *lines, warning = python("-c", prepared(short), *arguments).stderr.splitlines()
+    """After 10 s the first, then 5 s apart at least; by a clock that only pauses move on."""
+    clock = """
+now = [0.0]
+time.monotonic = lambda: now[0]
+time.sleep = lambda pause: now.append(now.pop() + pause)
+"""
+    arguments = ["4", NO_CLEARANCE, str(tmp_path / "out")]
+    *lines, warning = python("-c", prepared(clock), *arguments).stderr.splitlines()
     assert warning == "warning: made up"
-    assert 1 <= len(lines) <= 4
-    assert all(re.fullmatch(r"simulating: \d+ % after \d+ s", line) for line in lines)
-    quiet = python("-c", prepared(short), *arguments, "--quiet")
+    told = [(20, 12), (40, 20), (60, 28), (80, 36), (100, 44)]
+    assert lines == [f"simulating: {done} % after {after} s" for done, after in told]
+    quiet = python("-c", prepared(clock), *arguments, "--quiet")
     assert quiet.stderr == "warning: made up\n"
 
 

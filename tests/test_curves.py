@@ -339,12 +339,12 @@ def test_knots_of_a_spline_among_the_laps_go_on_over_its_seam():
 
 
 def test_spline_of_ten_thousand_points_is_quick():
-    began = time.perf_counter()
+    began = time.process_time()
     spline = Spline(ring(10_000), closed=True)
     assert spline.length() == pytest.approx(2 * math.pi * 0.03, rel=1e-6)
     assert ray_crossings(spline, C, (0.3, 1)).size == 2
     assert spline.distance((0.01, 0.02)) == pytest.approx(0.03 - math.hypot(0.01, 0.02), abs=1e-9)
-    assert time.perf_counter() - began < 2
+    assert time.process_time() - began < 2
 
 
 def test_nearest_stays_on_its_branch_of_a_crossing():
