@@ -50,7 +50,7 @@ BEAM = "bodies.link.hinges.stiffness=beam"
 LEVER = 0.03  # m, its length
 TIGHT = 1e-8  # m: tolerance of the tight runs
 JUDGE = 1e-11  # m: of the Lagrangian that judges them
-JOINTS = ("solver.formulation=redundant", "accuracy.tolerance=4e-5")
+REDUNDANT = ("solver.formulation=redundant", "accuracy.tolerance=4e-5")
 TIGHT_WALLS = 1e-6  # m
 
 Row = tuple[str, str, str]
@@ -192,7 +192,7 @@ def rigid_link() -> Iterator[Row]:
     away = np.linalg.norm(path(result, "link.end").position - np.array(expected), axis=1).max()
     at = f"tolerance {result.settings['tolerance']:.0e} m"
     yield f"S of the rigid link, 20 turns, {at}, against the closed form", "1e-9 m", f"{away:.1e} m"
-    held = run("smooth.yaml", "run.turns=20", *JOINTS).checks.constraint_error
+    held = run("smooth.yaml", "run.turns=20", *REDUNDANT).checks.constraint_error
     what = "redundant, 20 turns: P off its track, rod 1 off the guide's axis"
     yield what, "1e-9 m", f"{held:.1e} m"
 
@@ -289,7 +289,7 @@ def _frequency(time: NDArray[np.float64], signal: NDArray[np.float64]) -> float:
 
 PARTS: dict[str, Callable[[], Iterator[Row]]] = {
     "reference": reference,
-    "redundant": lambda: reference(*JOINTS),
+    "redundant": lambda: reference(*REDUNDANT),
     "peaks": peaks,
     "laps": laps,
     "order": order,

@@ -17,7 +17,7 @@ from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
-from hard.catalogue import JOINTS, LAGRANGIAN, MODEL_OF, MODELS, Case, Variant
+from hard.catalogue import LAGRANGIAN, MODEL_OF, MODELS, REDUNDANT, Case, Variant
 from hard.symmetry import mirrored, scaled
 from hard.truths import ellipse_points
 
@@ -32,7 +32,7 @@ GAIN = 1e-5  # of the kinetic energy, at one impact: a hundred keep to LOSSLESS
 STATISTICS = 0.05
 MANY_TURNS = 10
 STEADY = 3.0  # by which half the step lessens the error of a second-order method, at least
-JOINTS_TOLERANCE = 4e-5  # m: what this formulation's steps are made for
+REDUNDANT_TOLERANCE = 4e-5  # m: what this formulation's steps are made for
 GROWS = 10.0
 
 
@@ -55,8 +55,8 @@ class Row:
 def scene_of(case: Case, variant: Variant, way: str) -> Scene:
     """Load the model of a case in one variant, for an engine or a formulation."""
     settings = list(variant.settings)
-    if way == JOINTS and not any(s.startswith("accuracy.") for s in settings):
-        settings.append(f"accuracy.tolerance={JOINTS_TOLERANCE}")
+    if way == REDUNDANT and not any(s.startswith("accuracy.") for s in settings):
+        settings.append(f"accuracy.tolerance={REDUNDANT_TOLERANCE}")
     if way != LAGRANGIAN:
         settings.append(f"solver.formulation={way}")
     if variant.points:
@@ -147,7 +147,7 @@ def _judged(case: Case) -> bool:
 def _stated(result: Result) -> float:
     """Error (m) that the run's own settings promise."""
     tolerance = result.scene.accuracy.tolerance
-    return tolerance if tolerance is not None else JOINTS_TOLERANCE
+    return tolerance if tolerance is not None else REDUNDANT_TOLERANCE
 
 
 def _spread(seen: Comparison) -> Iterator[str]:
