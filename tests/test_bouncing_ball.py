@@ -4,8 +4,8 @@ from math import inf, sqrt
 
 import numpy as np
 import pytest
-from test_physics_impulse import FLOOR, alone, balanced, impacts
-from test_physics_tools import run_model, scene, velocity, where
+from test_physics_impulse import balanced, impacts
+from test_physics_tools import FLOOR, alone, run_model, scene, velocity, where
 
 from exudyn_flexlink.engines import NotRepresentableError, formulations, simulate
 

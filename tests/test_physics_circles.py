@@ -6,20 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
-from test_physics_tools import run_model, scene, speed, total_energy, where
+from test_physics_tools import alone, run_model, scene, speed, total_energy, where
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.laws import RestitutionPenalty
 
 G = 9.81
 FORMULATIONS = ("minimal", "redundant")
-
-
-def alone(text, *settings):
-    """Result of a run by itself, without a neighbour that measures its error."""
-    result = simulate(scene(text, *settings), measure=False)
-    assert result.outcome.completed, result.outcome
-    return result
 
 
 # --- a ball in a hollow circle ----------------------------------------------------------------

@@ -4,23 +4,11 @@ from math import sin, sqrt
 
 import numpy as np
 import pytest
-from test_physics_tools import angle, scene, speed, velocity
+from test_physics_tools import FLOOR, alone, angle, arm_and_ball, scene, speed, velocity
 
 from exudyn_flexlink.engines import simulate
 
 G = 9.81
-FLOOR = """
-  floor: {type: rigid, mass: 1, inertia: 1, points: {o: [0, 0], a: [-5, 0], b: [5, 0]}}
-joints:
-  ground: {type: weld, points: [ground, floor.o], at: [0, 0]}
-"""
-
-
-def alone(text, *settings):
-    """Result of a run by itself, without a neighbour that measures its error."""
-    result = simulate(scene(text, *settings), measure=False)
-    assert result.outcome.completed, result.outcome
-    return result
 
 
 def impacts(result, name):
@@ -155,26 +143,8 @@ def test_a_lever_that_drops_on_its_stop_bounces_by_its_speed_there():
 def test_a_drive_that_keeps_its_speed_works_in_an_impact():
     """A mass at rest leaves with (1 + e) times the arm's speed, which the drive pays for."""
     e, v = 0.5, 3.0
-    result = alone("""
-bodies:
-  arm: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], a: [0.5, 0], b: [1.5, 0]}}
-  ball: {type: rigid, mass: 2, inertia: 0, points: {c: [0, 0]}}
-joints: {pivot: {type: revolute, points: [ground, arm.o], at: [0, 0]}}
-drives: {turn: {type: speed, joint: pivot, value: 3}}
-contacts:
-  hit:
-    type: point_on_line
-    point: ball.c
-    line: [arm.a, arm.b]
-    law: {type: impulse, restitution: 0.5}
-initial:
-  angles: {arm: -0.3}
-  positions: {ball: [1, 0]}
-  speeds: {arm: 3}
-run: {duration: 0.2}
-accuracy: {tolerance: 1.0e-8}
-""")
-    (hit,) = result.intervals["hit"]
+    result = alone(arm_and_ball((0.5, 1.5), "angles: {arm: -0.3}", 0.2))
+    (hit,) = result.intervals["push"]
     assert hit.begin == pytest.approx(0.1, abs=1e-11)
     assert hit.impulse == pytest.approx(2 * (1 + e) * v)
     assert hit.motor_work == pytest.approx(2 * (1 + e) * v * v)

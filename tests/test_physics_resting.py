@@ -5,8 +5,8 @@ from math import cos, radians, sin, sqrt
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from test_physics_impulse import FLOOR, LEVER, alone, balanced
-from test_physics_tools import angle, scene, where
+from test_physics_impulse import LEVER, balanced
+from test_physics_tools import FLOOR, alone, angle, arm_and_ball, scene, where
 
 from exudyn_flexlink.engines.exudyn.minimal.shapes import shape_of
 from exudyn_flexlink.loading import assemble_scene
@@ -137,26 +137,8 @@ def test_a_lever_is_lifted_off_its_stop_as_the_torque_outweighs_it():
 def test_a_turning_arm_carries_a_ball_outwards():
     """Pressed along a driven straight groove it goes as r0 cosh(w t), by 2 m w r'."""
     omega = 3.0
-    result = alone("""
-bodies:
-  arm: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], a: [0, 0], b: [5, 0]}}
-  ball: {type: rigid, mass: 2, inertia: 0, points: {c: [0, 0]}}
-joints: {pivot: {type: revolute, points: [ground, arm.o], at: [0, 0]}}
-drives: {turn: {type: speed, joint: pivot, value: 3}}
-contacts:
-  push:
-    type: point_on_line
-    point: ball.c
-    line: [arm.a, arm.b]
-    law: {type: impulse, restitution: 0.5}
-initial:
-  angles: {arm: 0}
-  positions: {ball: [1, 0]}
-  velocities: {ball: [0, 3]}
-  speeds: {arm: 3}
-run: {duration: 0.5}
-accuracy: {tolerance: 1.0e-8}
-""")
+    start = "angles: {arm: 0}, velocities: {ball: [0, 3]}"
+    result = alone(arm_and_ball((0, 5), start, 0.5))
     (touch,) = result.intervals["push"]
     assert (touch.begin, touch.lasts) == (0, True)
     radius = np.cosh(omega * result.time)

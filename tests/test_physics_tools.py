@@ -17,6 +17,50 @@ SQUARE = "section: {width: 10 mm, thickness: 10 mm}"
 KILOGRAM = 7850 * 1e-4 * 1.0  # kg, mass of one metre of SQUARE
 
 
+# A plate that stays, and bodies before it; contacts strike the line from a to b.
+FLOOR = """
+  floor: {type: rigid, mass: 1, inertia: 1, points: {o: [0, 0], a: [-5, 0], b: [5, 0]}}
+joints:
+  ground: {type: weld, points: [ground, floor.o], at: [0, 0]}
+"""
+
+# Sliders on two ways that cross, and a beam from one to the other.
+TRAMMEL = """
+bodies:
+  a: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}
+  b: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}
+  beam: {type: rigid, mass: 2, inertia: 0.1, centre_of_mass: [0.25, 0],
+         points: {s: [0, 0], e: [0.5, 0], pen: [0.7, 0.1]}}
+joints:
+  x: {type: prismatic, points: [ground, a.p], at: [0, 0], axis: [1, 0]}
+  y: {type: prismatic, points: [ground, b.p], at: [0, 0], axis: [0, 1]}
+  sa: {type: revolute, points: [a.p, beam.s]}
+  sb: {type: revolute, points: [beam.e, b.p]}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def arm_and_ball(line, start, duration):
+    """An arm that turns at 3 rad/s, a ball of 2 kg that a line of it (m along the arm) strikes."""
+    return f"""
+bodies:
+  arm: {{type: rigid, mass: 1, inertia: 0.1,
+        points: {{o: [0, 0], a: [{line[0]}, 0], b: [{line[1]}, 0]}}}}
+  ball: {{type: rigid, mass: 2, inertia: 0, points: {{c: [0, 0]}}}}
+joints: {{pivot: {{type: revolute, points: [ground, arm.o], at: [0, 0]}}}}
+drives: {{turn: {{type: speed, joint: pivot, value: 3}}}}
+contacts:
+  push:
+    type: point_on_line
+    point: ball.c
+    line: [arm.a, arm.b]
+    law: {{type: impulse, restitution: 0.5}}
+initial: {{positions: {{ball: [1, 0]}}, speeds: {{arm: 3}}, {start}}}
+run: {{duration: {duration}}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+
+
 def scene(text, *settings):
     """Scene of inline YAML."""
     return scene_of(parse_document("title: law\n" + text, "law.yaml"), settings)
@@ -27,6 +71,13 @@ def run(text, *settings):
     result = simulate(scene(text, *settings))
     assert result.outcome.completed, result.outcome
     assert result.warnings == ()
+    return result
+
+
+def alone(text, *settings):
+    """Result of inline YAML by itself, without a neighbour that measures its error."""
+    result = simulate(scene(text, *settings), measure=False)
+    assert result.outcome.completed, result.outcome
     return result
 
 
@@ -65,6 +116,13 @@ def speed(result, part):
 def total_energy(result):
     """Kinetic and stored energy (N,) in J."""
     return result.energy.kinetic + result.energy.stored
+
+
+def energy_change(result):
+    """Largest change (J) of energy with what was lost and supplied."""
+    energy = result.energy
+    total = energy.kinetic + energy.stored + energy.dissipated - energy.supplied
+    return abs(total - total[0]).max()
 
 
 def exact_accelerations(result, i, places=()):
