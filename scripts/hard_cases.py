@@ -17,7 +17,8 @@ import argparse
 import sys
 from collections.abc import Iterator
 
-from hard.catalogue import ALL, CASES, Case, Variant
+from hard.case import ALL, Case, Variant
+from hard.catalogue import CASES
 from hard.judging import RIGHT, WRONG, Row, judge, properties
 
 HEAD = "| case | solved as | truth | deviation (allowed), m | steps | warnings | verdict |"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import results
-from hard.catalogue import MODELS
+from hard.case import MODELS
 
 from exudyn_flexlink.engines import LateInterruptError, simulate
 from exudyn_flexlink.engines.diagnostics import diagnosed

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hard.catalogue import CASES, LAGRANGIAN, MINIMAL, MODELS, REDUNDANT, Case, Variant
+from hard.case import LAGRANGIAN, MINIMAL, MODELS, REDUNDANT, Case, Variant
+from hard.catalogue import CASES
 from hard.judging import REFUSED, RIGHT, criteria, judge
 from hard.symmetry import mirrored, scaled
 from hard.truths import Hammer
@@ -50,6 +51,18 @@ def variant_of(case: Case, label: str) -> Variant:
         ("near_cusp", "semi-axis 1e-3, crank at 0.039", LAGRANGIAN),
         ("self_crossing", "", MINIMAL),
         ("spline_points", "10 points", MINIMAL),
+        ("fast_spin", "", MINIMAL),
+        ("fast_spin", "", REDUNDANT),
+        ("dead_points", "", MINIMAL),
+        ("short_spring", "mass [-0.05,1e-5]", MINIMAL),
+        ("sharp_groove", "", MINIMAL),
+        ("micron_bearing", "", MINIMAL),
+        ("grazing_circles", "by 1 um", MINIMAL),
+        ("grazing_circles", "past by 1 um", MINIMAL),
+        ("dome", "", MINIMAL),
+        ("kinked_drive", "", MINIMAL),
+        ("grazing_circles", "by 1 um", REDUNDANT),
+        ("stiff_rod", "youngs_modulus 1e18", MINIMAL),
     ],
 )
 def test_it_keeps_to_its_closed_form(name: str, label: str, way: str) -> None:
@@ -86,6 +99,11 @@ def test_it_ends_as_documented(name: str, way: str) -> None:
     case = BY_NAME[name]
     row = judge(case, case.variants[0], way)
     assert row.verdict == REFUSED, row.broken
+
+
+def test_a_slider_is_not_driven_beyond_its_dead_point() -> None:
+    case = BY_NAME["dead_points"]
+    assert judge(case, variant_of(case, "driven beyond"), MINIMAL).verdict == REFUSED
 
 
 def test_a_start_in_the_anvil_is_refused() -> None:

@@ -2,65 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
-
-from exudyn_flexlink.result import Result
 from hard import truths
-
-MODELS = Path(__file__).parents[2] / "models" / "hard"
-
-MINIMAL, REDUNDANT, LAGRANGIAN = "minimal", "redundant", "lagrangian"
-BOTH = (MINIMAL, LAGRANGIAN)
-EXUDYN = (MINIMAL, REDUNDANT)
-ALL = (MINIMAL, REDUNDANT, LAGRANGIAN)
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One setting of a hard case.
-
-    `refused` are parts of documented reasons where the run has to end early or not to begin;
-    `told` parts of the warnings of which one has to be there where the answer is not right. Those
-    not `quick` take long.
-    """
-
-    label: str
-    settings: tuple[str, ...] = ()
-    refused: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()
-    quick: bool = False
-    ways: tuple[str, ...] = ()  # in place of the case's
-    points: int = 0  # of a spline, written anew
-
-
-@dataclass(frozen=True)
-class Case:
-    """One hard case.
-
-    `truth` returns the deviation (m) of a result from a closed form; None: the other engine at a
-    tight tolerance judges. `properties` are tried with the first variant: mirror, scale, again,
-    finer.
-    """
-
-    name: str
-    says: str
-    variants: tuple[Variant, ...]
-    ways: tuple[str, ...] = BOTH
-    truth: Callable[[Result], float] | None = None
-    properties: tuple[str, ...] = ()
-    reference: str = LAGRANGIAN
-
-
-def _range(
-    key: str, values: tuple[str, ...], quick: tuple[str, ...] = (), **other: object
-) -> tuple[Variant, ...]:
-    short = key.rsplit(".", maxsplit=1)[-1]
-    return tuple(
-        Variant(f"{short} {value}", (f"{key}={value}",), quick=value in quick, **other)  # type: ignore[arg-type]
-        for value in values
-    )
+from hard.case import ALL, BOTH, EXUDYN, LAGRANGIAN, PLAIN, REDUNDANT, Case, Variant, over
+from hard.part_cases import PART_CASES
 
 
 def _law(contact: str, key: str) -> str:
@@ -68,14 +12,13 @@ def _law(contact: str, key: str) -> str:
 
 
 STIFFNESSES = ("1e3", "1e4", "1e5", "1e6", "1e7", "1e8", "1e9")
-PLAIN = (Variant("", quick=True),)
 ALL_PROPERTIES = ("mirror", "scale", "again", "finer")
 
 CASES = (
     Case(
         "contact_stiffness",
         "one equation",
-        _range(_law("hit", "stiffness"), STIFFNESSES, ("1e3", "1e9")),
+        over(_law("hit", "stiffness"), STIFFNESSES, ("1e3", "1e9")),
         EXUDYN,
         truths.hammer,
         ALL_PROPERTIES,
@@ -83,7 +26,7 @@ CASES = (
     Case(
         "restitution",
         "one equation",
-        _range(_law("hit", "restitution"), ("0", "1"), ("0", "1")),
+        over(_law("hit", "restitution"), ("0", "1"), ("0", "1")),
         EXUDYN,
         truths.hammer,
         ("mirror", "again", "finer"),
@@ -137,14 +80,14 @@ CASES = (
     Case(
         "strike_stiffness",
         "other engine",
-        _range(_law("strike", "stiffness"), STIFFNESSES, ("1e3", "1e8")),
+        over(_law("strike", "stiffness"), STIFFNESSES, ("1e3", "1e8")),
         ALL,
         properties=ALL_PROPERTIES,
     ),
     Case(
         "strike_restitution",
         "other engine",
-        _range(_law("strike", "restitution"), ("0", "1"), ("0",)),
+        over(_law("strike", "restitution"), ("0", "1"), ("0",)),
         ALL,
     ),
     Case("undamped", "energy; other engine", PLAIN, ALL, properties=("mirror", "again", "finer")),
@@ -171,14 +114,14 @@ CASES = (
         "coasting_lever",
         "other engine",
         (
-            *_range("springs.lever_return.frequency", ("0.001", "0.1", "1", "10"), ("0.001",)),
+            *over("springs.lever_return.frequency", ("0.001", "0.1", "1", "10"), ("0.001",)),
             Variant("no spring", ("springs={}",)),
         ),
     ),
     Case(
         "strip",
         "other engine",
-        _range(
+        over(
             "bodies.link.section.thickness",
             ("0.05e-3", "0.15e-3", "0.5e-3", "1.5e-3", "5e-3"),
             ("0.05e-3", "5e-3"),
@@ -188,15 +131,15 @@ CASES = (
     Case(
         "rods",
         "other engine",
-        _range("bodies.link.rods", ("1", "2", "10", "50", "100", "200"), ("1", "10")),
+        over("bodies.link.rods", ("1", "2", "10", "50", "100", "200"), ("1", "10")),
     ),
     Case(
         "speed",
         "other engine",
         (
             # steps of contacts make days of a crawl in formulation redundant
-            *_range("drives.motor.value", ("0.01", "0.1"), ("0.01",), ways=BOTH),
-            *_range("drives.motor.value", ("1", "100", "300", "500"), ("100",)),
+            *over("drives.motor.value", ("0.01", "0.1"), ("0.01",), ways=BOTH),
+            *over("drives.motor.value", ("1", "100", "300", "500"), ("100",)),
         ),
         ALL,
     ),
@@ -204,7 +147,7 @@ CASES = (
         "tolerance",
         "other engine",
         (
-            *_range(
+            *over(
                 "accuracy.tolerance",
                 ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-8", "1e-10", "1e-12"),
                 ("1e-2", "1e-8"),
@@ -312,6 +255,7 @@ CASES = (
         (Variant("20 turns", ("run.turns=20",)),),
         (REDUNDANT,),
     ),
+    *PART_CASES,
 )
 MODEL_OF = {
     "strike_restitution": "strike_stiffness",

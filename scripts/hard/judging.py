@@ -17,7 +17,8 @@ from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
-from hard.catalogue import LAGRANGIAN, MODEL_OF, MODELS, REDUNDANT, Case, Variant
+from hard.case import LAGRANGIAN, MODELS, REDUNDANT, Case, Variant
+from hard.catalogue import MODEL_OF
 from hard.symmetry import mirrored, scaled
 from hard.truths import ellipse_points
 
@@ -237,7 +238,7 @@ def lossless(scene: Scene) -> bool:
     laws += [law for joint in scene.joints.values() if (law := getattr(joint, "law", None))]
     dampers = [body.hinges.damping for body in scene.bodies.values() if hasattr(body, "hinges")]
     for spring in scene.springs.values():
-        dampers += [spring.damping or 0.0, spring.damping_ratio or 0.0]
+        dampers += [spring.damping or 0.0, getattr(spring, "damping_ratio", None) or 0.0]
     return not any(dampers) and all(law.restitution == 1 for law in laws)
 
 

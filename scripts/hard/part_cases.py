@@ -1,0 +1,64 @@
+"""Hard cases of one part each: a free body, a way at its end, a groove, a bearing, ..."""
+
+from __future__ import annotations
+
+from hard import part_truths
+from hard.case import EXUDYN, MINIMAL, PLAIN, Case, Variant, over
+
+OF_ORDER_2 = ("its steps only aim at the tolerance",)  # what a run in redundant says of itself
+TOLD = (Variant("", told=OF_ORDER_2, quick=True),)
+
+PART_CASES = (
+    Case("fast_spin", "closed form", PLAIN, EXUDYN, part_truths.fast_spin),
+    Case(
+        "dead_points",
+        "closed form",
+        (
+            *PLAIN,
+            Variant(
+                "driven beyond",
+                (
+                    "initial={guesses: {beam: 2.0}}",
+                    "drives.pull={type: motion, joint: x, value: '0.3 + 0.2*t'}",
+                ),
+                refused=("at a dead centre",),
+                quick=True,
+            ),
+        ),
+        EXUDYN,
+        part_truths.trammel,
+    ),
+    Case(
+        "short_spring",
+        "two equations",
+        over(
+            "initial.positions.mass",
+            ("[-0.05,1e-3]", "[-0.05,1e-5]", "[-0.05,1e-7]"),
+            ("[-0.05,1e-3]", "[-0.05,1e-5]"),
+            told=OF_ORDER_2,
+        ),
+        EXUDYN,
+        part_truths.short_spring,
+    ),
+    Case("sharp_groove", "one equation", TOLD, EXUDYN, part_truths.sharp_groove),
+    Case("micron_bearing", "three equations", PLAIN, EXUDYN, part_truths.micron_bearing),
+    Case(
+        "grazing_circles",
+        "two equations",
+        (
+            Variant("by 1 um", quick=True),
+            Variant("past by 1 um", ("initial.positions.two=[-0.5,0.300001]",), quick=True),
+        ),
+        EXUDYN,
+        part_truths.grazing_circles,
+    ),
+    Case("dome", "one equation, then free fall", PLAIN, (MINIMAL,), part_truths.dome),
+    Case("kinked_drive", "closed form", TOLD, EXUDYN, part_truths.kinked_drive),
+    Case(
+        "stiff_rod",
+        "one equation",
+        over("materials.stiff.youngs_modulus", ("1e15", "1e16", "1e18"), ("1e15", "1e18")),
+        EXUDYN,
+        part_truths.stiff_rod,
+    ),
+)

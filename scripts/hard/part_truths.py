@@ -1,0 +1,236 @@
+"""Truths of the hard cases that show one part each: closed forms, and equations for one case.
+
+A truth is a function of a Result that returns the largest deviation (m) of its watched point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import acos, cos, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from exudyn_flexlink.observables import path, watched_point
+from exudyn_flexlink.result import Result
+from hard.truths import EXACT
+
+FloatArray = NDArray[np.float64]
+
+G = 9.81  # m/s^2, of the models of these cases
+
+
+def fast_spin(result: Result) -> float:
+    """A plate whose centre of mass flies on a parabola, while it turns evenly."""
+    scene, t = result.scene, result.time
+    plate, initial = scene.bodies["plate"], scene.initial
+    angle, turning = initial.angles["plate"], dict(initial.speeds)["plate"]
+    centre, corner = np.array(plate.centre_of_mass), np.array(plate.points["corner"])
+    off = _turned(centre, np.array([angle]))[0]
+    start = initial.positions["plate"] + off
+    speed = initial.velocities["plate"] + turning * np.array([-off[1], off[0]])
+    flight = start + speed * t[:, None] + 0.5 * np.array(scene.gravity) * t[:, None] ** 2
+    return _off(result, flight + _turned(corner - centre, angle + turning * t))
+
+
+def trammel(result: Result) -> float:
+    """A beam that turns evenly; at 0 its start is on the x axis, left of where the ways cross."""
+    scene = result.scene
+    beam = scene.bodies["beam"]
+    angle = scene.initial.angles["beam"] + dict(scene.initial.speeds)["beam"] * result.time
+    start = np.stack([-beam.points["e"][0] * np.cos(angle), 0 * angle], axis=-1)
+    return _off(result, start + _turned(np.array(beam.points["pen"]), angle))
+
+
+def short_spring(result: Result) -> float:
+    """A point mass that a spring draws to the origin."""
+    scene = result.scene
+    mass, spring = scene.bodies["mass"].mass, scene.springs["s"]
+
+    def rates(_: float, s: FloatArray) -> FloatArray:
+        long = np.hypot(s[0], s[1])
+        return np.array([*s[2:], *(-spring.stiffness / mass * (1 - spring.length / long) * s[:2])])
+
+    start = [*scene.initial.positions["mass"], *scene.initial.velocities["mass"]]
+    return _off(result, _states(rates, start, result.time)[:, :2])
+
+
+def sharp_groove(result: Result) -> float:
+    """Bead on an ellipse r(u) that turns: r'.r' u'' + r'.r'' u'^2 = omega^2 r.r', in its axes."""
+    scene = result.scene
+    a, b = scene.curves["groove"].semi_axes
+    omega = scene.drives["motor"].value
+    x, y = scene.initial.positions["bead"]
+
+    def rates(_: float, s: FloatArray) -> FloatArray:
+        u, speed = s
+        c, d = cos(u), sin(u)
+        slope = a * a * d * d + b * b * c * c
+        bends = (a * a - b * b) * c * d
+        return np.array([speed, -bends * (speed**2 + omega**2) / slope])
+
+    u = _states(rates, [np.arctan2(y / b, x / a), 0.0], result.time)[:, 0]
+    own = np.stack([a * np.cos(u), b * np.sin(u)], axis=-1)
+    turned = omega * result.time
+    c, s = np.cos(turned), np.sin(turned)
+    return _off(
+        result, np.stack([c * own[:, 0] - s * own[:, 1], s * own[:, 0] + c * own[:, 1]], axis=-1)
+    )
+
+
+def micron_bearing(result: Result) -> float:
+    """A pendulum whose journal's middle, at (x, y), is pressed back from the bearing's wall."""
+    scene = result.scene
+    rod, joint = scene.bodies["rod"], scene.joints["pivot"]
+    arm, law, play = rod.centre_of_mass[0], joint.law, joint.clearance
+
+    def rates(_: float, s: FloatArray, touching: bool) -> FloatArray:
+        x, y, angle, u, v, turning = s
+        push = np.zeros(2)
+        if touching:
+            far = np.hypot(x, y)
+            push = -_press(law, far - play, (x * u + y * v) / far) / far * np.array([x, y])
+        c, d = cos(angle), sin(angle)
+        bend = -arm * (c * push[1] - d * push[0]) / rod.inertia  # about the centre of mass
+        linear = push / rod.mass + [0, -G]
+        # The journal's middle is seen from the centre of mass, which Newton's law moves.
+        swung = arm * (bend * np.array([-d, c]) - turning**2 * np.array([c, d]))
+        return np.array([u, v, turning, *(linear - swung), bend])
+
+    def gap(s: FloatArray) -> float:
+        return play - float(np.hypot(s[0], s[1]))
+
+    start = [0.0, 0.0, scene.initial.angles["rod"], 0.0, 0.0, 0.0]
+    found = _touching(rates, gap, start, result.time)
+    return _off(result, found[:, :2] + _turned(np.array(rod.points["e"]), found[:, 2]))
+
+
+def grazing_circles(result: Result) -> float:
+    """Smooth discs: the line of their centres is what they push along; their middle goes on."""
+    scene = result.scene
+    one, two = scene.bodies["one"].mass, scene.bodies["two"].mass
+    contact = scene.contacts["meet"]
+    reach = sum(circle.radius for circle in contact.circles)
+    reduced = one * two / (one + two)
+    at, speed = (np.array([dict(part)[n] for n in ("one", "two")]) for part in
+                 (scene.initial.positions, scene.initial.velocities))  # fmt: skip
+
+    def rates(_: float, s: FloatArray, touching: bool) -> FloatArray:
+        x, y, u, v = s
+        far = np.hypot(x, y)
+        press = _press(contact.law, reach - far, -(x * u + y * v) / far) if touching else 0.0
+        return np.array([u, v, press * x / far / reduced, press * y / far / reduced])
+
+    def gap(s: FloatArray) -> float:
+        return float(np.hypot(s[0], s[1])) - reach
+
+    apart = _touching(rates, gap, [*(at[1] - at[0]), *(speed[1] - speed[0])], result.time)
+    middle = (one * at[0] + two * at[1]) / (one + two)
+    drift = (one * speed[0] + two * speed[1]) / (one + two)
+    return _off(result, middle + drift * result.time[:, None] + one / (one + two) * apart[:, :2])
+
+
+def dome(result: Result) -> float:
+    """A bead at an angle from the top: a'' = g/R sin a, until cos a is 2/3 of that at the start."""
+    scene, t = result.scene, result.time
+    radius = scene.curves["dome"].radius
+    x, y = scene.initial.positions["bead"]
+    begins, leaves = np.arctan2(x, y), acos(2 / 3 * y / radius)
+
+    def rates(_: float, s: FloatArray) -> FloatArray:
+        return np.array([s[1], G / radius * sin(s[0])])
+
+    def there(_: float, s: FloatArray) -> float:
+        return float(s[0] - leaves)
+
+    there.terminal = True  # type: ignore[attr-defined]
+    solved = solve_ivp(rates, (0, t[-1]), [begins, 0.0], events=there, **EXACT)
+    end, (angle, turning) = solved.t[-1], solved.y[:, -1]
+    on, along = t <= end, np.array([cos(angle), -sin(angle)])
+    found = np.empty((len(t), 2))
+    a = solved.sol(t[on])[0]
+    found[on] = radius * np.stack([np.sin(a), np.cos(a)], axis=-1)
+    since = (t[~on] - end)[:, None]
+    start = radius * np.array([sin(angle), cos(angle)])
+    found[~on] = start + radius * turning * along * since + [0, -G / 2] * since**2
+    return _off(result, found)
+
+
+def kinked_drive(result: Result) -> float:
+    """Half a period by the soft spring, and half a one by the hard one, in turn."""
+    scene = result.scene
+    mass, start = scene.bodies["block"].mass, scene.initial.along["way"]
+    soft, hard = sqrt(50 / mass), sqrt(200 / mass)
+    quarter, half = pi / (2 * soft), pi / (2 * soft) + pi / hard
+    since = np.mod(result.time, 2 * quarter + pi / hard)
+    depth = start * soft / hard  # at the middle both have the same speed
+    x = np.where(
+        since < quarter,
+        start * np.cos(soft * since),
+        np.where(
+            since < half,
+            -depth * np.sin(hard * (since - quarter)),
+            start * np.sin(soft * (since - half)),
+        ),
+    )
+    return _off(result, np.stack([x, 0 * x], axis=-1))
+
+
+def stiff_rod(result: Result) -> float:
+    """Even rod that swings from rest along the x axis: a'' = -3/2 g/l cos a."""
+    length = result.scene.bodies["rod"].length
+
+    def rates(_: float, s: FloatArray) -> FloatArray:
+        return np.array([s[1], -1.5 * G / length * cos(s[0])])
+
+    angle = _states(rates, [0.0, 0.0], result.time)[:, 0]
+    return _off(result, length * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
+
+
+def _turned(vector: FloatArray, angles: FloatArray) -> FloatArray:
+    """Return a vector (2,) turned by angles (N,) in rad, (N, 2)."""
+    c, s = np.cos(angles), np.sin(angles)
+    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], axis=-1)
+
+
+def _off(result: Result, expected: FloatArray) -> float:
+    """Largest distance (m) of the watched point from where it should be, (N, 2) m."""
+    seen = path(result, watched_point(result.scene)).position
+    return float(np.linalg.norm(seen - expected, axis=1).max())
+
+
+def _states(rates: Callable[..., FloatArray], start: list[float], time: FloatArray) -> FloatArray:
+    """States (N, n) at instants (N,) s, of smooth equations."""
+    return np.asarray(solve_ivp(rates, (0.0, time[-1]), start, **EXACT).sol(time).T)
+
+
+def _press(law: Any, depth: float, rate: float) -> float:
+    """Force (N) of a penetration (m) that grows at a rate (m/s): docs/modelling.md."""
+    e2 = law.restitution**2
+    share = (1 + e2) / 2 + (1 - e2) / 2 * np.tanh(rate / law.transition_speed)
+    return float(law.stiffness * max(depth, 0.0) * share)
+
+
+def _touching(
+    rates: Callable[..., FloatArray],
+    gap: Callable[[FloatArray], float],
+    start: list[float],
+    time: FloatArray,
+) -> FloatArray:
+    """States (N, n) at instants (N,) s of what touches and flies in turn, from a flight on."""
+    found = np.empty((len(time), len(start)))
+    t, state, touching = 0.0, np.array(start), False
+    while t < time[-1]:
+
+        def crosses(_: float, s: FloatArray, __: bool) -> float:
+            return gap(s)
+
+        crosses.terminal, crosses.direction = True, 1 if touching else -1  # type: ignore[attr-defined]
+        leg = solve_ivp(rates, (t, time[-1]), state, events=crosses, args=(touching,),
+                        max_step=time[-1] / 1000, **EXACT)  # fmt: skip
+        there = (time >= t) & (time <= leg.t[-1])
+        found[there] = leg.sol(time[there]).T
+        t, state, touching = float(leg.t[-1]), leg.y[:, -1], not touching
+    return found
