@@ -52,7 +52,6 @@ def variant_of(case: Case, label: str) -> Variant:
         ("self_crossing", "", MINIMAL),
         ("spline_points", "10 points", MINIMAL),
         ("fast_spin", "", MINIMAL),
-        ("fast_spin", "", REDUNDANT),
         ("dead_points", "", MINIMAL),
         ("short_spring", "mass [-0.05,1e-5]", MINIMAL),
         ("sharp_groove", "", MINIMAL),
