@@ -10,6 +10,7 @@ how many times as long Python takes.
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +47,7 @@ def solved(how: str, model: str, *settings: str) -> tuple[float, int]:
 
 def main() -> None:
     """Print a table."""
+    argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0]).parse_args()
     print("| model | steps | with numba, s | without, s | times as long |")
     print("|---|---|---|---|---|")
     for model, *settings in RUNS:
