@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,24 +12,23 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import (
-    GROUND,
-    Anchor,
-    Channel,
-    CircleContact,
-    Contact,
-    CurveContact,
-    Mechanism,
-    Slot,
-    anchor_position,
-    build_mechanism,
-    turned,
-)
+from exudyn_flexlink.mechanism import Mechanism, anchor_position, build_mechanism
 from exudyn_flexlink.observables import point_anchor, watched_point
+from exudyn_flexlink.plots.outline import (
+    body_lines,
+    curve_line,
+    curved,
+    guides,
+    is_flexible,
+    pivots,
+    rings,
+    wall_lines,
+    walled,
+)
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody, RigidBody, Scene
+from exudyn_flexlink.scene import RigidBody, Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -66,11 +64,10 @@ class Posed:
         for body in self.scene.bodies:
             lines = self.lines(body, slice(None, None, every))
             points += [line.reshape(-1, 2) for line in lines]
-        ends = (0, len(self.poses) - 1)
-        points += [self.curve(track, i) for track in self.tracks for i in ends]
-        fixed = [pin.first for pin in self.model.hinges if pin.first.part == GROUND]
-        points += [np.array([[at.x, at.y]]) for at in fixed]
-        points += self._circles(0)
+        ends = self.poses[[0, -1]]
+        points += [curve_line(track).at(ends).reshape(-1, 2) for track in curved(self.model)]
+        points += [np.array([[at.x, at.y]]) for at in pivots(self.model)]
+        points += [ring.at(self.poses[0]) for ring in rings(self.model)]
         all_ = np.concatenate(points)
         low, high = all_.min(axis=0), all_.max(axis=0)
         size = float(np.max(high - low)) or 1.0
@@ -93,85 +90,39 @@ class Posed:
 
     def lines(self, body: str, samples: slice) -> list[FloatArray]:
         """Polylines (instants, points, 2) in m for a body: its rods, or rays to its points."""
-        scene, model = self.scene, self.model
-        q = self.poses[samples]
-        spec = scene.bodies[body]
-        if isinstance(spec, RigidBody):
-            centre = anchor_position(point_anchor(scene, model, f"{body}.centre"), q)
-            others = [
-                anchor_position(point_anchor(scene, model, f"{body}.{name}"), q)
-                for name in spec.points
-            ]
-            return [np.stack([centre, other], axis=1) for other in others] or [centre[:, None]]
-        starts = [q[:, part, :2] for part in model.parts_of(body)]
-        end = anchor_position(point_anchor(scene, model, f"{body}.end"), q)
-        return [np.stack([*starts, end], axis=1)]
-
-    @property
-    def tracks(self) -> list[Slot | CurveContact]:
-        """What has a curve: slots, and contacts of points on curves."""
-        struck = [own for own in self.model.contacts if isinstance(own, CurveContact)]
-        return [*self.model.slots, *struck]
-
-    def curve(self, track: Slot | CurveContact, index: int) -> FloatArray:
-        """Points (n, 2) m of a slot's or a contact's curve at a sample."""
-        points = track.curve.samples[1]
-        if track.carrier == GROUND:
-            return points
-        pose = self.poses[index, track.carrier]
-        return np.asarray(pose[:2] + turned(points, pose[2]))
+        own = body_lines(self.scene, self.model, body)
+        return [line.at(self.poses[samples]) for line in own]
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
         """Draw curves, bodies and fixed joints at a sample."""
-        factor, _ = self.unit
-        for track in self.tracks:
-            axes.plot(*(factor * self.curve(track, index)).T, color=PURPLE, linewidth=1.0, zorder=1)
+        factor, model, q = self.unit[0], self.model, self.poses[index]
+        for track in curved(model):
+            axes.plot(*(factor * curve_line(track).at(q)).T, color=PURPLE, linewidth=1.0, zorder=1)
         for i, body in enumerate(self.scene.bodies):
-            own = self.model.parts_of(body)
-            walls = [c for c in _with_play(self.model) if c.guide.part in own]
-            if walls:
-                self._draw_walls(axes, index, walls, alpha)
-                continue
-            look = _body_style(self.scene, body, i)
-            for line in self.lines(body, slice(index, index + 1)):
-                axes.plot(*(factor * line[0]).T, **look, alpha=alpha)
-        for circle in self._circles(index):
-            axes.plot(*(factor * circle).T, color=GREY, linewidth=sized(1.2), alpha=alpha, zorder=3)
-        for pin in self.model.hinges:
-            if GROUND in (pin.first.part, pin.second.part):
-                at = pin.first if pin.first.part == GROUND else pin.second
-                axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
-                          markersize=sized(7), zorder=5)  # fmt: skip
-
-    def _circles(self, index: int) -> list[FloatArray]:
-        """Circles (points, 2), m, of contacts at a sample."""
-        own = [circle for contact in self.model.contacts for circle in _circles_of(contact)]
-        way = np.linspace(0, 2 * np.pi, 73)
-        around, q = np.stack([np.cos(way), np.sin(way)], axis=1), self.poses[index]
-        return [anchor_position(centre, q) + radius * around for centre, radius in own]
-
-    def _draw_walls(
-        self, axes: Axes, index: int, channels: Sequence[Channel], alpha: float
-    ) -> None:
-        q = self.poses[index]
-        for channel in channels:
-            at = channel.guide
-            for y in (at.y + channel.clearance, at.y - channel.clearance):
-                ends = [Anchor(at.part, x, y) for x in (at.x, at.x + channel.length)]
-                wall = self.unit[0] * np.array([anchor_position(end, q) for end in ends])
-                axes.plot(*wall.T, **_WALL, alpha=alpha)
+            own = model.parts_of(body)
+            walls = [c for c in walled(model) if c.guide.part in own]
+            lines = [wall for channel in walls for wall in wall_lines(model, channel)]
+            look = _WALL if walls else _body_style(self.scene, body, i)
+            for line in lines or body_lines(self.scene, model, body):
+                axes.plot(*(factor * line.at(q)).T, **look, alpha=alpha)
+        for ring in rings(model):
+            axes.plot(*(factor * ring.at(q)).T, color=GREY, linewidth=sized(1.2), alpha=alpha,
+                      zorder=3)  # fmt: skip
+        for at in pivots(model):
+            axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
+                      markersize=sized(7), zorder=5)  # fmt: skip
 
     def body_legend(self) -> list[Line2D]:
         """Entries for bodies, guides and curves."""
         scene, model = self.scene, self.model
-        walled = {model.parts[channel.guide.part].body for channel in _with_play(model)}
+        with_walls = {model.parts[channel.guide.part].body for channel in walled(model)}
         handles = []
         for i, body in enumerate(scene.bodies):
-            if body in walled:
+            if body in with_walls:
                 handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
                 continue
             handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
-        if self.tracks:
+        if curved(model):
             label = "track" if model.slots else "curve"
             handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label=label))
         return handles
@@ -244,20 +195,6 @@ class Sketch(Posed):
         return handles
 
 
-def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
-    """Centres and radii (m) of the circles of a contact, a roller among them."""
-    if isinstance(contact, CircleContact):
-        return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
-    if isinstance(contact, CurveContact) and contact.radius > 0:
-        return [(contact.point, contact.radius)]
-    return []
-
-
-def _with_play(model: Mechanism) -> list[Channel]:
-    """Guides with clearance: they are drawn as their two walls."""
-    return [channel for channel in model.channels if channel.clearance > 0]
-
-
 def body_colour(number: int) -> str:
     """Colour of a body, by its number in the scene."""
     return _BODY_COLOURS[number % len(_BODY_COLOURS)]
@@ -265,11 +202,10 @@ def body_colour(number: int) -> str:
 
 def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
     """Guides are broad and pale, so that what slides in them is seen; hinges are dots."""
-    guides = [joint.guide for joint in scene.joints.values() if joint.type == "sleeve"]
-    spec = scene.bodies[body]
-    if body in guides:
+    if body in guides(scene):
         return {"color": "#C9C9C9", "linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2}
     style: dict[str, Any] = {"color": body_colour(number), "linewidth": sized(2.2), "zorder": 4}
-    if isinstance(spec, FlexibleBody):
+    if is_flexible(scene, body):
         style |= {"linewidth": 1.5, "marker": ".", "markersize": sized(3)}
-    return style | ({"marker": "o", "markersize": sized(4)} if isinstance(spec, RigidBody) else {})
+    dots = {"marker": "o", "markersize": sized(4)}
+    return style | (dots if isinstance(scene.bodies[body], RigidBody) else {})

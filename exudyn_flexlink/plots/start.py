@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 from math import pi
 from typing import Any
@@ -15,27 +14,24 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import (
-    GROUND,
-    Anchor,
-    Assembly,
-    FaceContact,
-    LinearSpring,
-    anchor_position,
-)
+from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import Words, framed_figure
 from exudyn_flexlink.plots.labels import Labels
+from exudyn_flexlink.plots.outline import (
+    acting_marks,
+    coil,
+    curve_line,
+    face_line,
+    faces,
+    guides,
+    joint_marks,
+    spring_lines,
+)
 from exudyn_flexlink.plots.panels import sized
 from exudyn_flexlink.plots.sketch import Posed, body_colour
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
-from exudyn_flexlink.scene import (
-    ForceDrive,
-    PrismaticJoint,
-    Scene,
-    SleeveJoint,
-    TorsionalSpring,
-)
+from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -45,7 +41,6 @@ SAME = 1e-6  # of the drawing: points nearer than this are one
 MOST_BODIES = 14  # in the legend: it has no more room
 MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
-COILS = 6  # of a linear spring
 SPOTS = 12  # of a line that names keep away from
 
 
@@ -111,8 +106,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
 def _room(posed: Posed) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
     low, high = posed.box
-    springs = _linear_springs(posed)
-    ends = [_place(posed, end) for spring in springs for end in (spring.first, spring.second)]
+    ends = [end for line in spring_lines(posed.scene, posed.model) for end in line.at(posed.poses[0])]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
 
@@ -128,7 +122,9 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
     """Draw joints, springs, drives and contacts; returns entries of a legend."""
     factor, _ = posed.unit
     seen: dict[str, Line2D] = {}
-    for kind, place in (*_joints(posed), *_acting(posed)):
+    scene, model = posed.scene, posed.model
+    for mark in (*joint_marks(scene, model), *acting_marks(scene, model)):
+        kind, place = mark.kind, _place(posed, mark.anchor)
         look = {
             **_SYMBOLS[kind],
             "linestyle": "",
@@ -136,70 +132,13 @@ def _draw_symbols(axes: Axes, posed: Posed) -> list[Line2D]:
         }
         axes.plot(*(factor * place), **look)
         seen[kind] = Line2D([], [], label=kind, **look)
-    for spring in _linear_springs(posed):
-        coil = _zigzag(_place(posed, spring.first), _place(posed, spring.second))
-        axes.plot(*(factor * coil).T, **_SPRING)
+    for spring in spring_lines(scene, model):
+        axes.plot(*(factor * coil(spring.at(posed.poses[0]))).T, **_SPRING)
         seen["linear spring"] = Line2D([], [], label="linear spring", **_SPRING)
-    for face in _faces(posed):
-        ends = [_place(posed, end) for end in (face.start, face.end)]
-        axes.plot(*(factor * np.array(ends)).T, **_FACE)
+    for face in faces(model):
+        axes.plot(*(factor * face_line(face).at(posed.poses[0])).T, **_FACE)
         seen["face of a contact"] = Line2D([], [], label="face of a contact", **_FACE)
     return list(seen.values())
-
-
-def _joints(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
-    """Kind and place (2,) m of every joint's symbol."""
-    scene, model = posed.scene, posed.model
-    for pin in model.hinges:
-        grounded = GROUND in (pin.first.part, pin.second.part)
-        if pin.name in scene.joints:  # not the hinges of a flexible body
-            yield f"revolute{', on the ground' * grounded}", _place(posed, pin.first)
-    for weld in model.welds:
-        grounded = GROUND in (weld.first.part, weld.second.part)
-        yield f"weld{', to the ground' * grounded}", _place(posed, weld.first)
-    for slide in model.slides:
-        if isinstance(scene.joints.get(slide.name), PrismaticJoint):  # not rods that stretch
-            yield "prismatic", _place(posed, slide.second)
-    for slot in model.slots:
-        yield "in a slot", _place(posed, slot.anchor)
-
-
-def _acting(posed: Posed) -> Iterator[tuple[str, FloatArray]]:
-    """Kind and place (2,) m of the symbols of springs, drives and contacts."""
-    scene, model = posed.scene, posed.model
-    places = {hinge.name: hinge.first for hinge in model.hinges}
-    places |= {slide.name: slide.second for slide in model.slides}
-    for spring in scene.springs.values():
-        if isinstance(spring, TorsionalSpring):
-            yield "torsional spring", _place(posed, places[spring.joint])
-    for drive in scene.drives.values():
-        if isinstance(drive, ForceDrive):
-            anchor = point_anchor(scene, model, drive.point)
-            yield "force", _place(posed, anchor)
-        else:
-            yield "drive", _place(posed, places[drive.joint])
-    for face in _faces(posed):
-        yield "point that may strike", _place(posed, face.point)
-
-
-def _linear_springs(posed: Posed) -> list[LinearSpring]:
-    """Those of the scene: not the ones within rods that stretch."""
-    return [own for own in posed.model.linear_springs if own.name in posed.scene.springs]
-
-
-def _faces(posed: Posed) -> Iterator[FaceContact]:
-    for contact in posed.model.contacts:
-        if isinstance(contact, FaceContact):
-            yield contact
-
-
-def _zigzag(first: FloatArray, second: FloatArray) -> FloatArray:
-    """A spring (points, 2) m between two places."""
-    along = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 2 * COILS), [0.85, 1.0]])
-    across = np.zeros(len(along))
-    across[2:-2] = 0.06 * (-1.0) ** np.arange(2 * COILS)
-    way = second - first
-    return np.asarray(first + np.outer(along, way) + np.outer(across, [-way[1], way[0]]))
 
 
 def _place(posed: Posed, anchor: Anchor) -> FloatArray:
@@ -227,14 +166,13 @@ def _name(axes: Axes, posed: Posed) -> None:
     }
     every = [
         *(x for of in lines.values() for x in of),
-        *(posed.curve(slot, 0) for slot in posed.model.slots),
+        *(curve_line(slot).at(posed.poses[0]) for slot in posed.model.slots),
     ]
     labels = Labels(axes, factor * np.concatenate([_along(line) for line in every]))
-    guides = [j.guide for j in posed.scene.joints.values() if isinstance(j, SleeveJoint)]
     for i, (body, own) in enumerate(lines.items()):
         longest = max(own, key=lambda points: float(np.ptp(points, axis=0).max()))
         place = (longest[0] + longest[-1]) / 2
-        colour = GREY if body in guides else body_colour(i)
+        colour = GREY if body in guides(posed.scene) else body_colour(i)
         labels.write(body, factor * place, place - middle, color=colour, weight="bold")
     named = _named_points(posed)
     small = float(mpl.rcParams["legend.fontsize"]) - 2

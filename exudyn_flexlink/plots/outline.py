@@ -1,0 +1,217 @@
+"""What is drawn of a mechanism: lines through points of its parts, and marks at such points.
+
+In the parts' own axes, hence the same at every instant: figures and animations draw these alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    Channel,
+    CircleContact,
+    Contact,
+    CurveContact,
+    FaceContact,
+    Mechanism,
+    Slot,
+    node_anchor,
+)
+from exudyn_flexlink.observables import point_anchor
+from exudyn_flexlink.scene import (
+    FlexibleBody,
+    ForceDrive,
+    PrismaticJoint,
+    RigidBody,
+    Scene,
+    SleeveJoint,
+    TorsionalSpring,
+)
+
+FloatArray = NDArray[np.float64]
+
+ROUND = 73  # points of a circle, the last on the first
+COILS = 6  # of a linear spring
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line through points of parts: `parts` (n,), `places` (n, 2) m in their axes.
+
+    `name` is that of the body, curve, joint or contact of the scene that it shows. Of a spring it
+    has both ends.
+    """
+
+    name: str
+    parts: NDArray[np.intp]
+    places: FloatArray
+
+    def at(self, poses: FloatArray) -> FloatArray:
+        """Its points (..., n, 2) m, with the parts at `poses` (..., parts, 3)."""
+        # The ground is the part -1: a row behind all others.
+        pose = np.concatenate([poses, np.zeros_like(poses[..., :1, :])], axis=-2)
+        own = pose[..., self.parts, :]
+        c, s, (x, y) = np.cos(own[..., 2]), np.sin(own[..., 2]), self.places.T
+        return np.stack([own[..., 0] + c * x - s * y, own[..., 1] + s * x + c * y], axis=-1)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A symbol at a point of a part; `kind` says in words what it stands for."""
+
+    kind: str
+    anchor: Anchor
+
+
+def through(name: str, *anchors: Anchor) -> Line:
+    """Return the line through anchors."""
+    parts = np.array([anchor.part for anchor in anchors], dtype=np.intp)
+    return Line(name, parts, np.array([[anchor.x, anchor.y] for anchor in anchors]))
+
+
+def on_part(name: str, part: int, places: FloatArray) -> Line:
+    """Return a line through places (n, 2) m of one part."""
+    return Line(name, np.full(len(places), part, dtype=np.intp), places)
+
+
+def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
+    """Lines of a body: its rods, or rays from its centre to its points."""
+    spec = scene.bodies[body]
+    if isinstance(spec, RigidBody):
+        centre = point_anchor(scene, model, f"{body}.centre")
+        others = [point_anchor(scene, model, f"{body}.{name}") for name in spec.points]
+        return [through(body, centre, other) for other in others] or [through(body, centre)]
+    starts = [Anchor(part, 0.0, 0.0) for part in model.parts_of(body)]
+    return [through(body, *starts, point_anchor(scene, model, f"{body}.end"))]
+
+
+def guides(scene: Scene) -> set[str]:
+    """Bodies that links slide in."""
+    return {joint.guide for joint in scene.joints.values() if isinstance(joint, SleeveJoint)}
+
+
+def is_flexible(scene: Scene, body: str) -> bool:
+    """Whether a body is drawn as rods with hinges."""
+    return isinstance(scene.bodies[body], FlexibleBody)
+
+
+def walled(model: Mechanism) -> list[Channel]:
+    """Guides with clearance: they are drawn as their two walls."""
+    return [channel for channel in model.channels if channel.clearance > 0]
+
+
+def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
+    """Both walls of a guide, the upper first."""
+    at, body = channel.guide, model.parts[channel.guide.part].body
+    return [
+        through(body, Anchor(at.part, at.x, y), Anchor(at.part, at.x + channel.length, y))
+        for y in (at.y + channel.clearance, at.y - channel.clearance)
+    ]
+
+
+def link_line(channel: Channel) -> Line:
+    """The link in a guide, through its nodes."""
+    nodes = range(len(channel.rods) + 1)
+    return through(channel.name, *(node_anchor(channel, node) for node in nodes))
+
+
+def curved(model: Mechanism) -> list[Slot | CurveContact]:
+    """What has a curve: slots, and contacts of points on curves."""
+    struck = [own for own in model.contacts if isinstance(own, CurveContact)]
+    return [*model.slots, *struck]
+
+
+def curve_line(track: Slot | CurveContact) -> Line:
+    """The curve of a slot or of a contact, on the part that carries it."""
+    return on_part(track.name, track.carrier, track.curve.samples[1])
+
+
+def rings(model: Mechanism) -> list[Line]:
+    """Circles of contacts, rollers among them."""
+    way = np.linspace(0, 2 * np.pi, ROUND)
+    around = np.stack([np.cos(way), np.sin(way)], axis=1)
+    return [
+        on_part(contact.name, centre.part, [centre.x, centre.y] + radius * around)
+        for contact in model.contacts
+        for centre, radius in _circles_of(contact)
+    ]
+
+
+def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
+    """Centres and radii (m) of the circles of a contact, a roller among them."""
+    if isinstance(contact, CircleContact):
+        return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
+    if isinstance(contact, CurveContact) and contact.radius > 0:
+        return [(contact.point, contact.radius)]
+    return []
+
+
+def faces(model: Mechanism) -> list[FaceContact]:
+    """Contacts of a point with a face."""
+    return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
+
+
+def face_line(face: FaceContact) -> Line:
+    """The face of a contact."""
+    return through(face.name, face.start, face.end)
+
+
+def spring_lines(scene: Scene, model: Mechanism) -> list[Line]:
+    """Both ends of every linear spring of the scene: not of those within rods that stretch."""
+    own = [spring for spring in model.linear_springs if spring.name in scene.springs]
+    return [through(spring.name, spring.first, spring.second) for spring in own]
+
+
+def coil(ends: FloatArray) -> FloatArray:
+    """A spring (..., points, 2) m between its ends (..., 2, 2)."""
+    along = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 2 * COILS), [0.85, 1.0]])
+    across = np.zeros(len(along))
+    across[2:-2] = 0.06 * (-1.0) ** np.arange(2 * COILS)
+    first, way = ends[..., :1, :], ends[..., 1:, :] - ends[..., :1, :]
+    left = np.stack([-way[..., 1], way[..., 0]], axis=-1)
+    return np.asarray(first + along[:, None] * way + across[:, None] * left)
+
+
+def pivots(model: Mechanism) -> list[Anchor]:
+    """Points of the ground that parts turn about."""
+    ends = [(pin.first, pin.second) for pin in model.hinges]
+    return [next(end for end in pair if end.part == GROUND)
+            for pair in ends if GROUND in (pair[0].part, pair[1].part)]  # fmt: skip
+
+
+def joint_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
+    """A mark at every joint."""
+    for pin in model.hinges:
+        grounded = GROUND in (pin.first.part, pin.second.part)
+        if pin.name in scene.joints:  # not the hinges of a flexible body
+            yield Mark(f"revolute{', on the ground' * grounded}", pin.first)
+    for weld in model.welds:
+        grounded = GROUND in (weld.first.part, weld.second.part)
+        yield Mark(f"weld{', to the ground' * grounded}", weld.first)
+    for slide in model.slides:
+        if isinstance(scene.joints.get(slide.name), PrismaticJoint):  # not rods that stretch
+            yield Mark("prismatic", slide.second)
+    for slot in model.slots:
+        yield Mark("in a slot", slot.anchor)
+
+
+def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
+    """A mark at every torsional spring, drive and point that may strike."""
+    places = {hinge.name: hinge.first for hinge in model.hinges}
+    places |= {slide.name: slide.second for slide in model.slides}
+    for spring in scene.springs.values():
+        if isinstance(spring, TorsionalSpring):
+            yield Mark("torsional spring", places[spring.joint])
+    for drive in scene.drives.values():
+        if isinstance(drive, ForceDrive):
+            yield Mark("force", point_anchor(scene, model, drive.point))
+        else:
+            yield Mark("drive", places[drive.joint])
+    for face in faces(model):
+        yield Mark("point that may strike", face.point)
