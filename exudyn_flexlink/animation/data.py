@@ -1,0 +1,128 @@
+"""A film as plain data that a page embeds: names and short lists as JSON, long rows as base64.
+
+Rows of numbers are little-endian: ``f4`` and ``f8`` are 32 and 64 bits of a float, ``i4`` of an
+integer. The player (`player.js`) reads them as typed arrays. Lengths in m, times in s, forces in N.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from exudyn_flexlink.animation.cast import drawn_lines, drawn_marks, named_points
+from exudyn_flexlink.animation.film import Film, Take
+from exudyn_flexlink.animation.samples import kept_instants
+from exudyn_flexlink.animation.slowing import Stretch
+from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
+from exudyn_flexlink.animation.touches import Touching, strength, touching_of
+from exudyn_flexlink.mechanism import Anchor, pair_sides
+from exudyn_flexlink.observables import turns
+from exudyn_flexlink.plots.outline import Line, link_line, walled
+from exudyn_flexlink.plots.panels import horizon, length_unit
+
+FloatArray = NDArray[np.float64]
+
+
+def film_data(film: Film) -> dict[str, Any]:
+    """Return what the player shows of a film."""
+    low, high = film.box
+    factor, unit = length_unit(film.size)
+    return {
+        "title": film.takes[-1].result.scene.title,
+        "box": [*low.tolist(), *high.tolist()],
+        "begin": film.begin,
+        "end": film.end,
+        "speed": usual_speed(film),
+        "unit": {"factor": factor, "name": unit},
+        "slow_seconds": SLOW_SECONDS,
+        "slow": [_stretch(own) for own in film.slow],
+        "strikes": [_stretch(own) for own in film.strikes],
+        "takes": [_take(film, take) for take in film.takes],
+    }
+
+
+def row(values: ArrayLike, kind: str = "f4") -> dict[str, str]:
+    """Return numbers, in the order of their memory, as text."""
+    packed = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
+    return {kind: base64.b64encode(packed).decode("ascii")}
+
+
+def _stretch(own: Stretch) -> list[float]:
+    return [own.begin, own.end]
+
+
+def _take(film: Film, take: Take) -> dict[str, Any]:
+    times, off = kept_instants(film, take)
+    crank, beyond = take.crank(times), horizon(take.result)
+    lines = [
+        {"kind": drawn.kind, "colour": drawn.colour, **_line(drawn.line)}
+        for drawn in drawn_lines(take)
+    ]
+    return {
+        "name": take.name,
+        "engine": take.result.engine,
+        "colour": take.colour,
+        "off": off,
+        "parts": len(take.model.parts),
+        "time": row(times, "f8"),
+        "poses": row(take.poses(times)),
+        "crank": None if crank is None else row(crank, "f8"),
+        "turns": turns(take.result),
+        "horizon": None if beyond is None else {"from": beyond[0], "words": beyond[1]},
+        "lines": lines,
+        "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in drawn_marks(take)],
+        "points": {name: _anchor(at) for name, at in named_points(take).items()},
+        "touching": [_touching(take, own, times) for own in touching_of(film, take)],
+        "guides": _guides(take),
+    }
+
+
+def _line(line: Line) -> dict[str, Any]:
+    """A line through points of one part has that part's number alone."""
+    alike = len(set(line.parts.tolist())) == 1
+    parts = int(line.parts[0]) if alike else row(line.parts, "i4")
+    return {"name": line.name, "parts": parts, "places": row(line.places)}
+
+
+def _anchor(anchor: Anchor) -> dict[str, Any]:
+    return {"part": anchor.part, "x": anchor.x, "y": anchor.y}
+
+
+def _touching(take: Take, own: Touching, times: FloatArray) -> dict[str, Any]:
+    """Touches in columns; the forces that press at the kept instants, one after the other.
+
+    ``first[i]`` to ``first[i + 1]`` are the places of those of instant i in ``pair`` and ``force``.
+    """
+    touches = own.touches
+    force = np.stack([np.interp(times, take.result.time, one) for one in own.force.T], axis=1)
+    instant, pair = np.nonzero(force > 0)
+    return {
+        "name": own.name,
+        "begin": row(touches.begin, "f8"),
+        "end": row(touches.until(float(take.result.time[-1])), "f8"),
+        "strength": row(strength(touches)),
+        "which": row(touches.pair, "i4"),
+        "first": row(np.searchsorted(instant, np.arange(len(times) + 1)), "i4"),
+        "pair": row(pair, "i4"),
+        "force": row(force[instant, pair]),
+        "places": None if own.places is None else _line(own.places),
+        "spots": None if own.places is not None else row(own.spots(take, times)[:, 0]),
+    }
+
+
+def _guides(take: Take) -> list[dict[str, Any]]:
+    """Guides with clearance, for their zoom: the walls, the link's nodes, sides of the pairs."""
+    return [
+        {
+            "name": channel.name,
+            "guide": _anchor(channel.guide),
+            "length": channel.length,
+            "clearance": channel.clearance,
+            "link": _line(link_line(channel)),
+            "sides": list(pair_sides(channel)),
+        }
+        for channel in walled(take.model)
+    ]

@@ -1,0 +1,178 @@
+"""What an animation shows: a run, or two over each other, from one instant to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.animation.slowing import Slow, Stretch, slowed
+from exudyn_flexlink.mechanism import Anchor, Mechanism, build_mechanism
+from exudyn_flexlink.observables import (
+    between_samples,
+    crank_angle,
+    crank_joint,
+    point_anchor,
+    watched_point,
+)
+from exudyn_flexlink.plots.outline import (
+    body_lines,
+    curve_line,
+    curved,
+    pivots,
+    rings,
+    spring_lines,
+)
+from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+
+LOOKS = 400  # instants at which the room that a mechanism takes is looked at
+MARGIN = 0.05  # of the picture's size, around what is shown
+THINNEST = 0.3  # of its width: a mechanism that moves along a line needs some height
+
+
+class FilmError(ValueError):
+    """What was asked for can't be shown; every mistake is a line."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """A run as it is shown: by a name, and in a colour of its own; None: each body has its own."""
+
+    result: Result
+    name: str
+    colour: str | None
+
+    @cached_property
+    def model(self) -> Mechanism:
+        """The mechanism of its scene."""
+        return build_mechanism(self.result.scene)
+
+    @cached_property
+    def watched(self) -> Anchor:
+        """The point S, whose trail is drawn."""
+        scene = self.result.scene
+        return point_anchor(scene, self.model, watched_point(scene))
+
+    def poses(self, times: FloatArray) -> FloatArray:
+        """Poses (K, parts, 3) at instants (K,) s; see `Result.poses`. Exact at samples."""
+        own = self.result
+        return between_samples(own.time, own.poses, own.rates, times)
+
+    def crank(self, times: FloatArray) -> FloatArray | None:
+        """Angle (K,) rad of the crank at instants; None without one."""
+        if crank_joint(self.result.scene) is None:
+            return None
+        return np.interp(times, self.result.time, crank_angle(self.result))
+
+    def box(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """Lower left and upper right corner (2,) m of all that is drawn between two instants."""
+        scene, model = self.result.scene, self.model
+        poses = self.poses(np.linspace(begin, end, LOOKS))
+        bodies = [line for body in scene.bodies for line in body_lines(scene, model, body)]
+        curves = [curve_line(track) for track in curved(model)]
+        lines = [*bodies, *curves, *rings(model), *spring_lines(model)]
+        points = [line.at(poses).reshape(-1, 2) for line in lines]
+        points += [np.array([[at.x, at.y]]) for at in pivots(model)]
+        every = np.concatenate(points)
+        return every.min(axis=0), every.max(axis=0)
+
+
+@dataclass(frozen=True)
+class Film:
+    """One take, or two over each other, from `begin` to `end` (s), with slow motion in places.
+
+    `slow` are the stretches of time that are slowed down, `strikes` those that may be.
+    """
+
+    takes: tuple[Take, ...]
+    begin: float
+    end: float
+    slow: tuple[Stretch, ...]
+    strikes: tuple[Stretch, ...]
+
+    @cached_property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Lower left and upper right corner (2,) m of the picture."""
+        corners = [take.box(self.begin, self.end) for take in self.takes]
+        low = np.min([corner[0] for corner in corners], axis=0)
+        high = np.max([corner[1] for corner in corners], axis=0)
+        size = float(np.max(high - low)) or 1.0
+        thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
+        return low - thin - MARGIN * size, high + thin + MARGIN * size
+
+    @property
+    def size(self) -> float:
+        """Larger side of the picture, m."""
+        low, high = self.box
+        return float(np.max(high - low))
+
+
+def film_of(
+    result: Result,
+    other: Result | None = None,
+    *,
+    names: tuple[str, str] | None = None,
+    window: tuple[float | None, float | None] = (None, None),
+    slow: Slow | None = None,
+) -> Film:
+    """Return what is shown of a run, with `other` over it.
+
+    `window` is from when to when (s), None: from the begin, to the end of the shorter run. `names`
+    are those of both runs, by default their engines. `slow` asks for slow motion.
+
+    Raises:
+        FilmError: there is nothing to show, or nothing of what was asked for; all mistakes at once.
+
+    """
+    takes, (begin, end) = _takes(result, other, names), window
+    first = max(float(take.result.time[0]) for take in takes)
+    last = min(float(take.result.time[-1]) for take in takes)
+    start, stop = first if begin is None else begin, last if end is None else end
+    mistakes = _mistakes_of_times(begin, end, first, last)
+    if not mistakes and not start < stop:
+        mistakes.append(
+            f"nothing to animate: it would begin at {start:g} s and end at {stop:g} s"
+            if begin is not None or end is not None
+            else "nothing to animate: the run has one instant only"
+        )
+    found = slowed(result, slow)
+    mistakes += found.mistakes
+    if mistakes:
+        raise FilmError("\n".join(mistakes))
+    inside = [
+        tuple(own.within(start, stop) for own in some if own.meets(start, stop))
+        for some in (found.asked, found.all)
+    ]
+    if slow is not None and not inside[0]:
+        raise FilmError(f"{slow.told} is not between {start:g} s and {stop:g} s")
+    return Film(takes, start, stop, *inside)
+
+
+def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) -> tuple[Take, ...]:
+    """One run in the colours of its bodies; two in those of their engines, or two others."""
+    if other is None:
+        return (Take(result, result.engine, None),)
+    first, second = names or (result.engine, other.engine)
+    colours = [ENGINE_COLOURS.get(run.engine, BLACK) for run in (result, other)]
+    if colours[0] == colours[1]:
+        colours = [GREEN, BLACK]
+    if first == second:
+        first, second = f"{first} (first)", f"{second} (second)"
+    return Take(result, first, colours[0]), Take(other, second, colours[1])
+
+
+def _mistakes_of_times(
+    begin: float | None, end: float | None, first: float, last: float
+) -> list[str]:
+    """Say which instants asked for are not within the run."""
+    return [
+        f"{name} {value:g} s is not within the run: it goes from {first:g} s to {last:g} s"
+        for name, value in (("the begin", begin), ("the end", end))
+        if value is not None and not (isfinite(value) and first <= value <= last)
+    ]

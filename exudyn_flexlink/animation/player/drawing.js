@@ -1,0 +1,280 @@
+// Drawing: the mechanism, the trail of S, touches, and a guide with clearance seen from itself.
+
+// Colours of figures on white, and what stands for them on black.
+const ON_BLACK = {
+  "#0072B2": "#4FB0E8", "#D55E00": "#FF8B45", "#009E73": "#35C79B", "#CC79A7": "#E3A0C6",
+  "#E69F00": "#F5BC42", "#9A9A9A": "#A6ADB6", "#A9A9A9": "#8E959E", "#C9C9C9": "#5E656E",
+  "#777777": "#9AA1AA", "#222222": "#E4E7EB",
+};
+const INK = "#222222";
+const TOUCH = "#E5401A";
+const TRAIL_SECONDS = 1.6; // of the film: how long the trail of S stays dark
+const GLOW_SECONDS = 0.45; // of the film: how long a touch is seen after its end
+const LABELLED = 0.12; // of the largest force: a weaker touch in a joint is not told in numbers
+
+class Pen {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.dark = false;
+  }
+
+  // Take the size of the page, in its pixels, and clear all.
+  begin(dark) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const fine = window.devicePixelRatio || 1;
+    const [w, h] = [Math.round(width * fine), Math.round(height * fine)];
+    if (this.canvas.width !== w || this.canvas.height !== h) {
+      this.canvas.width = w;
+      this.canvas.height = h;
+    }
+    Object.assign(this, { width, height, dark });
+    this.context.setTransform(fine, 0, 0, fine, 0, 0);
+    this.context.clearRect(0, 0, width, height);
+    this.context.lineCap = this.context.lineJoin = "round";
+    this.thick = Math.min(Math.max(width / 620, 0.75), 1.5); // lines are thinner on a phone
+  }
+
+  colour(name) {
+    return this.dark ? ON_BLACK[name] || name : name;
+  }
+
+  get paper() {
+    return this.dark ? "#14171C" : "#FFFFFF";
+  }
+
+  // A line through places in pixels, [x, y] each.
+  line(places, colour, width, alpha = 1, closed = false) {
+    const c = this.context;
+    c.beginPath();
+    for (const [x, y] of places) c.lineTo(x, y);
+    if (closed) c.closePath();
+    c.globalAlpha = alpha;
+    c.strokeStyle = this.colour(colour);
+    c.lineWidth = width * this.thick;
+    c.stroke();
+    c.globalAlpha = 1;
+  }
+
+  fill(places, colour, alpha = 1) {
+    const c = this.context;
+    c.beginPath();
+    for (const [x, y] of places) c.lineTo(x, y);
+    c.globalAlpha = alpha;
+    c.fillStyle = this.colour(colour);
+    c.fill();
+    c.globalAlpha = 1;
+  }
+
+  dot([x, y], radius, colour, edge = null, alpha = 1) {
+    const c = this.context;
+    c.globalAlpha = alpha;
+    c.beginPath();
+    c.arc(x, y, radius * this.thick, 0, 2 * Math.PI);
+    c.fillStyle = this.colour(colour);
+    c.fill();
+    if (edge !== null) {
+      c.strokeStyle = this.colour(edge);
+      c.lineWidth = 1.6 * this.thick;
+      c.stroke();
+    }
+    c.globalAlpha = 1;
+  }
+
+  // Words with a rim of the paper's colour, so that lines behind them do not disturb.
+  words(text, x, y, { colour = INK, size = 12, align = "left", bold = false, alpha = 1 } = {}) {
+    const c = this.context;
+    c.globalAlpha = alpha;
+    c.font = `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;
+    c.textAlign = align;
+    c.textBaseline = "middle";
+    c.lineWidth = 3.5;
+    c.strokeStyle = this.paper;
+    c.strokeText(text, x, y);
+    c.fillStyle = this.colour(colour);
+    c.fillText(text, x, y);
+    c.globalAlpha = 1;
+  }
+}
+
+// How metres become pixels: the box of the film in the middle, `zoom` times as large around
+// `centre` (m), if there is one.
+function viewOf(pen, box, zoom, centre) {
+  const [left, low, right, high] = box;
+  const fit = Math.min(pen.width / (right - left), pen.height / (high - low));
+  const scale = fit * zoom;
+  const [cx, cy] = centre || [(left + right) / 2, (low + high) / 2];
+  const put = ([x, y]) => [pen.width / 2 + scale * (x - cx), pen.height / 2 - scale * (y - cy)];
+  const back = ([x, y]) => [cx + (x - pen.width / 2) / scale, cy - (y - pen.height / 2) / scale];
+  return { scale, put, back };
+}
+
+const LOOKS = { curve: 1.4, face: 5, wall: 2.6, guide: 9, spring: 1.5, ring: 1.6, bar: 3, link: 3 };
+
+function drawTake(pen, view, take, rank) {
+  // Of two takes the first is a broad pale band, on which the second is seen.
+  const [wide, pale] = rank < 0 ? [1, 1] : [[2.4, 0.4], [0.8, 1]][rank];
+  for (const own of take.guides) drawChannel(pen, view, take, own);
+  for (const line of take.lines) {
+    let places = [];
+    for (let i = 0; i < line.count; i++) {
+      places.push(view.put(take.at(line.part(i), line.x(i), line.y(i))));
+    }
+    const alpha = pale * ({ face: 0.35, guide: rank < 0 ? 0.8 : 0.4, curve: 0.85 }[line.kind] || 1);
+    if (line.kind === "spring") places = coil(places);
+    if (line.kind === "ring") pen.fill(places, line.colour, 0.12 * pale);
+    if (line.kind === "bar") pen.line(places, line.colour, 8 * wide, 0.2 * pale);
+    pen.context.lineCap = line.kind === "guide" ? "butt" : "round";
+    pen.line(places, line.colour, LOOKS[line.kind] * wide, alpha);
+    if (line.kind === "link" && rank !== 0) drawNodes(pen, places, line.colour);
+    if (line.kind === "bar" && line.count === 1) pen.dot(places[0], 5 * wide, line.colour);
+  }
+  for (const mark of take.data.marks) drawMark(pen, view, take, mark);
+}
+
+function drawChannel(pen, view, take, own) {
+  const { part, x, y } = own.guide;
+  const corner = (a, b) => view.put(take.at(part, x + a, y + b));
+  const [l, c] = [own.length, own.clearance];
+  pen.fill([corner(0, c), corner(l, c), corner(l, -c), corner(0, -c)], "#A9A9A9", 0.16);
+}
+
+function drawNodes(pen, places, colour) {
+  const [first, second] = places;
+  const apart = Math.hypot(second[0] - first[0], second[1] - first[1]);
+  if (apart > 7) for (const place of places) pen.dot(place, 2.3, colour);
+}
+
+function coil([first, second]) {
+  const [dx, dy] = [second[0] - first[0], second[1] - first[1]];
+  const places = [first];
+  for (let k = 0; k < 12; k++) {
+    const along = 0.2 + (0.6 * k) / 11;
+    const across = k % 2 ? -0.06 : 0.06;
+    places.push([first[0] + along * dx - across * dy, first[1] + along * dy + across * dx]);
+  }
+  return [...places, second];
+}
+
+function drawMark(pen, view, take, mark) {
+  const [x, y] = view.put(take.at(mark.part, mark.x, mark.y));
+  const u = pen.thick;
+  if (mark.kind === "revolute, on the ground") {
+    const [w, h] = [7.5 * u, 11 * u];
+    pen.line([[x - 1.5 * w, y + h], [x + 1.5 * w, y + h]], INK, 1.6);
+    pen.fill([[x, y], [x - w, y + h], [x + w, y + h]], pen.paper);
+    pen.line([[x, y], [x - w, y + h], [x + w, y + h]], INK, 1.6, 1, true);
+    pen.dot([x, y], 3.6, pen.paper, INK);
+  } else if (mark.kind === "weld, to the ground") {
+    for (let k = -2; k <= 2; k++) pen.line([[x - 6 * u, y + 5 * u * k], [x, y + 5 * u * (k - 1)]], INK, 1.2);
+    pen.line([[x, y - 14 * u], [x, y + 10 * u]], INK, 2.4);
+  } else if (mark.kind.startsWith("weld") || mark.kind === "prismatic") {
+    const s = (mark.kind === "prismatic" ? 5 : 3.2) * u;
+    const square = [[x - s, y - s], [x + s, y - s], [x + s, y + s], [x - s, y + s]];
+    pen.fill(square, mark.kind === "prismatic" ? pen.paper : INK);
+    pen.line(square, INK, 1.6, 1, true);
+  } else {
+    pen.dot([x, y], mark.kind === "in a slot" ? 4.2 : 3.4, pen.paper, INK);
+  }
+}
+
+// The whole path of S pale, and what it went last dark.
+function drawTrail(pen, view, take, t, seconds, colour) {
+  const whole = [];
+  for (let i = 0; i < take.time.length; i++) {
+    whole.push(view.put([take.trail[2 * i], take.trail[2 * i + 1]]));
+  }
+  pen.line(whole, "#777777", 0.9, 0.35);
+  const { part, x, y } = take.data.points.S;
+  const begin = lastUpTo(take.time, t - seconds);
+  let last = view.put(take.at(part, x, y));
+  pen.context.lineCap = "butt"; // pale pieces must not lie on each other
+  for (let i = take.index; i >= begin && i >= 0; i--) {
+    const fresh = 1 - (t - take.time[i]) / seconds;
+    if (fresh > 0) pen.line([last, whole[i]], colour, 1 + 1.6 * fresh, 0.15 + 0.75 * fresh);
+    last = whole[i];
+  }
+  pen.context.lineCap = "round";
+}
+
+function drawPoints(pen, view, take) {
+  const told = [];
+  for (const [name, { part, x, y }] of Object.entries(take.data.points)) {
+    const place = view.put(take.at(part, x, y));
+    if (name === "S") pen.dot(place, 4.4, INK);
+    const beside = told.find(([, other]) => Math.hypot(other[0] - place[0], other[1] - place[1]) < 14);
+    if (beside) beside[0] += `, ${name}`;
+    else told.push([name, place]);
+    if (name === "O") {
+      const [X, Y] = place;
+      pen.line([[X - 4, Y], [X + 4, Y]], INK, 1);
+      pen.line([[X, Y - 4], [X, Y + 4]], INK, 1);
+    }
+  }
+  for (const [name, [x, y]] of told) pen.words(name, x, y - 14 * pen.thick, { align: "center", size: 12 });
+}
+
+// What touches now, or did a moment ago: {own, k, strength 0 to 1, fresh 0 to 1, touching}.
+function touchesAt(take, t, speed, largest) {
+  const found = [];
+  for (const own of take.touching) {
+    for (let k = 0; k < own.begin.length && own.begin[k] <= t; k++) {
+      const age = (t - own.end[k]) / speed / GLOW_SECONDS;
+      if (age >= 1) continue;
+      const force = own.strength[k];
+      const strength = Math.abs(force) / (force < 0 ? largest.impulse : largest.force);
+      found.push({ own, k, force, strength, fresh: 1 - Math.max(age, 0), touching: age < 0 });
+    }
+  }
+  return found;
+}
+
+function drawTouches(pen, view, take, touches) {
+  let told = 0;
+  for (const { own, k, force, strength, fresh, touching } of touches) {
+    const [x, y] = view.put(take.spot(own, k));
+    const radius = (5 + 17 * Math.sqrt(strength)) * pen.thick;
+    const glow = pen.context.createRadialGradient(x, y, 0, x, y, radius);
+    glow.addColorStop(0, `rgba(255, 120, 30, ${0.85 * fresh})`);
+    glow.addColorStop(1, "rgba(255, 60, 20, 0)");
+    pen.context.fillStyle = glow;
+    pen.context.fillRect(x - radius, y - radius, 2 * radius, 2 * radius);
+    pen.context.beginPath();
+    pen.context.arc(x, y, radius * (1.25 - 0.6 * fresh), 0, 2 * Math.PI);
+    pen.context.globalAlpha = 0.8 * fresh;
+    pen.context.strokeStyle = TOUCH;
+    pen.context.lineWidth = 1.5 * pen.thick;
+    pen.context.stroke();
+    pen.context.globalAlpha = 1;
+    const matters = own.places === null || strength > LABELLED;
+    if (matters && told < 3 && force !== 0) {
+      const text = force < 0 ? `${round(-force)} N s` : `${round(touching ? forceNow(take, own, k) : force)} N`;
+      const side = x > pen.width - 80 ? -1 : 1;
+      pen.words(text, x + side * (radius + 4), y - 10 - 14 * told, {
+        colour: TOUCH, bold: true, size: 13, alpha: fresh, align: side < 0 ? "right" : "left",
+      });
+      told += 1;
+    }
+  }
+}
+
+function forceNow(take, own, k) {
+  const pair = own.which[k];
+  const found = take.pressing(own).find(([one]) => own.places === null || one === pair);
+  return found ? found[1] : own.strength[k];
+}
+
+function round(value) {
+  return value >= 1000 ? value.toFixed(0) : value.toPrecision(3);
+}
+
+// A length to read sizes by, in the corner at the lower left.
+function drawScale(pen, view, unit) {
+  const wanted = (0.16 * pen.width) / view.scale;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  const length = [5, 2, 1].map((step) => step * power).find((one) => one <= wanted) || power;
+  const [x, y, w] = [12, pen.height - 12, length * view.scale];
+  pen.line([[x, y - 4], [x, y], [x + w, y], [x + w, y - 4]], "#777777", 1.2);
+  const told = Number((length * unit.factor).toPrecision(3));
+  pen.words(`${told} ${unit.name}`, x + w / 2, y - 10, { size: 11, colour: "#777777", align: "center" });
+}

@@ -1,0 +1,138 @@
+// What the data say: rows of numbers, and every take of the film at an instant.
+
+// Numbers that are packed as base64: {f4: text}, {f8: text} or {i4: text}, little-endian.
+function numbers(row) {
+  const types = { f4: Float32Array, f8: Float64Array, i4: Int32Array };
+  const [kind] = Object.keys(row);
+  const text = atob(row[kind]);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+  return new types[kind](bytes.buffer);
+}
+
+// Place of the last number of a growing row that is no larger than a value; 0 before the first.
+function lastUpTo(row, value) {
+  let low = 0;
+  let high = row.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (row[middle] <= value) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+// A line through points of parts: the part and the place of point i.
+function readLine(data) {
+  const places = numbers(data.places);
+  const parts = typeof data.parts === "number" ? null : numbers(data.parts);
+  return {
+    ...data,
+    count: places.length / 2,
+    part: (i) => (parts === null ? data.parts : parts[i]),
+    x: (i) => places[2 * i],
+    y: (i) => places[2 * i + 1],
+  };
+}
+
+function readTouching(data) {
+  const rows = {};
+  for (const name of ["begin", "end", "strength", "which", "first", "pair", "force"]) {
+    rows[name] = numbers(data[name]);
+  }
+  return {
+    ...data,
+    ...rows,
+    spots: data.spots === null ? null : numbers(data.spots),
+    places: data.places === null ? null : readLine(data.places),
+  };
+}
+
+class Take {
+  constructor(data) {
+    this.data = data;
+    this.time = numbers(data.time);
+    this.poses = numbers(data.poses);
+    this.crank = data.crank === null ? null : numbers(data.crank);
+    this.lines = data.lines.map(readLine);
+    this.touching = data.touching.map(readTouching);
+    this.guides = data.guides.map((guide) => ({ ...guide, link: readLine(guide.link) }));
+    // x, y, cos and sin of every part now; the ground, part -1, is the last.
+    this.now = new Float64Array(4 * (data.parts + 1));
+    this.now[4 * data.parts + 2] = 1;
+    this.trail = this.pathOf(data.points.S);
+    this.seek(this.time[0]);
+  }
+
+  // Go to an instant, s: between two kept ones everything moves along straight lines.
+  seek(t) {
+    const i = Math.min(lastUpTo(this.time, t), this.time.length - 2);
+    const span = this.time[i + 1] - this.time[i];
+    this.index = i;
+    this.part = Math.min(Math.max((t - this.time[i]) / span, 0), 1);
+    const width = 3 * this.data.parts;
+    for (let k = 0; k < this.data.parts; k++) {
+      const x = this.between(this.poses, width, 3 * k);
+      const y = this.between(this.poses, width, 3 * k + 1);
+      const angle = this.between(this.poses, width, 3 * k + 2);
+      this.now.set([x, y, Math.cos(angle), Math.sin(angle)], 4 * k);
+    }
+  }
+
+  // A number of a table, `width` numbers at every kept instant, now.
+  between(table, width, column) {
+    const first = table[this.index * width + column];
+    return first + this.part * (table[(this.index + 1) * width + column] - first);
+  }
+
+  // Where a point of a part is now, m.
+  at(part, x, y) {
+    const k = 4 * (part < 0 ? this.data.parts : part);
+    const [X, Y, c, s] = [this.now[k], this.now[k + 1], this.now[k + 2], this.now[k + 3]];
+    return [X + c * x - s * y, Y + s * x + c * y];
+  }
+
+  // Seen from a point of a part, in its axes, m.
+  from(anchor, [x, y]) {
+    const k = 4 * (anchor.part < 0 ? this.data.parts : anchor.part);
+    const [X, Y] = this.at(anchor.part, anchor.x, anchor.y);
+    const [c, s] = [this.now[k + 2], this.now[k + 3]];
+    return [c * (x - X) + s * (y - Y), c * (y - Y) - s * (x - X)];
+  }
+
+  crankAngle() {
+    return this.crank === null ? null : this.between(this.crank, 1, 0);
+  }
+
+  // Where a point of a part is at all kept instants, m.
+  pathOf({ part, x, y }) {
+    const path = new Float64Array(2 * this.time.length);
+    for (let i = 0; i < this.time.length; i++) {
+      const k = 3 * (i * this.data.parts + part);
+      const [X, Y, angle] = part < 0 ? [0, 0, 0] : this.poses.subarray(k, k + 3);
+      path[2 * i] = X + Math.cos(angle) * x - Math.sin(angle) * y;
+      path[2 * i + 1] = Y + Math.sin(angle) * x + Math.cos(angle) * y;
+    }
+    return path;
+  }
+
+  // Where touch number k of something that touches is, or was last, m.
+  spot(own, k) {
+    if (own.places !== null) {
+      const pair = own.which[k];
+      return this.at(own.places.part(pair), own.places.x(pair), own.places.y(pair));
+    }
+    const ended = own.end[k] < this.time[this.index];
+    if (!ended) return [this.between(own.spots, 2, 0), this.between(own.spots, 2, 1)];
+    const i = lastUpTo(this.time, own.end[k]);
+    return [own.spots[2 * i], own.spots[2 * i + 1]];
+  }
+
+  // Forces that press now, N: [pair, force] each.
+  pressing(own) {
+    const i = this.part < 0.5 ? this.index : this.index + 1;
+    const found = [];
+    for (let k = own.first[i]; k < own.first[i + 1]; k++) found.push([own.pair[k], own.force[k]]);
+    return found;
+  }
+}

@@ -1,0 +1,60 @@
+"""The instants that a player keeps: between them straight lines will do."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.animation.film import Film, Take
+
+FloatArray = NDArray[np.float64]
+
+PRECISE = 1 / 4000  # of the picture: nothing is drawn finer than a pixel of a large screen
+OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger
+MOST = 1_000_000  # numbers of all poses: a page of some 6 megabytes
+LOOSER = 1.6  # times the error that is allowed, until they are no more
+
+
+def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
+    """Instants (K,) s of a take, and how far (m) straight lines between them are off at most."""
+    own = take.result.time
+    inside = own[(own > film.begin) & (own < film.end)]
+    times = np.concatenate([[film.begin], inside, [film.end]])
+    poses = take.poses(times)
+    reach = np.array([part.reach for part in take.model.parts])
+    # An angle counts as what it moves at the end of its part.
+    values = (poses * np.stack([np.ones_like(reach), np.ones_like(reach), reach], axis=1)).reshape(
+        len(times), -1
+    )
+    plays = [channel.clearance for channel in take.model.channels if channel.clearance > 0]
+    plays += [bearing.distance for bearing in take.model.bearings]
+    allowed = min([PRECISE * film.size, *(OF_CLEARANCE * play for play in plays)])
+    most = max(2, MOST // max(values.shape[1], 1) // len(film.takes))
+    while True:
+        kept = straightened(times, values, allowed)
+        if len(kept) <= most:
+            return times[kept], allowed
+        allowed *= LOOSER
+
+
+def straightened(times: FloatArray, values: FloatArray, allowed: float) -> NDArray[np.intp]:
+    """Indices, in order, of samples (N,) between which `values` (N, k) are straight to `allowed`.
+
+    The farthest sample from a line is kept, and both parts are looked at again (Ramer, Douglas and
+    Peucker).
+    """
+    kept = {0, len(times) - 1}
+    left = [(0, len(times) - 1)]
+    while left:
+        first, last = left.pop()
+        if last - first < 2:
+            continue
+        part = (times[first + 1 : last] - times[first]) / (times[last] - times[first])
+        line = values[first] + part[:, None] * (values[last] - values[first])
+        off = np.max(np.abs(values[first + 1 : last] - line), axis=1)
+        worst = int(np.argmax(off))
+        if off[worst] > allowed:
+            middle = first + 1 + worst
+            kept.add(middle)
+            left += [(first, middle), (middle, last)]
+    return np.array(sorted(kept), dtype=np.intp)
