@@ -8,6 +8,9 @@ FOLDERS = [f"{MODELS}.{name}" for name in find_namespace_packages("models")]
 setup(
     packages=[*find_packages(include=["exudyn_flexlink*"]), MODELS, *FOLDERS],
     package_dir={MODELS: "models"},
-    package_data={"exudyn_flexlink": ["py.typed"], "": ["*.yaml", "*.csv", "*.json"],
-                  "exudyn_flexlink.animation": ["player/*"]},
+    package_data={
+        "exudyn_flexlink": ["py.typed"],
+        "": ["*.yaml", "*.csv", "*.json"],
+        "exudyn_flexlink.animation": ["player/*"],
+    },
 )

@@ -1,10 +1,33 @@
 """Animations of a run, or of two over each other: a page with a player, a GIF, a video.
 
-`film_of` says what is shown; `player` is a fragment of HTML for another page, `page` a whole one.
+`film_of` says what is shown. `film_bytes` is the content of a file; `player` is a fragment of HTML
+for another page.
 """
 
 from exudyn_flexlink.animation.film import Film, FilmError, Take, film_of
-from exudyn_flexlink.animation.html import is_page, page, player
+from exudyn_flexlink.animation.html import page, player
 from exudyn_flexlink.animation.slowing import Slow
+from exudyn_flexlink.animation.writing import (
+    FORMATS,
+    Filming,
+    ffmpeg,
+    film_bytes,
+    is_animation,
+    usual_formats,
+)
 
-__all__ = ["Film", "FilmError", "Slow", "Take", "film_of", "is_page", "page", "player"]
+__all__ = [
+    "FORMATS",
+    "Film",
+    "FilmError",
+    "Filming",
+    "Slow",
+    "Take",
+    "ffmpeg",
+    "film_bytes",
+    "film_of",
+    "is_animation",
+    "page",
+    "player",
+    "usual_formats",
+]

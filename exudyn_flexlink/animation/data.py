@@ -26,8 +26,8 @@ from exudyn_flexlink.plots.panels import horizon, length_unit
 FloatArray = NDArray[np.float64]
 
 
-def film_data(film: Film) -> dict[str, Any]:
-    """Return what the player shows of a film."""
+def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
+    """Return what the player shows of a film, at first at `speed`, s of the run in a second."""
     low, high = film.box
     factor, unit = length_unit(film.size)
     return {
@@ -35,7 +35,7 @@ def film_data(film: Film) -> dict[str, Any]:
         "box": [*low.tolist(), *high.tolist()],
         "begin": film.begin,
         "end": film.end,
-        "speed": usual_speed(film),
+        "speed": speed or usual_speed(film),
         "unit": {"factor": factor, "name": unit},
         "slow_seconds": SLOW_SECONDS,
         "slow": [_stretch(own) for own in film.slow],

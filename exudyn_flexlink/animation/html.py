@@ -8,9 +8,10 @@ from importlib.resources import files
 
 from exudyn_flexlink.animation.data import film_data
 from exudyn_flexlink.animation.film import Film
+from exudyn_flexlink.animation.look import look_data
 
 GENERATOR = "exudyn-flexlink animation"
-"""How a page says that this program wrote it."""
+"""How a file says that this program wrote it."""
 
 _PROGRAM = ("film.js", "drawing.js", "guide.js", "timeline.js", "controls.js", "begin.js")
 """Files of the player's program, in order."""
@@ -39,30 +40,25 @@ h1 {{ margin: 0 0 0.5rem; font-size: 1.1rem; }}
 """
 
 
-def player(film: Film) -> str:
+def player(film: Film, speed: float | None = None) -> str:
     """Return the player of a film as a fragment of HTML, a ``<div>``.
 
     Several may stand on one page. Its style is bounded by its class, ``flexlink-player``; it is as
-    wide as what it stands in, and follows the reader's light or dark colours. It loads nothing, and
-    starts when the reader asks for it.
+    wide as what it stands in, and as light or dark as the page. It loads nothing, and starts when
+    the reader asks for it; at `speed`, s of the run in a second, by default one to see it well.
     """
-    return _fragment(film, at_once=False)
+    return _fragment(film, speed, at_once=False)
 
 
-def page(film: Film) -> str:
+def page(film: Film, speed: float | None = None) -> str:
     """Return a whole page with the player of a film, which starts at once."""
     title = escape(film.takes[-1].result.scene.title)
-    own = _fragment(film, at_once=True)
+    own = _fragment(film, speed, at_once=True)
     return _PAGE.format(generator=GENERATOR, title=title, player=own)
 
 
-def is_page(content: bytes) -> bool:
-    """Whether the content of a file is a page of this program."""
-    return f'name="generator" content="{GENERATOR}"'.encode() in content[:1000]
-
-
-def _fragment(film: Film, *, at_once: bool) -> str:
-    data = {**film_data(film), "at_once": at_once}
+def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
+    data = {**film_data(film, speed), "at_once": at_once}
     # A '<' within the data, such as that of '</script>', must not end it.
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
@@ -78,7 +74,8 @@ def _fragment(film: Film, *, at_once: bool) -> str:
 def _program() -> str:
     """The player's program, which finds the data beside it and leaves no names on the page."""
     own = "\n".join(_own_file(name) for name in _PROGRAM)
-    return f'(function () {{\n"use strict";\n\n{own}\n}})();\n'
+    look = json.dumps(look_data())
+    return f'(function () {{\n"use strict";\n\nconst LOOK = {look};\n\n{own}\n}})();\n'
 
 
 def _own_file(name: str) -> str:

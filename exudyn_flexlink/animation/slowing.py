@@ -30,6 +30,21 @@ class Slow:
     name: str = ANY
     number: int | None = None
 
+    @classmethod
+    def of(cls, text: str) -> Slow:
+        """Read 'NAME', or 'NAME:2' for the second strike.
+
+        Raises:
+            ValueError: what follows the colon is no number from 1.
+
+        """
+        name, colon, number = text.partition(":")
+        if not colon:
+            return cls(name.strip())
+        if not number.strip().isdecimal() or int(number) < 1:
+            raise ValueError(f"'{text}' is no name, nor a name and a number, such as 'strike:2'")
+        return cls(name.strip(), int(number))
+
     @property
     def told(self) -> str:
         """What is asked for, in words."""

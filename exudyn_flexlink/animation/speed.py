@@ -1,18 +1,30 @@
-"""How fast a film plays: seconds of the run in a second of the film."""
+"""How fast a film plays, and which instants its frames show."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import log10
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.observables import crank_angle, turns
+
+FloatArray = NDArray[np.float64]
 
 SECONDS = 9.0  # of a film
 OF_A_TURN = 3.0  # s: a crank that goes round faster can't be followed by the eye
 SLOW_SECONDS = 4.0  # of a film, that a stretch of slow motion lasts
 STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Instants (K,) s that the frames show, and the speed of the film there: s of the run per s."""
+
+    times: FloatArray
+    speeds: FloatArray
 
 
 def usual_speed(film: Film) -> float:
@@ -25,10 +37,36 @@ def usual_speed(film: Film) -> float:
     if turns(result):
         angle = np.interp([film.begin, film.end], result.time, crank_angle(result))
         seconds = max(seconds, OF_A_TURN * float(abs(angle[1] - angle[0])) / (2 * np.pi))
-    return rounded((film.end - film.begin) / seconds)
+    return _rounded((film.end - film.begin) / seconds)
 
 
-def rounded(speed: float) -> float:
+def frames_of(film: Film, fps: float, speed: float) -> Frames:
+    """Return the frames of a film, `fps` in a second; the last shows its end."""
+    edges, speeds = _paces(film, speed)
+    lasts = np.diff(edges) / speeds
+    seconds = np.concatenate([[0.0], np.cumsum(lasts)])
+    count = max(2, round(seconds[-1] * fps) + 1)
+    at = np.linspace(0.0, seconds[-1], count)
+    inside = np.clip(np.searchsorted(seconds, at, side="right") - 1, 0, len(speeds) - 1)
+    return Frames(np.interp(at, seconds, edges), speeds[inside])
+
+
+def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Edges (K + 1,) s of the times of one speed, and these (K,): slower in slow motion."""
+    edges, speeds = [film.begin], []
+    for own in film.slow:
+        if own.begin > edges[-1]:
+            edges.append(own.begin)
+            speeds.append(speed)
+        edges.append(own.end)
+        speeds.append(min(speed, (own.end - own.begin) / SLOW_SECONDS))
+    if film.end > edges[-1]:
+        edges.append(film.end)
+        speeds.append(speed)
+    return np.array(edges), np.array(speeds)
+
+
+def _rounded(speed: float) -> float:
     """The speed of 1, 2 or 5 times a power of ten that is nearest."""
     power = 10.0 ** np.floor(log10(speed))
     nearest = min(STEPS, key=lambda step: abs(log10(step * power / speed)))

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from exudyn_flexlink.cli.animating import add_animate
 from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
 from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.completing import (
@@ -63,6 +64,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     _add_verify(commands)
     _add_check(commands)
     _add_plot(commands)
+    add_animate(commands)
     _add_new(commands)
     _add_schema(commands)
     _add_completion(commands)

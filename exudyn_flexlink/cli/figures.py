@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FILE, completes
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
+from exudyn_flexlink.cli.values import names_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,7 +48,7 @@ def add_figures(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how figures look."""
     parser.add_argument(
         "--format",
-        type=_formats,
+        type=names_of(FIGURE_FORMATS, "format"),
         metavar="FORMAT[,FORMAT]",
         help=f"formats of figures: {', '.join(FIGURE_FORMATS)}; default: {FIGURE_FORMATS[0]}",
     )
@@ -106,16 +107,6 @@ def idle_options(options: argparse.Namespace) -> str:
     verb = "are" if len(given) > 1 else "is"
     told = f"{' and '.join(given)} {verb} for figures, which '--no-plots' leaves out"
     return told if given else ""
-
-
-def _formats(text: str) -> tuple[str, ...]:
-    """Names of formats, separated by commas, each once."""
-    names = tuple(dict.fromkeys(name.strip().lower() for name in text.split(",")))
-    for name in names:
-        if name not in FIGURE_FORMATS:
-            listed = ", ".join(FIGURE_FORMATS)
-            raise argparse.ArgumentTypeError(f"no format '{name}'; there is: {listed}")
-    return names
 
 
 def drawn(folder: Path, draw: Callable[[], Any]) -> int:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from math import inf
+from collections.abc import Callable
+from math import inf, isfinite
 from pathlib import Path
 
 from exudyn_flexlink.cli.terminal import complain, how_called
@@ -31,6 +32,25 @@ def length(text: str) -> float:
 length.__name__ = "length in m"  # what argparse calls it in its complaint
 
 
+def instant(text: str) -> float:
+    """Read an instant of a run, s."""
+    value = float(text)
+    if not isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+instant.__name__ = "time in s"
+
+
+def rate(text: str) -> float:
+    """Read how often something is in a second, of more than 0."""
+    return length(text)
+
+
+rate.__name__ = "number of more than 0"
+
+
 def count(text: str) -> int:
     """Read a whole number, 0 or more."""
     value = int(text)
@@ -50,6 +70,20 @@ def effects(text: str) -> list[str]:
             listed = ", ".join(EFFECT_NAMES)
             raise argparse.ArgumentTypeError(f"no effect '{name}'; there is: {listed}")
     return names
+
+
+def names_of(known: tuple[str, ...], what: str) -> Callable[[str], tuple[str, ...]]:
+    """Return what reads names separated by commas, each once, of those that are `known`."""
+
+    def read(text: str) -> tuple[str, ...]:
+        names = tuple(dict.fromkeys(name.strip().lower() for name in text.split(",")))
+        for name in names:
+            if name not in known:
+                listed = ", ".join(known)
+                raise argparse.ArgumentTypeError(f"no {what} '{name}'; there is: {listed}")
+        return names
+
+    return read
 
 
 def model_path(text: str) -> Path:

@@ -36,13 +36,13 @@ class Player {
   build() {
     const { root, data } = this;
     const box = make(root, "div", "frame");
+    this.told = make(box, "div", "told");
     this.stage = make(box, "div", "stage");
     this.picture = make(this.stage, "canvas", "picture");
     const [left, low, right, high] = data.box;
     this.picture.style.aspectRatio = `${right - left} / ${Math.min(high - low, right - left)}`;
     this.picture.setAttribute("role", "img");
     this.picture.setAttribute("aria-label", `Animation: ${data.title}`);
-    this.told = make(this.stage, "div", "told");
     this.whole = button(this.stage, "whole", "whole view", () => this.look(1, null));
     this.pens = [new Pen(this.picture)];
     this.guides = this.takes[0].guides.map((_, number) => {
@@ -218,12 +218,12 @@ class Player {
     const view = this.view();
     const both = this.takes.length > 1;
     this.takes.forEach((take) => {
-      drawTrail(pen, view, take, this.t, TRAIL_SECONDS * speed, take.data.colour || INK);
+      drawTrail(pen, view, take, this.t, LOOK.trail * speed, take.data.colour || INK);
     });
     this.takes.forEach((take, rank) => drawTake(pen, view, take, both ? rank : -1));
     drawPoints(pen, view, this.takes[0]);
     for (const take of this.takes) {
-      drawTouches(pen, view, take, touchesAt(take, this.t, speed, this.largest));
+      drawTouches(pen, view, take, this.t, speed, this.largest);
     }
     drawScale(pen, view, this.data.unit);
     for (const { pen: own, number } of this.guides) {
@@ -244,8 +244,11 @@ class Player {
     if (this.takes.length > 1) rows.push(`S apart by ${this.apart()}`);
     const beyond = take.data.horizon;
     if (beyond !== null && this.t >= beyond.from) rows.push(beyond.words.replace("\n", " "));
-    const text = rows.join("\n");
-    if (this.told.textContent !== text) this.told.textContent = text;
+    rows.forEach((row, i) => {
+      const span = this.told.children[i] || make(this.told, "span", "row");
+      if (span.textContent !== row) span.textContent = row;
+    });
+    while (this.told.children.length > rows.length) this.told.lastChild.remove();
     const pace = `${told(this.speed)} × real time`;
     if (this.pace.textContent !== pace) this.pace.textContent = pace;
     this.line.setAttribute("aria-valuenow", this.t);

@@ -6,11 +6,7 @@ const ON_BLACK = {
   "#E69F00": "#F5BC42", "#9A9A9A": "#A6ADB6", "#A9A9A9": "#8E959E", "#C9C9C9": "#5E656E",
   "#777777": "#9AA1AA", "#222222": "#E4E7EB",
 };
-const INK = "#222222";
-const TOUCH = "#E5401A";
-const TRAIL_SECONDS = 1.6; // of the film: how long the trail of S stays dark
-const GLOW_SECONDS = 0.45; // of the film: how long a touch is seen after its end
-const LABELLED = 0.12; // of the largest force: a weaker touch in a joint is not told in numbers
+const { ink: INK, pale: PALE, touch: TOUCH } = LOOK;
 
 class Pen {
   constructor(canvas) {
@@ -32,7 +28,7 @@ class Pen {
     this.context.setTransform(fine, 0, 0, fine, 0, 0);
     this.context.clearRect(0, 0, width, height);
     this.context.lineCap = this.context.lineJoin = "round";
-    this.thick = Math.min(Math.max(width / 620, 0.75), 1.5); // lines are thinner on a phone
+    this.thick = Math.min(Math.max(width / LOOK.wide, LOOK.thinnest), LOOK.broadest);
   }
 
   colour(name) {
@@ -109,23 +105,22 @@ function viewOf(pen, box, zoom, centre) {
   return { scale, put, back };
 }
 
-const LOOKS = { curve: 1.4, face: 5, wall: 2.6, guide: 9, spring: 1.5, ring: 1.6, bar: 3, link: 3 };
-
 function drawTake(pen, view, take, rank) {
   // Of two takes the first is a broad pale band, on which the second is seen.
-  const [wide, pale] = rank < 0 ? [1, 1] : [[2.4, 0.4], [0.8, 1]][rank];
+  const [wide, pale] = rank < 0 ? [1, 1] : [LOOK.band, [LOOK.thin, 1]][rank];
+  const [halo, mist] = LOOK.halo;
   for (const own of take.guides) drawChannel(pen, view, take, own);
   for (const line of take.lines) {
     let places = [];
     for (let i = 0; i < line.count; i++) {
       places.push(view.put(take.at(line.part(i), line.x(i), line.y(i))));
     }
-    const alpha = pale * ({ face: 0.35, guide: rank < 0 ? 0.8 : 0.4, curve: 0.85 }[line.kind] || 1);
+    const alpha = pale * (LOOK.paleness[line.kind] || 1);
     if (line.kind === "spring") places = coil(places);
     if (line.kind === "ring") pen.fill(places, line.colour, 0.12 * pale);
-    if (line.kind === "bar") pen.line(places, line.colour, 8 * wide, 0.2 * pale);
+    if (line.kind === "bar") pen.line(places, line.colour, halo * wide, mist * pale);
     pen.context.lineCap = line.kind === "guide" ? "butt" : "round";
-    pen.line(places, line.colour, LOOKS[line.kind] * wide, alpha);
+    pen.line(places, line.colour, LOOK.widths[line.kind] * wide, alpha);
     if (line.kind === "link" && rank !== 0) drawNodes(pen, places, line.colour);
     if (line.kind === "bar" && line.count === 1) pen.dot(places[0], 5 * wide, line.colour);
   }
@@ -184,7 +179,7 @@ function drawTrail(pen, view, take, t, seconds, colour) {
   for (let i = 0; i < take.time.length; i++) {
     whole.push(view.put([take.trail[2 * i], take.trail[2 * i + 1]]));
   }
-  pen.line(whole, "#777777", 0.9, 0.35);
+  pen.line(whole, PALE, 0.9, 0.35);
   const { part, x, y } = take.data.points.S;
   const begin = lastUpTo(take.time, t - seconds);
   let last = view.put(take.at(part, x, y));
@@ -214,48 +209,56 @@ function drawPoints(pen, view, take) {
   for (const [name, [x, y]] of told) pen.words(name, x, y - 14 * pen.thick, { align: "center", size: 12 });
 }
 
-// What touches now, or did a moment ago: {own, k, strength 0 to 1, fresh 0 to 1, touching}.
-function touchesAt(take, t, speed, largest) {
+// What touches now, or did a moment ago, of one contact or joint.
+function touchesOf(own, t, speed, largest) {
   const found = [];
-  for (const own of take.touching) {
-    for (let k = 0; k < own.begin.length && own.begin[k] <= t; k++) {
-      const age = (t - own.end[k]) / speed / GLOW_SECONDS;
-      if (age >= 1) continue;
-      const force = own.strength[k];
-      const strength = Math.abs(force) / (force < 0 ? largest.impulse : largest.force);
-      found.push({ own, k, force, strength, fresh: 1 - Math.max(age, 0), touching: age < 0 });
-    }
+  for (let k = 0; k < own.begin.length && own.begin[k] <= t; k++) {
+    const age = (t - own.end[k]) / speed / LOOK.glow;
+    if (age >= 1) continue;
+    const force = own.strength[k];
+    const strength = Math.abs(force) / (force < 0 ? largest.impulse : largest.force) || 0;
+    found.push({ k, force, strength, fresh: 1 - Math.max(age, 0), touching: age < 0 });
   }
   return found;
 }
 
-function drawTouches(pen, view, take, touches) {
+function drawTouches(pen, view, take, t, speed, largest) {
   let told = 0;
-  for (const { own, k, force, strength, fresh, touching } of touches) {
-    const [x, y] = view.put(take.spot(own, k));
-    const radius = (5 + 17 * Math.sqrt(strength)) * pen.thick;
-    const glow = pen.context.createRadialGradient(x, y, 0, x, y, radius);
-    glow.addColorStop(0, `rgba(255, 120, 30, ${0.85 * fresh})`);
-    glow.addColorStop(1, "rgba(255, 60, 20, 0)");
-    pen.context.fillStyle = glow;
-    pen.context.fillRect(x - radius, y - radius, 2 * radius, 2 * radius);
-    pen.context.beginPath();
-    pen.context.arc(x, y, radius * (1.25 - 0.6 * fresh), 0, 2 * Math.PI);
-    pen.context.globalAlpha = 0.8 * fresh;
-    pen.context.strokeStyle = TOUCH;
-    pen.context.lineWidth = 1.5 * pen.thick;
-    pen.context.stroke();
-    pen.context.globalAlpha = 1;
-    const matters = own.places === null || strength > LABELLED;
-    if (matters && told < 3 && force !== 0) {
-      const text = force < 0 ? `${round(-force)} N s` : `${round(touching ? forceNow(take, own, k) : force)} N`;
-      const side = x > pen.width - 80 ? -1 : 1;
-      pen.words(text, x + side * (radius + 4), y - 10 - 14 * told, {
-        colour: TOUCH, bold: true, size: 13, alpha: fresh, align: side < 0 ? "right" : "left",
+  for (const own of take.touching) {
+    const shown = touchesOf(own, t, speed, largest);
+    // Of a burst of touches one is told in numbers.
+    const most = Math.max(...shown.map((one) => one.strength * one.fresh));
+    for (const one of shown) {
+      const place = view.put(take.spot(own, one.k));
+      const radius = (5 + 17 * Math.sqrt(one.strength)) * pen.thick;
+      drawGlow(pen, place, radius, one.fresh);
+      const matters = own.places === null || one.strength > LOOK.labelled;
+      if (!matters || one.force === 0 || one.strength * one.fresh < most) continue;
+      const pressing = one.touching ? forceNow(take, own, one.k) : one.force;
+      const text = one.force < 0 ? `${round(-one.force)} N s` : `${round(pressing)} N`;
+      const side = place[0] > pen.width - 80 ? -1 : 1;
+      pen.words(text, place[0] + side * (radius + 4), place[1] - 10 - 14 * told, {
+        colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: side < 0 ? "right" : "left",
       });
       told += 1;
     }
   }
+}
+
+function drawGlow(pen, [x, y], radius, fresh) {
+  const c = pen.context;
+  const glow = c.createRadialGradient(x, y, 0, x, y, radius);
+  glow.addColorStop(0, `rgba(255, 120, 30, ${0.85 * fresh})`);
+  glow.addColorStop(1, "rgba(255, 60, 20, 0)");
+  c.fillStyle = glow;
+  c.fillRect(x - radius, y - radius, 2 * radius, 2 * radius);
+  c.beginPath();
+  c.arc(x, y, radius * (1.25 - 0.6 * fresh), 0, 2 * Math.PI);
+  c.globalAlpha = 0.8 * fresh;
+  c.strokeStyle = TOUCH;
+  c.lineWidth = 1.5 * pen.thick;
+  c.stroke();
+  c.globalAlpha = 1;
 }
 
 function forceNow(take, own, k) {
@@ -274,7 +277,7 @@ function drawScale(pen, view, unit) {
   const power = 10 ** Math.floor(Math.log10(wanted));
   const length = [5, 2, 1].map((step) => step * power).find((one) => one <= wanted) || power;
   const [x, y, w] = [12, pen.height - 12, length * view.scale];
-  pen.line([[x, y - 4], [x, y], [x + w, y], [x + w, y - 4]], "#777777", 1.2);
+  pen.line([[x, y - 4], [x, y], [x + w, y], [x + w, y - 4]], PALE, 1.2);
   const told = Number((length * unit.factor).toPrecision(3));
-  pen.words(`${told} ${unit.name}`, x + w / 2, y - 10, { size: 11, colour: "#777777", align: "center" });
+  pen.words(`${told} ${unit.name}`, x + w / 2, y - 10, { size: 11, colour: PALE, align: "center" });
 }

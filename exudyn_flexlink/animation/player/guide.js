@@ -1,33 +1,33 @@
 // The link in a guide with clearance, seen from the guide and drawn larger across than along.
 
-const ROOM = 2.3; // half the height of what is shown, in clearances
-
 function drawGuide(pen, takes, number, largest, t) {
   const own = takes[0].guides[number];
   const [margin, top] = [12, 20];
-  const along = (pen.width - 2 * margin) / (1.16 * own.length);
-  const across = (pen.height - top) / (2 * ROOM * own.clearance);
+  const whole = (1 + 2 * LOOK.beside) * own.length;
+  const across = (pen.height - top) / (2 * LOOK.room * own.clearance);
+  const along = Math.min((pen.width - 2 * margin) / whole, across);
   const middle = top + (pen.height - top) / 2;
-  const put = ([x, y]) => [margin + along * (x + 0.08 * own.length), middle - across * y];
+  const left = (pen.width - along * whole) / 2;
+  const put = ([x, y]) => [left + along * (x + LOOK.beside * own.length), middle - across * y];
   const c = own.clearance;
   pen.fill([put([0, c]), put([own.length, c]), put([own.length, -c]), put([0, -c])], "#A9A9A9", 0.14);
-  for (const y of [c, -c]) pen.line([put([0, y]), put([own.length, y])], "#777777", 3);
+  for (const y of [c, -c]) pen.line([put([0, y]), put([own.length, y])], PALE, 3);
   pen.context.setLineDash([2, 5]);
-  pen.line([put([0, 0]), put([own.length, 0])], "#777777", 0.8);
+  pen.line([put([0, 0]), put([own.length, 0])], PALE, 0.8);
   pen.context.setLineDash([]);
   pen.context.save();
   pen.context.beginPath();
   pen.context.rect(0, top - 4, pen.width, pen.height);
   pen.context.clip();
   takes.forEach((take, rank) => {
-    const guide = take.guides[number];
+    const guide = take.guides.find((one) => one.name === own.name);
     if (guide) drawLink(pen, put, take, guide, takes.length > 1 ? rank : -1, largest);
   });
   pen.context.restore();
   const ratio = across / along;
   const larger = ratio > 1.05 ? `, ${ratio.toPrecision(2)} times larger across` : "";
   const where = takes.length > 1 ? "" : ` – ${stateOf(takes[0], own, t)}`;
-  pen.words(`in ${own.name}${larger}${where}`, margin, 10, { size: 12, colour: "#777777" });
+  pen.words(`in ${own.name}${larger}${where}`, margin, 10, { size: 12, colour: PALE });
 }
 
 function drawLink(pen, put, take, guide, rank, largest) {
@@ -47,7 +47,10 @@ function drawLink(pen, put, take, guide, rank, largest) {
     const way = guide.sides[pair] > 0 ? -1 : 1; // the upper wall presses down, from above
     pen.line([[x, y + way * length], [x, y]], TOUCH, 2.2);
     pen.fill([[x, y], [x - 4, y + way * 7], [x + 4, y + way * 7]], TOUCH);
-    pen.words(`${round(force)} N`, x + 7, y + way * length, { colour: TOUCH, size: 12, bold: true });
+    const right = x < pen.width - 70;
+    pen.words(`${round(force)} N`, right ? x + 7 : x - 7, y + way * length, {
+      colour: TOUCH, size: 12, bold: true, align: right ? "left" : "right",
+    });
   }
 }
 

@@ -8,7 +8,7 @@ function drawTimeline(pen, player) {
   const [top, bottom] = [4, pen.height - 16];
   const all = (colour, from, to, alpha, high = top) =>
     pen.fill([[from, high], [to, high], [to, bottom], [from, bottom]], colour, alpha);
-  all("#777777", put(begin), put(end), 0.12);
+  all(PALE, put(begin), put(end), 0.12);
   const [take] = player.takes;
   const beyond = take.data.horizon;
   if (beyond !== null && beyond.from < end) all("#8A63B0", put(Math.max(beyond.from, begin)), put(end), 0.25);
@@ -33,7 +33,7 @@ function drawTimeline(pen, player) {
   const x = put(player.t);
   pen.line([[x, top - 2], [x, bottom + 2]], INK, 2);
   pen.dot([x, bottom + 2], 5, INK);
-  const look = { size: 11, colour: "#777777" };
+  const look = { size: 11, colour: PALE };
   pen.words(`${fixed(begin, (end - begin) / 999)} s`, EDGE, bottom + 10, look);
   pen.words(`${fixed(end, (end - begin) / 999)} s`, pen.width - EDGE, bottom + 10, { ...look, align: "right" });
 }
@@ -41,7 +41,7 @@ function drawTimeline(pen, player) {
 function drawTurns(pen, put, take, top, bottom) {
   const turn = (i) => Math.floor(Math.abs(take.crank[i] - take.crank[0]) / (2 * Math.PI) + 1e-9);
   for (let i = 1; i < take.time.length; i++) {
-    if (turn(i) > turn(i - 1)) pen.line([[put(take.time[i]), top], [put(take.time[i]), bottom]], "#777777", 1, 0.5);
+    if (turn(i) > turn(i - 1)) pen.line([[put(take.time[i]), top], [put(take.time[i]), bottom]], PALE, 1, 0.5);
   }
 }
 

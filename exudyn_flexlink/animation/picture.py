@@ -1,0 +1,176 @@
+"""The frames of a film as pixels: what stands still is drawn once, the rest at each frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from exudyn_flexlink.animation.actors import (
+    POINTS,
+    Actor,
+    ChannelActor,
+    GlowsActor,
+    LineActor,
+    MarkActor,
+    Place,
+    PointsActor,
+    TrailActor,
+)
+from exudyn_flexlink.animation.cast import drawn_lines, drawn_marks
+from exudyn_flexlink.animation.film import Film
+from exudyn_flexlink.animation.guide import GuidePanel
+from exudyn_flexlink.animation.look import INK, PALE, thickness
+from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.speed import Frames
+from exudyn_flexlink.animation.timeline import Timeline
+from exudyn_flexlink.observables import turns
+from exudyn_flexlink.plots.outline import wall_lines, walled
+from exudyn_flexlink.plots.panels import length_unit
+
+FloatArray = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+
+DOTS = 100  # pixels in an inch
+HEAD, GUIDE, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a guide's zoom, the line
+SCALE = 0.16  # of the width: the length that sizes are read by is no longer
+
+
+class Picture:
+    """A picture `width` pixels wide of a film, at its frames; both sides are even."""
+
+    def __init__(self, film: Film, frames: Frames, width: int) -> None:
+        self._film, self._frames = film, frames
+        self._shots = [Shots(film, take, frames) for take in film.takes]
+        self._thick = thickness(width)
+        names = list(dict.fromkeys(c.name for take in film.takes for c in walled(take.model)))
+        low, high = film.box
+        main = width * min(1.0, float((high - low)[1] / (high - low)[0]))
+        heights = [h * self._thick for h in (HEAD, LINE, *[GUIDE] * len(names))]
+        self.width, self.height = 2 * (width // 2), 2 * round((main + sum(heights)) / 2)
+        self._figure = Figure((self.width / DOTS, self.height / DOTS), DOTS, facecolor="white")
+        self._canvas = FigureCanvasAgg(self._figure)
+        head, line, *guides = heights
+        bottom = line + sum(guides)
+        with mpl.rc_context({"font.family": "sans-serif", "text.usetex": False}):
+            self._axes = self._room(bottom, self.height - bottom - head)
+            self._words(head)
+            self._actors = self._mechanism()
+            self._line = Timeline(self._room(0, line), self._thick, self._shots, film, frames)
+            largest = largest_of(self._shots)
+            for i, name in enumerate(names):
+                axes = self._room(line + sum(guides[i + 1 :]), guides[i])
+                panel = GuidePanel(axes, self._thick, self._shots, name, largest)
+                self._actors.append((axes, panel))
+            self._actors.append((self._line.axes, self._line))
+            for _, actor in self._actors:
+                actor.show(0)
+                for artist in actor.artists:
+                    artist.set_animated(True)
+            self._canvas.draw()  # type: ignore[no-untyped-call]
+            self._still = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[no-untyped-call]
+
+    def __len__(self) -> int:
+        return len(self._frames.times)
+
+    def frames(self) -> Iterator[Pixels]:
+        """All frames in order, (height, width, 3) each."""
+        for frame in range(len(self)):
+            yield self.frame(frame)
+
+    def frame(self, frame: int) -> Pixels:
+        """One frame, (height, width, 3)."""
+        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        self._told.set_text(self._text(frame))
+        self._figure.draw_artist(self._told)
+        for axes, actor in self._actors:
+            actor.show(frame)
+            for artist in actor.artists:
+                if artist.get_visible():
+                    axes.draw_artist(artist)
+        shown = np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        return shown[..., :3]
+
+    def _room(self, bottom: float, height: float) -> Axes:
+        """Axes as wide as the picture, by places in pixels."""
+        axes = self._figure.add_axes((0, bottom / self.height, 1, height / self.height))
+        axes.set_axis_off()
+        axes.set_autoscale_on(False)
+        return axes
+
+    def _mechanism(self) -> list[tuple[Axes, Actor]]:
+        """The actors of all runs, those in front last."""
+        self._fit()
+        both = len(self._shots) > 1
+        places = [Place(self._axes, self._thick, i if both else -1) for i in range(2)]
+        found: list[Actor] = []
+        found += [TrailActor(p, s) for p, s in zip(places, self._shots, strict=False)]
+        for place, shots in zip(places, self._shots, strict=False):
+            model = shots.take.model
+            found += [ChannelActor(place, shots, wall_lines(model, c)) for c in walled(model)]
+            found += [LineActor(place, shots, drawn) for drawn in drawn_lines(shots.take)]
+            found += [MarkActor(place, shots, mark) for mark in drawn_marks(shots.take)]
+        found.append(PointsActor(places[0], self._shots[0], self._film.size))
+        largest = largest_of(self._shots)
+        found += [GlowsActor(p, s, largest) for p, s in zip(places, self._shots, strict=False)]
+        return [(self._axes, actor) for actor in found]
+
+    def _fit(self) -> None:
+        """Show the film's box in the middle, and a length to read sizes by."""
+        low, high = self._film.box
+        room = self._axes.get_window_extent()
+        scale = min(room.width / (high - low)[0], room.height / (high - low)[1])
+        half = np.array([room.width, room.height]) / scale / 2
+        middle = (low + high) / 2
+        self._axes.set_xlim(*(middle[0] + np.array([-1, 1]) * half[0]))
+        self._axes.set_ylim(*(middle[1] + np.array([-1, 1]) * half[1]))
+        wanted = SCALE * 2 * half[0]
+        power = 10.0 ** np.floor(np.log10(wanted))
+        length = next(step * power for step in (5, 2, 1) if step * power <= wanted)
+        pixel = 1 / scale
+        left, bottom = middle - half + 12 * self._thick * pixel
+        tick = 4 * self._thick * pixel
+        corners = [(left, tick), (left, 0), (left + length, 0), (left + length, tick)]
+        x, y = np.array(corners).T
+        thin = POINTS * self._thick
+        self._axes.plot(x, bottom + y, color=PALE, linewidth=1.2 * thin)
+        factor, unit = length_unit(self._film.size)
+        self._axes.text(
+            left + length / 2, bottom + 1.2 * tick, f"{factor * length:.3g} {unit}", ha="center",
+            va="bottom", fontsize=11 * thin, color=PALE,
+        )  # fmt: skip
+
+    def _words(self, head: float) -> None:
+        """The line of words at the top; of two runs also their names."""
+        size, place = 13 * POINTS * self._thick, 1 - 0.5 * head / self.height
+        x = 12 * self._thick / self.width
+        self._told = self._figure.text(x, place, "", va="center", fontsize=size, color=INK)
+        self._told.set_animated(True)
+        takes = self._film.takes if len(self._film.takes) > 1 else ()
+        right = 1 - x
+        for take in reversed(takes):
+            name = self._figure.text(
+                right, place, take.name, ha="right", va="center", fontsize=size, weight="bold",
+                color=take.colour, parse_math=False,
+            )  # fmt: skip
+            extent = name.get_window_extent()
+            right -= (extent.width + 14 * self._thick) / self.width
+
+    def _text(self, frame: int) -> str:
+        """Time and crank angle of a frame, and how fast it plays."""
+        at, speed = self._frames.times[frame], self._frames.speeds[frame]
+        digits = min(max(int(np.ceil(-np.log10(speed / 25))), 0), 9)
+        told = [f"t = {at:.{digits}f} s"]
+        crank = self._shots[0].crank
+        if crank is not None:
+            degrees = float(np.degrees(crank[frame]))
+            whole = turns(self._shots[0].take.result)
+            told.append(f"crank {degrees:.0f}°" if whole else f"angle {degrees:.1f}°")
+        slow = "slow motion, " if speed < self._frames.speeds.max() else ""
+        told.append(f"{slow}{speed:.2g} \N{MULTIPLICATION SIGN} real time")
+        return "   ".join(told).replace("-", "\N{MINUS SIGN}")

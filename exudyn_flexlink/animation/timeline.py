@@ -1,0 +1,65 @@
+"""The line below the picture: touches over time, and how much of the film was seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from exudyn_flexlink.animation.actors import POINTS
+from exudyn_flexlink.animation.film import Film
+from exudyn_flexlink.animation.look import INK, PALE, TOUCH
+from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.speed import Frames
+from exudyn_flexlink.animation.touches import strength
+from exudyn_flexlink.plots.panels import BEYOND, horizon
+from exudyn_flexlink.plots.style import BLUE
+
+EDGE = 0.02  # of the width, beside the line
+LEAST = 0.15  # of its height: a touch is no lower
+TOP, BOTTOM = 0.9, 0.25  # of the height
+
+
+class Timeline:
+    """Touches as high as their force, and a mark at the frame."""
+
+    def __init__(
+        self, axes: Axes, thick: float, takes: Sequence[Shots], film: Film, frames: Frames
+    ) -> None:
+        self.axes, self._frames = axes, frames
+        span = film.end - film.begin
+        margin = EDGE * span / (1 - 2 * EDGE)
+        axes.set_xlim(film.begin - margin, film.end + margin)
+        axes.set_ylim(0, 1)
+        axes.fill_between([film.begin, film.end], BOTTOM, TOP, color=PALE, alpha=0.12, linewidth=0)
+        beyond = horizon(film.takes[0].result)
+        if beyond is not None and beyond[0] < film.end:
+            begin = max(beyond[0], film.begin)
+            axes.fill_between([begin, film.end], BOTTOM, TOP, zorder=1, **BEYOND)
+        for own in film.slow:
+            axes.fill_between([own.begin, own.end], BOTTOM, TOP, color=BLUE, alpha=0.2, linewidth=0)
+        largest = largest_of(takes)
+        for shots in takes:
+            for touching in shots.touching:
+                touches = touching.touches
+                high = [max(largest.part(v) ** 0.5, LEAST) for v in strength(touches).tolist()]
+                tops = BOTTOM + (TOP - BOTTOM) * np.array(high)
+                bars = [[(t, BOTTOM), (t, top)] for t, top in zip(touches.begin, tops, strict=True)]
+                opaque = 0.9 if touching.places is None else 0.5
+                width = 1.4 * POINTS * thick
+                axes.add_collection(
+                    LineCollection(bars, colors=TOUCH, linewidths=width, alpha=opaque),
+                    autolim=False,
+                )
+        self._mark = axes.plot([], [], color=INK, linewidth=2 * POINTS * thick)[0]
+        self._dot = axes.plot([], [], "o", color=INK, markersize=9 * POINTS * thick)[0]
+        self.artists: list[Artist] = [self._mark, self._dot]
+
+    def show(self, frame: int) -> None:
+        """Move to a frame."""
+        at = self._frames.times[frame]
+        self._mark.set_data([at, at], [BOTTOM, TOP + 0.05])
+        self._dot.set_data([at], [BOTTOM])

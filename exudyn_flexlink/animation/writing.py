@@ -1,0 +1,219 @@
+"""Films to files: a GIF, which every page shows, and a video, where there is ffmpeg."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import import_module
+from io import BytesIO
+from math import inf
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from exudyn_flexlink.animation.film import Film, FilmError
+from exudyn_flexlink.animation.html import GENERATOR, page
+from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.speed import frames_of, usual_speed
+
+Pixels = NDArray[np.uint8]
+Progress = Callable[[float], None]
+
+GIF_FPS, VIDEO_FPS = 20.0, 30.0
+GIF_WIDTH, VIDEO_WIDTH = 640, 1280
+GIF_TICK = 0.01  # s: the time that a frame of a GIF is shown counts in these
+COLOURS = 64  # of a GIF: lines on white need few
+LOOKED_AT = 24  # frames that the colours are taken from
+KEPT = 12  # the most frequent of them
+RARE = 4  # times as often as it is seen counts a colour that is on less than a part of the picture
+MOST_PIXELS = 600_000_000  # of a GIF, whose frames are kept until it is written
+FORMATS = ("mp4", "gif", "html")
+MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show frames of a GIF for 0.02 s at least
+LEAST_WIDTH, MOST_WIDTH = 160, 4096
+NO_FFMPEG = (
+    "a video needs the program ffmpeg, which is not on the path; install it, or the Python package "
+    "imageio-ffmpeg, or write a GIF or a page"
+)
+
+
+@dataclass(frozen=True)
+class Filming:
+    """How a film is written: None is what suits the format.
+
+    `fps` frames in a second and `width` pixels, of pictures; `speed`, s of the run in a second.
+    """
+
+    fps: float | None = None
+    speed: float | None = None
+    width: int | None = None
+
+    def mistakes(self, suffix: str) -> list[str]:
+        """Say what can't be in a format, by the ending of its files."""
+        most = MOST_FPS.get(suffix, inf)
+        told = []
+        if self.fps is not None and not 0 < self.fps <= most:
+            told.append(f"{self.fps:g} frames in a second: a {suffix.upper()} has up to {most:g}")
+        if self.width is not None and not LEAST_WIDTH <= self.width <= MOST_WIDTH:
+            told.append(f"{self.width} pixels: a width is from {LEAST_WIDTH} to {MOST_WIDTH}")
+        if self.speed is not None and not 0 < self.speed < inf:
+            told.append(f"a speed of {self.speed:g}: it is a number of more than 0")
+        if suffix == "mp4" and ffmpeg() is None:
+            told.append(NO_FFMPEG)
+        return told
+
+
+def film_bytes(
+    film: Film, suffix: str, filming: Filming, progress: Progress | None = None
+) -> bytes:
+    """Return a film as the content of a file: ``"mp4"``, ``"gif"`` or ``"html"``.
+
+    Raises:
+        FilmError: there is no such format, it can't be written so, or ffmpeg failed.
+
+    """
+    if suffix not in FORMATS:
+        raise FilmError(f"no format '{suffix}'; there is: {', '.join(FORMATS)}")
+    if mistakes := filming.mistakes(suffix):
+        raise FilmError("\n".join(mistakes))
+    if suffix == "html":
+        return page(film, filming.speed).encode("utf-8")
+    return (gif if suffix == "gif" else video)(film, filming, progress)
+
+
+def usual_formats() -> tuple[str, ...]:
+    """Formats where none is asked for: a video, or without ffmpeg a GIF; and a page."""
+    return ("gif" if ffmpeg() is None else "mp4", "html")
+
+
+def is_animation(content: bytes) -> bool:
+    """Whether the content of a file is an animation that this program wrote."""
+    return GENERATOR.encode() in content
+
+
+def gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+    """Return a film as the content of a GIF that repeats.
+
+    Raises:
+        FilmError: it would have too many frames.
+
+    """
+    ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
+    picture = _picture(film, 1 / (ticks * GIF_TICK), filming, GIF_WIDTH)
+    if len(picture) * picture.width * picture.height > MOST_PIXELS:
+        raise FilmError(
+            f"too long for a GIF: {len(picture)} frames of {picture.width} x {picture.height} "
+            "pixels; show a part of it, or faster, with fewer frames in a second, narrower, or as "
+            "a video"
+        )
+    palette = _palette(picture)
+    frames = (
+        Image.fromarray(own).quantize(palette=palette, dither=Image.Dither.NONE)
+        for own in _counted(picture, progress)
+    )
+    written = BytesIO()
+    next(frames).save(
+        written, format="GIF", save_all=True, append_images=frames, duration=10 * ticks, loop=0,
+        optimize=False, comment=GENERATOR.encode(),
+    )  # fmt: skip
+    return written.getvalue()
+
+
+def video(film: Film, filming: Filming, progress: Progress | None = None) -> bytes:
+    """Return a film as the content of an MP4.
+
+    Raises:
+        FilmError: there is no ffmpeg, or it failed.
+
+    """
+    program = ffmpeg()
+    if program is None:
+        raise FilmError(NO_FFMPEG)
+    rate = filming.fps or VIDEO_FPS
+    picture = _picture(film, rate, filming, VIDEO_WIDTH)
+    with TemporaryDirectory() as folder:
+        file, told = Path(folder) / "film.mp4", Path(folder) / "told.txt"
+        size = f"{picture.width}x{picture.height}"
+        command = [
+            program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
+            "-s", size, "-r", f"{rate:g}", "-i", "-", "-an", "-pix_fmt", "yuv420p",
+            "-movflags", "+faststart", "-metadata", f"comment={GENERATOR}", str(file),
+        ]  # fmt: skip
+        with told.open("wb") as errors:
+            _pipe(command, errors.fileno(), _counted(picture, progress))
+        if not file.exists() or not file.stat().st_size:
+            reason = told.read_text(encoding="utf-8", errors="replace").strip()
+            raise FilmError(f"ffmpeg made no video: {reason or 'it did not say why'}")
+        return file.read_bytes()
+
+
+def ffmpeg() -> str | None:
+    """Return the program ffmpeg: that on the path, else that of imageio-ffmpeg; None without."""
+    found = shutil.which("ffmpeg")
+    if found is not None:
+        return found
+    try:
+        return str(import_module("imageio_ffmpeg").get_ffmpeg_exe())
+    except (ImportError, RuntimeError):  # not installed; installed without its program
+        return None
+
+
+def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> None:
+    """Hand frames to a program, which ends with them, or before."""
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
+    ) as program:
+        assert program.stdin is not None
+        try:
+            for own in frames:
+                program.stdin.write(own.tobytes())
+        except BrokenPipeError:
+            pass  # it has ended: what it says tells why
+        except BaseException:
+            program.kill()
+            raise
+        finally:
+            with suppress(BrokenPipeError):
+                program.stdin.close()
+
+
+def _picture(film: Film, fps: float, filming: Filming, width: int) -> Picture:
+    frames = frames_of(film, fps, filming.speed or usual_speed(film))
+    return Picture(film, frames, filming.width or width)
+
+
+def _counted(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
+    """The frames in order, telling the part that is done."""
+    for number, own in enumerate(picture.frames(), start=1):
+        yield own
+        if progress is not None:
+            progress(number / len(picture))
+
+
+def _palette(picture: Picture) -> Image.Image:
+    """One palette for all frames, so that no colour flickers, from some of them.
+
+    The most frequent colours are kept as they are, so that white stays white. A colour that is
+    seldom counts more than its share: a small mark must not lose its own.
+    """
+    chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
+    pixels = np.concatenate([picture.frame(int(i)).reshape(-1, 3) for i in chosen])
+    packed = pixels.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
+    colours, counts = np.unique(packed, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    rows = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1).astype(np.uint8)
+    kept, rest = rows[order[:KEPT]], order[KEPT:]
+    if len(rest):
+        times = np.ceil(counts[rest] ** (1 / RARE)).astype(int)
+        shown = Image.fromarray(np.repeat(rows[rest], times, axis=0)[None])
+        mixed = shown.quantize(COLOURS - len(kept), method=Image.Quantize.MEDIANCUT)
+        own = np.array(mixed.getpalette(), dtype=np.uint8).reshape(-1, 3)[: COLOURS - len(kept)]
+        kept = np.concatenate([kept, own])
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(kept.tobytes())
+    return palette
