@@ -37,6 +37,12 @@ Figures are matplotlib's; a notebook shows them, and `savefig` writes them:
 >>> fl.load(folder)
 <Result ...>
 
+So does an animation: a player in a notebook, and a page, a GIF or a video as a file:
+
+>>> film = result.animate("s.html", slow="strike")
+>>> film
+<Animation of 'Extensible flexible link on a double track, ...' by exudyn: 0 s to 0.314159 s>
+
 The second opinion is the hand-written Lagrangian:
 
 >>> fl.compare(result, fl.simulate(scene, engine="lagrangian"))
@@ -56,6 +62,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from exudyn_flexlink.api.animations import Animation
     from exudyn_flexlink.api.comparisons import Comparison, compare
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
@@ -67,6 +74,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Animation",
     "Comparison",
     "NotRepresentableError",
     "Result",
@@ -83,6 +91,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Animation": "api.animations",
     "Comparison": "api.comparisons",
     "NotRepresentableError": "engines",
     "Result": "api.results",

@@ -105,6 +105,15 @@ def guide_distance(scene: Scene, theta: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+def exact_s(scene: Scene, times: np.ndarray) -> np.ndarray:
+    """Where S of `rigid_link` is (K, 2), m, at instants that never fall: C + (r + l) e(theta)."""
+    theta = SPEED * times
+    # The track is followed from the start on: each lap has a curve of its own.
+    way = np.union1d(np.arange(0.0, theta[-1], 0.2), theta)
+    reach = guide_distance(scene, way)[np.searchsorted(way, theta)] + LENGTH
+    return CRANK + reach[:, None] * np.stack([np.cos(theta), np.sin(theta)], axis=1)
+
+
 def rigid_link(turns: float = 4.0, samples: int = 1601, scene: Scene | None = None) -> Result:
     """The paper's mechanism with a straight link: S = C + (r(theta) + l) e(theta).
 

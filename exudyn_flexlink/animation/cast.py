@@ -19,6 +19,7 @@ from exudyn_flexlink.plots.outline import (
     is_flexible,
     joint_marks,
     rings,
+    spokes,
     spring_lines,
     wall_lines,
     walled,
@@ -31,7 +32,7 @@ WALL_COLOUR, GUIDE_COLOUR = "#A9A9A9", "#C9C9C9"
 
 @dataclass(frozen=True)
 class Drawn:
-    """A line and its look: `kind` is curve, face, guide, wall, bar, link, ring or spring."""
+    """A line and its look: `kind` is curve, face, guide, wall, bar, link, ring, spoke or spring."""
 
     kind: str
     colour: str
@@ -41,32 +42,32 @@ class Drawn:
 def drawn_lines(take: Take) -> list[Drawn]:
     """Lines of a take, those in front last."""
     found = [Drawn(kind, take.colour or own, line) for kind, own, line in _lines(take)]
-    order = ("curve", "face", "wall", "guide", "spring", "ring", "bar", "link")
+    order = ("curve", "face", "wall", "guide", "spring", "ring", "spoke", "bar", "link")
     return sorted(found, key=lambda drawn: order.index(drawn.kind))
 
 
 def _lines(take: Take) -> Iterator[tuple[str, str, Line]]:
     """Kind, colour of its own and line of everything that is drawn."""
     scene, model = take.result.scene, take.model
-    for track in curved(model):
-        yield "curve", PURPLE, curve_line(track)
-    for face in faces(model):
-        yield "face", RED, face_line(face)
-    for ring in rings(model):
-        yield "ring", GREY, ring
-    for spring in spring_lines(model):
-        yield "spring", GREEN, spring
+    simple = (
+        ("curve", PURPLE, [curve_line(track) for track in curved(model)]),
+        ("face", RED, [face_line(face) for face in faces(model)]),
+        ("ring", GREY, rings(model)),
+        ("spoke", GREY, spokes(model)),
+        ("spring", GREEN, spring_lines(model)),
+    )
+    for kind, colour, lines in simple:
+        yield from ((kind, colour, line) for line in lines)
     with_play = {model.parts[channel.guide.part].body: channel for channel in walled(model)}
     for i, body in enumerate(scene.bodies):
         if body in with_play:
-            for wall in wall_lines(model, with_play[body]):
-                yield "wall", WALL_COLOUR, wall
+            walls = wall_lines(model, with_play[body])
+            yield from (("wall", WALL_COLOUR, wall) for wall in walls)
             continue
         colour, kind = body_colour(i), "link" if is_flexible(scene, body) else "bar"
         if body in guides(scene):
             colour, kind = GUIDE_COLOUR, "guide"
-        for line in body_lines(scene, model, body):
-            yield kind, colour, line
+        yield from ((kind, colour, line) for line in body_lines(scene, model, body))
 
 
 def drawn_marks(take: Take) -> list[Mark]:

@@ -7,11 +7,11 @@ from exudyn_flexlink.plots.style import BLACK, GREY
 INK, PALE, TOUCH, GLOW = BLACK, GREY, "#E5401A", "#FF7A22"
 
 WIDTHS = {"curve": 1.4, "face": 5.0, "wall": 2.6, "guide": 9.0, "spring": 1.5, "ring": 1.6,
-          "bar": 3.0, "link": 3.0}  # fmt: skip
+          "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
 """Widths of lines, in pixels of a picture that is `WIDE` pixels wide."""
 WIDE = 620.0
 THINNEST, BROADEST = 0.75, 1.5  # times those widths, in small and in large pictures
-PALENESS = {"curve": 0.85, "face": 0.35, "guide": 0.8}
+PALENESS = {"curve": 0.85, "face": 0.35, "spoke": 0.6, "guide": 0.8}
 """Opacity of lines, where it is not 1."""
 HALO, HALO_PALE = 8.0, 0.2  # width and opacity of what is around a bar
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -32,12 +34,14 @@ from exudyn_flexlink.animation.timeline import Timeline
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.outline import wall_lines, walled
 from exudyn_flexlink.plots.panels import length_unit
+from exudyn_flexlink.plots.saving import MISSING
 
 FloatArray = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 DOTS = 100  # pixels in an inch
 HEAD, GUIDE, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a guide's zoom, the line
+_FONT: dict[Any, Any] = {"font.family": "sans-serif", "text.usetex": False}
 SCALE = 0.16  # of the width: the length that sizes are read by is no longer
 
 
@@ -57,8 +61,9 @@ class Picture:
         self._canvas = FigureCanvasAgg(self._figure)
         head, line, *guides = heights
         bottom = line + sum(guides)
-        with mpl.rc_context({"font.family": "sans-serif", "text.usetex": False}):
-            self._axes = self._room(bottom, self.height - bottom - head)
+        with mpl.rc_context(_FONT), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", MISSING)
+            self.axes = self._room(bottom, self.height - bottom - head)
             self._words(head)
             self._actors = self._mechanism()
             self._line = Timeline(self._room(0, line), self._thick, self._shots, film, frames)
@@ -85,6 +90,13 @@ class Picture:
 
     def frame(self, frame: int) -> Pixels:
         """One frame, (height, width, 3)."""
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", MISSING)
+            self._draw(frame)
+        shown = np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        return shown[..., :3]
+
+    def _draw(self, frame: int) -> None:
         self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
         self._told.set_text(self._text(frame))
         self._figure.draw_artist(self._told)
@@ -93,8 +105,6 @@ class Picture:
             for artist in actor.artists:
                 if artist.get_visible():
                     axes.draw_artist(artist)
-        shown = np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-        return shown[..., :3]
 
     def _room(self, bottom: float, height: float) -> Axes:
         """Axes as wide as the picture, by places in pixels."""
@@ -107,7 +117,7 @@ class Picture:
         """The actors of all runs, those in front last."""
         self._fit()
         both = len(self._shots) > 1
-        places = [Place(self._axes, self._thick, i if both else -1) for i in range(2)]
+        places = [Place(self.axes, self._thick, i if both else -1) for i in range(2)]
         found: list[Actor] = []
         found += [TrailActor(p, s) for p, s in zip(places, self._shots, strict=False)]
         for place, shots in zip(places, self._shots, strict=False):
@@ -118,17 +128,17 @@ class Picture:
         found.append(PointsActor(places[0], self._shots[0], self._film.size))
         largest = largest_of(self._shots)
         found += [GlowsActor(p, s, largest) for p, s in zip(places, self._shots, strict=False)]
-        return [(self._axes, actor) for actor in found]
+        return [(self.axes, actor) for actor in found]
 
     def _fit(self) -> None:
         """Show the film's box in the middle, and a length to read sizes by."""
         low, high = self._film.box
-        room = self._axes.get_window_extent()
+        room = self.axes.get_window_extent()
         scale = min(room.width / (high - low)[0], room.height / (high - low)[1])
         half = np.array([room.width, room.height]) / scale / 2
         middle = (low + high) / 2
-        self._axes.set_xlim(*(middle[0] + np.array([-1, 1]) * half[0]))
-        self._axes.set_ylim(*(middle[1] + np.array([-1, 1]) * half[1]))
+        self.axes.set_xlim(*(middle[0] + np.array([-1, 1]) * half[0]))
+        self.axes.set_ylim(*(middle[1] + np.array([-1, 1]) * half[1]))
         wanted = SCALE * 2 * half[0]
         power = 10.0 ** np.floor(np.log10(wanted))
         length = next(step * power for step in (5, 2, 1) if step * power <= wanted)
@@ -138,9 +148,9 @@ class Picture:
         corners = [(left, tick), (left, 0), (left + length, 0), (left + length, tick)]
         x, y = np.array(corners).T
         thin = POINTS * self._thick
-        self._axes.plot(x, bottom + y, color=PALE, linewidth=1.2 * thin)
+        self.axes.plot(x, bottom + y, color=PALE, linewidth=1.2 * thin)
         factor, unit = length_unit(self._film.size)
-        self._axes.text(
+        self.axes.text(
             left + length / 2, bottom + 1.2 * tick, f"{factor * length:.3g} {unit}", ha="center",
             va="bottom", fontsize=11 * thin, color=PALE,
         )  # fmt: skip

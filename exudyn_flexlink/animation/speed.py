@@ -8,7 +8,7 @@ from math import log10
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.animation.film import Film
+from exudyn_flexlink.animation.film import Film, FilmError
 from exudyn_flexlink.observables import crank_angle, turns
 
 FloatArray = NDArray[np.float64]
@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 SECONDS = 9.0  # of a film
 OF_A_TURN = 3.0  # s: a crank that goes round faster can't be followed by the eye
 SLOW_SECONDS = 4.0  # of a film, that a stretch of slow motion lasts
+MOST_FRAMES = 50_000  # half an hour
 STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
 
 
@@ -41,10 +42,20 @@ def usual_speed(film: Film) -> float:
 
 
 def frames_of(film: Film, fps: float, speed: float) -> Frames:
-    """Return the frames of a film, `fps` in a second; the last shows its end."""
+    """Return the frames of a film, `fps` in a second; the last shows its end.
+
+    Raises:
+        FilmError: they are too many.
+
+    """
     edges, speeds = _paces(film, speed)
     lasts = np.diff(edges) / speeds
     seconds = np.concatenate([[0.0], np.cumsum(lasts)])
+    if seconds[-1] * fps > MOST_FRAMES:
+        raise FilmError(
+            f"too long: the film would last {seconds[-1]:.3g} s, {seconds[-1] * fps:.3g} frames; "
+            "show a part of the run, or play it faster"
+        )
     count = max(2, round(seconds[-1] * fps) + 1)
     at = np.linspace(0.0, seconds[-1], count)
     inside = np.clip(np.searchsorted(seconds, at, side="right") - 1, 0, len(speeds) - 1)

@@ -15,10 +15,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from exudyn_flexlink.animation.film import Film, FilmError
 from exudyn_flexlink.animation.html import GENERATOR, page
+from exudyn_flexlink.animation.palette import Palette
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.speed import frames_of, usual_speed
 
@@ -28,10 +28,7 @@ Progress = Callable[[float], None]
 GIF_FPS, VIDEO_FPS = 20.0, 30.0
 GIF_WIDTH, VIDEO_WIDTH = 640, 1280
 GIF_TICK = 0.01  # s: the time that a frame of a GIF is shown counts in these
-COLOURS = 64  # of a GIF: lines on white need few
 LOOKED_AT = 24  # frames that the colours are taken from
-KEPT = 12  # the most frequent of them
-RARE = 4  # times as often as it is seen counts a colour that is on less than a part of the picture
 MOST_PIXELS = 600_000_000  # of a GIF, whose frames are kept until it is written
 FORMATS = ("mp4", "gif", "html")
 MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show frames of a GIF for 0.02 s at least
@@ -104,21 +101,20 @@ def gif(film: Film, filming: Filming, progress: Progress | None = None) -> bytes
 
     """
     ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
-    picture = _picture(film, 1 / (ticks * GIF_TICK), filming, GIF_WIDTH)
-    if len(picture) * picture.width * picture.height > MOST_PIXELS:
+    frames = frames_of(film, 1 / (ticks * GIF_TICK), filming.speed or usual_speed(film))
+    width = filming.width or GIF_WIDTH
+    if len(frames.times) * width**2 > MOST_PIXELS:
         raise FilmError(
-            f"too long for a GIF: {len(picture)} frames of {picture.width} x {picture.height} "
-            "pixels; show a part of it, or faster, with fewer frames in a second, narrower, or as "
-            "a video"
+            f"too long for a GIF: {len(frames.times)} frames; show a part of the run, or play it "
+            "faster, with fewer frames in a second, narrower, or as a video"
         )
-    palette = _palette(picture)
-    frames = (
-        Image.fromarray(own).quantize(palette=palette, dither=Image.Dither.NONE)
-        for own in _counted(picture, progress)
-    )
+    picture = Picture(film, frames, width)
+    chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
+    palette = Palette([picture.frame(int(i)) for i in chosen])
+    images = (palette.image(own) for own in _counted(picture, progress))
     written = BytesIO()
-    next(frames).save(
-        written, format="GIF", save_all=True, append_images=frames, duration=10 * ticks, loop=0,
+    next(images).save(
+        written, format="GIF", save_all=True, append_images=images, duration=10 * ticks, loop=0,
         optimize=False, comment=GENERATOR.encode(),
     )  # fmt: skip
     return written.getvalue()
@@ -135,7 +131,8 @@ def video(film: Film, filming: Filming, progress: Progress | None = None) -> byt
     if program is None:
         raise FilmError(NO_FFMPEG)
     rate = filming.fps or VIDEO_FPS
-    picture = _picture(film, rate, filming, VIDEO_WIDTH)
+    frames = frames_of(film, rate, filming.speed or usual_speed(film))
+    picture = Picture(film, frames, filming.width or VIDEO_WIDTH)
     with TemporaryDirectory() as folder:
         file, told = Path(folder) / "film.mp4", Path(folder) / "told.txt"
         size = f"{picture.width}x{picture.height}"
@@ -182,38 +179,9 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> None:
                 program.stdin.close()
 
 
-def _picture(film: Film, fps: float, filming: Filming, width: int) -> Picture:
-    frames = frames_of(film, fps, filming.speed or usual_speed(film))
-    return Picture(film, frames, filming.width or width)
-
-
 def _counted(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
     """The frames in order, telling the part that is done."""
     for number, own in enumerate(picture.frames(), start=1):
         yield own
         if progress is not None:
             progress(number / len(picture))
-
-
-def _palette(picture: Picture) -> Image.Image:
-    """One palette for all frames, so that no colour flickers, from some of them.
-
-    The most frequent colours are kept as they are, so that white stays white. A colour that is
-    seldom counts more than its share: a small mark must not lose its own.
-    """
-    chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
-    pixels = np.concatenate([picture.frame(int(i)).reshape(-1, 3) for i in chosen])
-    packed = pixels.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
-    colours, counts = np.unique(packed, return_counts=True)
-    order = np.argsort(-counts, kind="stable")
-    rows = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1).astype(np.uint8)
-    kept, rest = rows[order[:KEPT]], order[KEPT:]
-    if len(rest):
-        times = np.ceil(counts[rest] ** (1 / RARE)).astype(int)
-        shown = Image.fromarray(np.repeat(rows[rest], times, axis=0)[None])
-        mixed = shown.quantize(COLOURS - len(kept), method=Image.Quantize.MEDIANCUT)
-        own = np.array(mixed.getpalette(), dtype=np.uint8).reshape(-1, 3)[: COLOURS - len(kept)]
-        kept = np.concatenate([kept, own])
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(kept.tobytes())
-    return palette

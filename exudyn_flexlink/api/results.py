@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink import engines, observables, storage
+from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import Plots
 from exudyn_flexlink.api.scenes import own_scene
 from exudyn_flexlink.api.showing import page_of_run
@@ -102,6 +103,44 @@ class Result(PlainResult):
     def plot(self) -> Plots:
         """The figures, by name: ``result.plot.coordinates()``; ``dir(result.plot)`` lists them."""
         return Plots(self)
+
+    def animate(  # noqa: PLR0913 - each is one thing that a film may have or not
+        self,
+        path: str | PathLike[str] | None = None,
+        *,
+        other: PlainResult | None = None,
+        names: tuple[str, str] | None = None,
+        begin: float | None = None,
+        end: float | None = None,
+        slow: str | None = None,
+        speed: float | None = None,
+        fps: float | None = None,
+        width: int | None = None,
+        force: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> Animation:
+        """Return the run as an animation, which a notebook shows; with `path` write it, too.
+
+        The ending of `path` says how: ``.html``, ``.gif`` or ``.mp4``; see `Animation.save`, also
+        for `force` and `progress`. `other` is a run that is shown over this one, `names` are those
+        of both. `begin` and `end` are in s. `slow` asks for slow motion around the strikes of a
+        contact, or the touches in a joint with clearance: its name, or ``"strike:2"`` for the
+        second. `speed` is how many seconds of the run pass in one of the film; a GIF or a video has
+        `fps` frames in a second, and is `width` pixels wide.
+
+        Raises:
+            StorageError: the file can't be written, or may not be replaced.
+            ValueError: what is asked for can't be shown, or not in that format.
+
+        """
+        from exudyn_flexlink.animation import Filming, Slow, film_of
+
+        asked = None if slow is None else Slow.of(slow)
+        film = film_of(self, other, names=names, window=(begin, end), slow=asked)
+        found = Animation(film, Filming(fps, speed, width))
+        if path is not None:
+            found.save(path, force=force, progress=progress)
+        return found
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the run into a folder that `load` reads, whole or not at all; return the folder.

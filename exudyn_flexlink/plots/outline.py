@@ -143,6 +143,16 @@ def rings(model: Mechanism) -> list[Line]:
     ]
 
 
+def spokes(model: Mechanism) -> list[Line]:
+    """A line from the centre of each circle that may turn to its edge, which shows that it does."""
+    return [
+        through(contact.name, centre, Anchor(centre.part, centre.x + radius, centre.y))
+        for contact in model.contacts
+        for centre, radius in _circles_of(contact)
+        if centre.part != GROUND
+    ]
+
+
 def _circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
     """Centres and radii (m) of the circles of a contact, a roller among them."""
     if isinstance(contact, CircleContact):

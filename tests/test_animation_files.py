@@ -1,0 +1,147 @@
+"""GIF and video: their frames show the run; what can't be written is said."""
+
+import json
+import shutil
+import subprocess
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+import results
+from matplotlib.colors import to_rgb
+from PIL import Image
+
+from exudyn_flexlink.animation import FilmError, Filming, film_bytes, film_of, is_animation
+from exudyn_flexlink.animation import writing as writing_room
+from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.speed import frames_of
+from exudyn_flexlink.mechanism import Anchor, anchor_position
+from exudyn_flexlink.plots.style import BLACK, BLUE, ENGINE_COLOURS
+
+FFPROBE = shutil.which("ffprobe") if shutil.which("ffmpeg") else None
+needs_ffmpeg = pytest.mark.skipif(FFPROBE is None, reason="no ffmpeg on the path")
+WHITE = (255, 255, 255)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return results.rigid_link(turns=2.0, samples=401)
+
+
+def rgb(colour):
+    return np.array([round(255 * part) for part in to_rgb(colour)])
+
+
+def pixel(picture, shown, place):
+    """Colour of a frame at a place in m."""
+    x, y = picture.axes.transData.transform(place)
+    return shown[picture.height - 1 - int(y), int(x)].astype(int)
+
+
+def test_a_frame_has_everything_where_it_is(run):
+    film = film_of(run)
+    picture = Picture(film, frames_of(film, 10, 0.2), 800)
+    times = picture._frames.times
+    for frame in (5, 17, len(picture) - 3):
+        shown = picture.frame(frame)
+        assert shown.shape == (picture.height, picture.width, 3)
+        theta = results.SPEED * times[frame]
+        along = np.array([np.cos(theta), np.sin(theta)])
+        [s] = results.exact_s(run.scene, times[frame : frame + 1])
+        p = s - results.LENGTH * along
+        assert pixel(picture, shown, s) == pytest.approx(rgb(BLACK), abs=8)
+        assert pixel(picture, shown, p) == pytest.approx(WHITE, abs=8)
+        assert pixel(picture, shown, p + 0.052 * along) == pytest.approx(rgb(BLUE), abs=8)
+        assert pixel(picture, shown, [-0.13, 0.09]) == pytest.approx(WHITE, abs=8)
+
+
+def test_frames_do_not_depend_on_those_before(run):
+    film = film_of(run)
+    frames = frames_of(film, 10, 0.2)
+    one, other = Picture(film, frames, 320), Picture(film, frames, 320)
+    for frame in (0, 9, 30):
+        one.frame(frame)
+    assert np.array_equal(one.frame(16), other.frame(16))
+
+
+def test_a_gif_has_its_frames_its_time_and_few_colours(run):
+    film = film_of(run, window=(0.25, 0.45))
+    made = film_bytes(film, "gif", Filming(fps=20, speed=0.1, width=320))
+    assert is_animation(made)
+    with Image.open(BytesIO(made)) as image:
+        assert image.n_frames == 41
+        assert image.info["duration"] == 50
+        assert image.info["loop"] == 0
+        assert image.size[0] == 320
+        first = np.asarray(image.convert("RGB"))
+        image.seek(20)
+        later = np.asarray(image.convert("RGB"))
+    assert tuple(first[-40, 5]) == WHITE
+    assert np.any(first != later)
+
+
+def test_two_runs_are_drawn_in_the_colours_of_their_engines(run):
+    late = replace(run, engine="lagrangian", poses=run.poses.copy())
+    late.poses[:, 11, 2] += 0.5  # its lever points elsewhere
+    film = film_of(run, late)
+    picture = Picture(film, frames_of(film, 10, 0.2), 800)
+    shown = picture.frame(0)
+    lever = Anchor(11, 0.02, 0.0)
+    place = anchor_position(lever, late.poses[0])
+    assert pixel(picture, shown, place) == pytest.approx(rgb(ENGINE_COLOURS["lagrangian"]), abs=12)
+
+
+def test_progress_goes_to_the_end(run):
+    seen = []
+    film_bytes(film_of(run, window=(0, 0.1)), "gif", Filming(speed=0.1, width=200), seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("suffix", "filming", "told"),
+    [
+        ("gif", Filming(fps=100), "100 frames in a second: a GIF has up to 50"),
+        ("gif", Filming(width=5), "5 pixels: a width is from 160 to 4096"),
+        ("html", Filming(speed=-1), "a speed of -1: it is a number of more than 0"),
+        ("avi", Filming(), "no format 'avi'; there is: mp4, gif, html"),
+        ("gif", Filming(speed=1e-9), "too long: the film would last 1e.06 s, 2e.07 frames"),
+        ("gif", Filming(speed=1e-5, width=4000), "too long for a GIF: 2001 frames"),
+    ],
+)
+def test_what_cannot_be_written_is_told(run, suffix, filming, told):
+    with pytest.raises(FilmError, match=told):
+        film_bytes(film_of(run, window=(0, 0.001)), suffix, filming)
+
+
+def test_without_ffmpeg_there_is_a_gif_and_no_video(run, monkeypatch):
+    monkeypatch.setattr(writing_room, "ffmpeg", lambda: None)
+    assert writing_room.usual_formats() == ("gif", "html")
+    with pytest.raises(FilmError, match="a video needs the program ffmpeg"):
+        film_bytes(film_of(run), "mp4", Filming())
+
+
+@needs_ffmpeg
+def test_a_video_has_its_frames_and_shows_the_run(run, tmp_path):
+    film = film_of(run, window=(0.25, 0.35))
+    made = film_bytes(film, "mp4", Filming(fps=25, speed=0.1, width=321))
+    assert is_animation(made)
+    file = tmp_path / "film.mp4"
+    file.write_bytes(made)
+    asked = "stream=width,height,nb_frames,r_frame_rate,pix_fmt"
+    told = subprocess.run(
+        [FFPROBE, "-v", "error", "-show_entries", asked, "-of", "json", file],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    [stream] = json.loads(told.stdout)["streams"]
+    assert (stream["width"], stream["height"] % 2) == (320, 0)
+    assert (stream["nb_frames"], stream["r_frame_rate"]) == ("26", "25/1")
+    assert stream["pix_fmt"] == "yuv420p"  # which every player knows
+
+
+@needs_ffmpeg
+def test_what_ffmpeg_says_is_handed_on(run, monkeypatch):
+    monkeypatch.setattr(writing_room, "ffmpeg", lambda: shutil.which("false"))
+    with pytest.raises(FilmError, match="ffmpeg made no video: it did not say why"):
+        film_bytes(film_of(run, window=(0, 0.1)), "mp4", Filming(width=200))

@@ -1,0 +1,233 @@
+"""What an animation shows: which instants, how fast, which runs, where things are and touch."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.animation import FilmError, Slow, film_of
+from exudyn_flexlink.animation.look import GLOW_SECONDS
+from exudyn_flexlink.animation.samples import kept_instants, straightened
+from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of, usual_speed
+from exudyn_flexlink.animation.touches import spot_of
+from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import anchor_position, build_mechanism
+from exudyn_flexlink.plots.style import ENGINE_COLOURS
+from exudyn_flexlink.shipped import model_file
+
+TURN = 2 * pi / results.SPEED  # s
+
+
+@pytest.fixture(scope="module")
+def run():
+    return results.rigid_link(samples=801)
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link()
+
+
+def test_a_film_is_the_whole_run_unless_it_is_asked_for_less(run):
+    whole, part = film_of(run), film_of(run, window=(0.1, 0.5))
+    assert (whole.begin, whole.end) == (0.0, run.time[-1])
+    assert (part.begin, part.end) == (0.1, 0.5)
+    assert whole.slow == ()
+    assert len(whole.strikes) == 2
+
+
+def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
+    other = replace(results.rigid_link(turns=2.0, samples=201), engine="lagrangian")
+    film = film_of(run, other)
+    assert film.end == pytest.approx(2 * TURN)
+    assert [take.colour for take in film.takes] == [
+        ENGINE_COLOURS["exudyn"],
+        ENGINE_COLOURS["lagrangian"],
+    ]
+    alike = film_of(run, run)
+    assert len({take.colour for take in alike.takes} - set(ENGINE_COLOURS.values())) == 2
+    assert [take.name for take in alike.takes] == ["exudyn (first)", "exudyn (second)"]
+
+
+def test_all_mistakes_are_told_at_once(run):
+    with pytest.raises(FilmError) as told:
+        film_of(run, window=(-1.0, 99.0), slow=Slow("strik"))
+    text = str(told.value)
+    assert "the begin -1 s is not within the run: it goes from 0 s to 2.51327 s" in text
+    assert "the end 99 s is not within" in text
+    assert "no contact or joint with clearance 'strik'; did you mean 'strike'?" in text
+
+
+@pytest.mark.parametrize(
+    ("window", "slow", "told"),
+    [
+        ((0.5, 0.5), None, "nothing to animate: it would begin at 0.5 s and end at 0.5 s"),
+        ((0.9, 0.5), None, "it would begin at 0.9 s and end at 0.5 s"),
+        ((None, float("nan")), None, "the end nan s is not within the run"),
+        ((None, None), Slow("strike", 3), "no strike number 3 of 'strike': it struck 2 times"),
+        ((None, 0.2), Slow("strike"), "'strike' is not between 0 s and 0.2 s"),
+    ],
+)
+def test_what_cannot_be_shown_is_told(run, window, slow, told):
+    with pytest.raises(FilmError, match=told):
+        film_of(run, window=window, slow=slow)
+
+
+def test_a_run_of_one_instant_cannot_be_shown():
+    one = results.pendulum(samples=2)
+    one = replace(one, time=one.time[:1], poses=one.poses[:1], rates=one.rates[:1])
+    with pytest.raises(FilmError, match="the run has one instant only"):
+        film_of(one)
+
+
+def test_slow_motion_is_read():
+    assert Slow.of("strike") == Slow("strike", None)
+    assert Slow.of(" my stop : 2") == Slow("my stop", 2)
+    for text in ("strike:0", "strike:x", "strike:-1"):
+        with pytest.raises(ValueError, match="no name, nor a name and a number"):
+            Slow.of(text)
+
+
+def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):
+    [first] = film_of(run, slow=Slow("strike", 1)).slow
+    [second] = film_of(run, slow=Slow("strike", 2)).slow
+    for own, strike in ((first, 0.5 * TURN), (second, 2.5 * TURN)):
+        assert own.begin < strike < strike + 0.004 < own.end
+        assert own.end - own.begin < 0.1 * TURN
+    assert film_of(run, slow=Slow("strike")).slow == (first, second)
+    # Of a joint with clearance: the touches; the first begins in lap 2.
+    [touch] = film_of(tilting, slow=Slow("sleeve", 1)).slow
+    assert touch.begin < tilting.sleeves["sleeve"].touches.begin[0] < touch.end
+    with pytest.raises(FilmError, match="no contact or joint with clearance 'strike'"):
+        film_of(tilting, slow=Slow("strike"))
+
+
+def test_frames_are_even_in_the_time_of_the_film_and_reach_its_end(run):
+    film = film_of(run, window=(0.0, 1.0))
+    frames = frames_of(film, fps=20, speed=0.1)
+    assert len(frames.times) == 201
+    assert np.diff(frames.times) == pytest.approx(0.005)
+    assert frames.times[[0, -1]] == pytest.approx([0.0, 1.0])
+
+
+def test_slow_motion_lasts_its_seconds_and_the_rest_is_as_fast_as_before(run):
+    film = film_of(run, window=(0.0, 1.0), slow=Slow("strike", 1))
+    [own] = film.slow
+    frames = frames_of(film, fps=25, speed=0.1)
+    inside = (frames.times > own.begin) & (frames.times < own.end)
+    assert np.count_nonzero(inside) == pytest.approx(25 * SLOW_SECONDS, abs=2)
+    length = own.end - own.begin
+    assert frames.speeds[inside] == pytest.approx(length / SLOW_SECONDS)
+    assert len(frames.times) == pytest.approx(25 * ((1 - length) / 0.1 + SLOW_SECONDS), abs=2)
+
+
+def test_slow_motion_is_never_faster(run):
+    film = film_of(run, window=(0.3, 0.32), slow=Slow("strike", 1))
+    assert np.all(frames_of(film, fps=25, speed=1e-4).speeds == 1e-4)
+
+
+def test_the_usual_speed_is_round_and_lets_a_crank_be_followed(run):
+    speed = usual_speed(film_of(run))
+    assert f"{speed:.0e}"[0] in "125"
+    seconds_of_a_turn = TURN / speed
+    assert 2 < seconds_of_a_turn < 7
+
+
+def test_where_values_are_straight_few_samples_are_kept():
+    time = np.linspace(0, 2, 2001)
+    values = np.stack([np.abs(time - 1), 3 * time], axis=1)
+    assert straightened(time, values, 1e-9).tolist() == [0, 1000, 2000]
+    parabola = (time**2)[:, None]
+    kept = straightened(time, parabola, 1e-4)
+    assert len(kept) < 200
+    off = np.interp(time, time[kept], parabola[kept, 0]) - parabola[:, 0]
+    assert np.max(np.abs(off)) <= 1e-4
+
+
+def test_straight_lines_between_kept_instants_are_as_good_as_they_say(run):
+    film = film_of(run)
+    times, off = kept_instants(film, film.takes[0])
+    assert len(times) < 0.7 * len(run.time)
+    assert off == pytest.approx(film.size / 4000)
+    poses, model = film.takes[0].poses(times), film.takes[0].model
+    shape = run.poses.reshape(len(run.time), -1)
+    between = np.stack([np.interp(run.time, times, c) for c in poses.reshape(len(times), -1).T], 1)
+    error = np.abs(between - shape).reshape(len(run.time), -1, 3)
+    assert np.max(error[..., :2]) <= off
+    assert np.max(error[..., 2] * [part.reach for part in model.parts]) <= off
+
+
+def test_frames_show_where_things_are(run):
+    film = film_of(run, window=(0.05, 1.2))
+    shots = Shots(film, film.takes[0], frames_of(film, 20, 0.2))
+    assert shots.watched == pytest.approx(results.exact_s(run.scene, shots.frames.times), abs=1e-6)
+    assert shots.crank == pytest.approx(results.SPEED * shots.frames.times)
+
+
+def test_a_touch_glows_while_it_lasts_and_fades_after(run):
+    film = film_of(run)
+    speed = 0.05
+    shots = Shots(film, film.takes[0], frames_of(film, 100, speed))
+    largest, times = largest_of([shots]), shots.frames.times
+    touches = run.contacts["strike"].touches
+    shown = np.array([len(shots.glows(i, largest)) for i in range(len(times))])
+    fades = GLOW_SECONDS * speed
+    expected = sum(
+        (times >= b) & (times < e + fades) for b, e in zip(touches.begin, touches.end, strict=True)
+    )
+    assert np.array_equal(shown, expected)
+    during = int(np.searchsorted(times, touches.begin[0], side="right"))
+    [glow] = shots.glows(during, largest)
+    assert (glow.fresh, glow.strength) == (1.0, touches.peak_force[0] / largest.force)
+    assert glow.place == pytest.approx(
+        results.exact_s(run.scene, times[during : during + 1])[0], abs=1e-6
+    )
+    assert glow.text == f"{touches.peak_force[0]:#.3g} N"
+
+
+def test_what_has_ended_stays_where_it_was(run):
+    film = film_of(run)
+    shots = Shots(film, film.takes[0], frames_of(film, 100, 0.05))
+    end = run.contacts["strike"].touches.end[1]
+    later = int(np.searchsorted(shots.frames.times, end + 0.01))
+    glow = shots.glows(later, largest_of([shots]))[-1]
+    assert 0 < glow.fresh < 1
+    assert glow.place == pytest.approx(results.exact_s(run.scene, np.array([end]))[0], abs=2e-3)
+    assert np.linalg.norm(glow.place - shots.watched[later]) > 5e-3
+
+
+def test_an_impact_is_told_by_its_impulse(run):
+    struck = Interval(0.3, 0.3, impulse=0.01, peak_force=np.inf)
+    strike = replace(run.contacts["strike"], touches=Intervals.of([struck]))
+    hit = replace(run, contacts={"strike": strike})
+    film = film_of(hit, window=(0.2, 0.4))
+    shots = Shots(film, film.takes[0], frames_of(film, 100, 0.05))
+    at = int(np.searchsorted(shots.frames.times, 0.3)) + 1
+    [glow] = shots.glows(at, largest_of([shots]))
+    assert (glow.text, glow.strength) == ("0.0100 N s", 1.0)
+
+
+def test_forces_of_walls_are_those_of_the_run(tilting):
+    film = film_of(tilting)
+    shots = Shots(film, film.takes[0], frames_of(film, 10, 0.2))
+    [own] = shots.touching
+    for frame in (0, 40, 70, 100):
+        at = shots.frames.times[frame]
+        exact = [
+            np.interp(at, tilting.time, column) for column in tilting.sleeves["sleeve"].force.T
+        ]
+        assert shots.forces(own, frame) == pytest.approx(exact)
+
+
+def test_circles_touch_between_their_centres():
+    scene = load_scene(model_file("textbook/friction_wheels"))
+    [contact] = build_mechanism(scene).contacts
+    rng = np.random.default_rng(1)
+    poses = rng.normal(size=(5, len(build_mechanism(scene).parts), 3))
+    first, second = (anchor_position(own, poses) for own in (contact.first, contact.second))
+    towards = (second - first) / np.linalg.norm(second - first, axis=1)[:, None]
+    assert spot_of(contact, poses) == pytest.approx(first + 0.1 * towards)

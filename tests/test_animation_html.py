@@ -1,0 +1,188 @@
+"""The player: its numbers are the run's, it loads nothing, and it runs in a browser."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.animation import Slow, film_of, page, player
+from exudyn_flexlink.animation.data import film_data, row
+from exudyn_flexlink.mechanism import Anchor, anchor_position
+
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
+FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+         "--disable-background-networking", "--disable-component-update", "--disable-sync",
+         "--virtual-time-budget=2000", "--dump-dom")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def run():
+    return results.rigid_link(samples=801)
+
+
+@pytest.fixture(scope="module")
+def tilting():
+    return results.tilting_link()
+
+
+class Reader(HTMLParser):
+    """What a page refers to, and the data in it."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.addresses, self.data, self._inside = [], [], False
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        known = dict(attrs)
+        self.addresses += [
+            known[name] for name in ("src", "href", "data", "action") if name in known
+        ]
+        self._inside = tag == "script" and known.get("type") == "application/json"
+
+    def handle_data(self, data):
+        if self._inside:
+            self.data.append(json.loads(data))
+        self._inside = False
+
+
+def numbers(packed):
+    [(kind, text)] = packed.items()
+    return np.frombuffer(base64.b64decode(text), dtype=f"<{kind}")
+
+
+def embedded(text):
+    return Reader(text).data
+
+
+def test_rows_are_read_as_they_were_written():
+    for values, kind in (([1.5, -2.25], "f4"), ([1 / 3], "f8"), ([-1, 70000], "i4"), ([], "f4")):
+        assert numbers(row(values, kind)).tolist() == values
+
+
+def test_the_page_has_the_numbers_of_the_run(run):
+    [data] = embedded(page(film_of(run)))
+    [take] = data["takes"]
+    time = numbers(take["time"])
+    assert set(time) <= set(run.time)
+    at = np.searchsorted(run.time, time)
+    poses = numbers(take["poses"]).reshape(len(time), take["parts"], 3)
+    assert poses == pytest.approx(run.poses[at], rel=1e-6, abs=1e-8)
+    assert numbers(take["crank"]) == pytest.approx(results.SPEED * time)
+    s = Anchor(**take["points"]["S"])
+    assert anchor_position(s, poses)[:, 0].max() == pytest.approx(0.11, abs=1e-6)
+    [strike] = take["touching"]
+    touches = run.contacts["strike"].touches
+    assert numbers(strike["begin"]).tolist() == touches.begin.tolist()
+    assert numbers(strike["end"]).tolist() == touches.end.tolist()
+    assert numbers(strike["strength"]) == pytest.approx(touches.peak_force)
+
+
+def test_forces_of_walls_are_stored_where_they_press(tilting):
+    [take] = film_data(film_of(tilting))["takes"]
+    [own] = take["touching"]
+    time, sleeve = numbers(take["time"]), tilting.sleeves["sleeve"]
+    dense = np.zeros((len(time), len(sleeve.pairs)))
+    first, pair, force = (numbers(own[name]) for name in ("first", "pair", "force"))
+    for i in range(len(time)):
+        here = slice(first[i], first[i + 1])
+        dense[i, pair[here]] = force[here]
+    exact = np.stack([np.interp(time, tilting.time, column) for column in sleeve.force.T], axis=1)
+    assert dense == pytest.approx(exact, rel=1e-6)
+    assert take["guides"][0]["clearance"] == results.PLAY
+
+
+def test_the_page_loads_nothing(run):
+    text = page(film_of(run))
+    reader = Reader(text)
+    assert reader.addresses == []
+    program = re.sub(r'<script type="application/json">.*?</script>', "", text, flags=re.DOTALL)
+    for word in ("http:", "https:", "//cdn", "@import", "url(", "fetch(", "XMLHttpRequest",
+                 "import(", "WebSocket", "sendBeacon"):  # fmt: skip
+        assert word not in program
+
+
+def test_a_title_cannot_end_the_data_or_become_markup(run):
+    title = "</script><script>alert(1)</script> & <b>"
+    odd = replace(run, scene=run.scene.changed(title=title))
+    text = page(film_of(odd))
+    assert "<script>alert" not in text
+    [data] = embedded(text)
+    assert data["title"] == title
+
+
+def test_a_long_run_stays_within_a_few_megabytes():
+    time = np.linspace(0, 20, 20_001)
+    long = results.block(np.sin, np.cos)
+    q = np.zeros((len(time), 1, 3))
+    q[:, 0, 0], q[:, 0, 2] = np.sin(40 * time), 1e3 * np.sin(300 * time)
+    made = results.result_of(long.scene, time, q)
+    assert len(page(film_of(made))) < 12e6
+
+
+def in_browser(text, program, tmp_path):
+    """What a program, which sees the players of a page, returns in a browser; errors fail."""
+    check = f"""<script>
+const players = [...document.querySelectorAll(".flexlink-player")].map((own) => own.flexlinkPlayer);
+document.body.innerHTML = "<pre>" + JSON.stringify((() => {{ {program} }})()) + "</pre>";
+</script></body>"""
+    file = tmp_path / "page.html"
+    file.write_text(text.replace("</body>", check), encoding="utf-8")
+    profile = f"--user-data-dir={tmp_path / 'profile'}"
+    ended = subprocess.run(
+        [BROWSER, *FLAGS, profile, file.as_uri()], capture_output=True, text=True, timeout=120,
+        check=True,
+    )  # fmt: skip
+    return json.loads(re.search("<pre>(.*)</pre>", ended.stdout, re.DOTALL)[1])
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium on the path")
+def test_a_browser_shows_where_things_are(run, tilting, tmp_path):
+    film, link = film_of(run), film_of(tilting)
+    instants = [0.0, 0.1234, 0.7, 2.5]
+    text = f"<body>{player(film)}{player(link)}</body>"
+    told = in_browser(text, f"""
+        const [one, two] = players;
+        const places = {instants}.map((t) => {{
+          one.go(t);
+          const S = one.takes[0].data.points.S;
+          return one.takes[0].at(S.part, S.x, S.y);
+        }});
+        const [link] = two.takes;
+        const force = (t) => {{ two.go(t); return link.pressing(link.touching[0]); }};
+        one.go(99); one.step(-1); one.change(1); one.change(-1); one.switch("follows");
+        one.look(7, [0, 0]); one.play(); one.pause();
+        return {{places, force: force(1.1), ends: one.t, count: players.length,
+                 words: one.root.innerText, slider: one.line.getAttribute("aria-valuetext")}};
+    """, tmp_path)  # fmt: skip
+    assert told["count"] == 2
+    s = film.takes[0].watched
+    exact = anchor_position(s, film.takes[0].poses(np.array(instants)))
+    assert np.array(told["places"]) == pytest.approx(exact, abs=film.size / 2000)
+    shown = dict(told["force"])
+    at = [np.interp(1.1, tilting.time, column) for column in tilting.sleeves["sleeve"].force.T]
+    pressing = {k: f for k, f in enumerate(at) if f > 0}
+    assert set(shown) == set(pressing)
+    assert sum(shown.values()) == pytest.approx(sum(pressing.values()), rel=0.1)
+    assert told["slider"].startswith("t = 2.5")
+    assert "crank" in told["slider"]
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium on the path")
+def test_a_browser_slows_down_at_strikes(run, tmp_path):
+    film = film_of(run, slow=Slow("strike", 1))
+    [own] = film.slow
+    told = in_browser(page(film), """
+        const [one] = players;
+        return [one.paceAt(0), one.paceAt(0.315), one.slows];
+    """, tmp_path)  # fmt: skip
+    assert told[1] == pytest.approx((own.end - own.begin) / 4.0)
+    assert told[0] > told[1]
+    assert told[2] is True
