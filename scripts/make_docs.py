@@ -58,7 +58,8 @@ class Item:
     @property
     def shown(self) -> list[str]:
         """Its commands as one would type them after the interpreter."""
-        return [re.sub(r" --out \S+", "", " ".join(command)) for command in self.commands]
+        told = [re.sub(r" --out \S+", "", " ".join(command)) for command in self.commands]
+        return [command.replace(f"{OUT}/", "runs/") for command in told]
 
 
 def script(name: str, *arguments: str) -> tuple[str, ...]:
@@ -66,9 +67,16 @@ def script(name: str, *arguments: str) -> tuple[str, ...]:
     return (f"scripts/{name}.py", *arguments)
 
 
-def run_of(model: str) -> tuple[str, ...]:
+def run_of(model: str, *options: str) -> tuple[str, ...]:
     """A command that simulates a model into a folder of its name."""
-    return (*PROGRAM, "simulate", model, "--quiet", "--out", f"{OUT}/{Path(model).stem}")
+    out = ("--quiet", "--out", f"{OUT}/{Path(model).stem}")
+    return (*PROGRAM, "simulate", model, *options, *out)
+
+
+def gif_of(run: str, *options: str) -> tuple[str, ...]:
+    """A command that animates a run of the scratch folder."""
+    smooth = ("--format", "gif", "--fps", "16.7", "--quiet")  # 0.06 s a frame: small, and fluent
+    return (*PROGRAM, "animate", f"{OUT}/{run}", *smooth, *options)
 
 
 STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
@@ -76,12 +84,42 @@ STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2
 VERIFY = (*PROGRAM, "verify", "--quiet", "--as", "markdown")
 PAPER = {f"paper_fig{number}.png": f"paper_fig{number}.png" for number in (3, 4, 5)}
 
+SHOWN = ("geneva_wheel", "cam_follower", "pump")  # of the textbook models, as animations
+ONE_TURN, TWO_TURNS = ("--set", "run.turns=1"), ("--set", "run.turns=2")
+SLOW = ("--slow", "strike", "--speed", "0.2")
+
 ITEMS = (
     Item(
         "mechanism",
         "5 s",
         (run_of("models/no_clearance.yaml"),),
         {"no_clearance_mechanism.png": "no_clearance/mechanism.png"},
+    ),
+    Item(
+        "animation",
+        "1 min",
+        (
+            run_of("models/no_clearance.yaml", "--no-plots", *TWO_TURNS),
+            gif_of("no_clearance", "--width", "560", *SLOW),
+        ),
+        {"animation.gif": "no_clearance/animation.gif"},
+    ),
+    Item(
+        "gallery",
+        "2 min",
+        (
+            run_of("models/clearance.yaml", "--no-plots", *ONE_TURN),
+            gif_of("clearance", "--width", "400", *SLOW),
+            *(
+                command
+                for name in SHOWN
+                for command in (
+                    run_of(f"models/textbook/{name}.yaml", "--no-plots"),
+                    gif_of(name, "--width", "360"),
+                )
+            ),
+        ),
+        {f"animation_{name}.gif": f"{name}/animation.gif" for name in ("clearance", *SHOWN)},
     ),
     Item(
         "tutorial",

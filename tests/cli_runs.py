@@ -18,7 +18,10 @@ NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 FRICTION = str(MODELS / "clearance_friction.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
-COMMANDS = ("simulate", "compare", "accuracy", "check", "plot", "new", "schema", "completion")
+COMMANDS = (
+    *("simulate", "compare", "accuracy", "check", "plot", "animate"),
+    *("new", "schema", "completion"),
+)
 BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPATH": str(ROOT)}
 """An environment with nothing that hides a mistake, as PYTHONUNBUFFERED does."""
 QUIET = ["--no-plots", "--quiet", "--out", "here"]

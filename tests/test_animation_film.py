@@ -125,6 +125,17 @@ def test_slow_motion_lasts_its_seconds_and_the_rest_is_as_fast_as_before(run):
     assert len(frames.times) == pytest.approx(25 * ((1 - length) / 0.1 + SLOW_SECONDS), abs=2)
 
 
+def test_a_touch_that_faded_in_slow_motion_does_not_come_back(run):
+    film = film_of(run, window=(0.25, 0.6), slow=Slow("strike", 1))
+    shots = Shots(film, film.takes[0], frames_of(film, 25, 0.1))
+    largest = largest_of([shots])
+    shown = np.array([len(shots.glows(i, largest)) > 0 for i in range(len(shots.frames.times))])
+    # It begins to glow twice: at both touches of the strike, which are 1 ms apart, or once.
+    assert np.count_nonzero(np.diff(shown.astype(int)) > 0) <= 2
+    last = shots.frames.times[shown][-1]
+    assert last < film.slow[0].end
+
+
 def test_slow_motion_is_never_faster(run):
     film = film_of(run, window=(0.3, 0.32), slow=Slow("strike", 1))
     assert np.all(frames_of(film, fps=25, speed=1e-4).speeds == 1e-4)

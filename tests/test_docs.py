@@ -190,7 +190,7 @@ def test_figures_are_made_by_a_script(page: Path) -> None:
 
 def test_no_figure_or_table_is_left_that_no_script_makes_or_no_page_shows() -> None:
     there = {f"tables/{path.name}" for path in (DOCS / "tables").iterdir()}
-    there |= {path.name for path in DOCS.glob("*.png")}
+    there |= {path.name for ending in ("png", "gif") for path in DOCS.glob(f"*.{ending}")}
     assert there == {file for item in make_docs.ITEMS for file in item.files}
     text = "\n".join(text_of(page) for page in PAGES)
     assert there == {Path(file).name for file in IMAGE.findall(text)} | set(INCLUDED.findall(text))

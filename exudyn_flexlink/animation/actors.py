@@ -214,7 +214,7 @@ class TrailActor:
     def show(self, frame: int) -> None:
         """Move to a frame."""
         frames = self._shots.frames
-        at, lasts = frames.times[frame], TRAIL_SECONDS * frames.speeds[frame]
+        at, lasts = frames.times[frame], TRAIL_SECONDS * frames.speed
         first, last = np.searchsorted(self._times, [at - lasts, at])
         points = np.concatenate([self._path[first:last], self._shots.watched[frame : frame + 1]])
         fresh = 1 - (at - np.append(self._times[first:last], at)[1:]) / lasts

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.actors import Place, words
-from exudyn_flexlink.animation.look import BESIDE, PALE, ROOM, TOUCH
+from exudyn_flexlink.animation.look import ARROW, BESIDE, PALE, ROOM, TOUCH
 from exudyn_flexlink.animation.shots import Largest, Shots
 from exudyn_flexlink.mechanism import Channel, anchor_position, angle_of, pair_sides, turned
 from exudyn_flexlink.observables import State, contact_states
@@ -122,7 +122,7 @@ class _Link:
     def _arrow(self, at: FloatArray, force: float, side: float, largest: Largest) -> None:
         """An arrow that presses on the link: down from the upper wall, up from the lower."""
         place = self._place
-        length = place.points(8 + 30 * min(largest.part(force), 1.0) ** 0.5)
+        length = place.points(ARROW[0] + ARROW[1] * min(largest.part(force), 1.0) ** 0.5)
         arrow = {"arrowstyle": "-|>", "color": TOUCH, "linewidth": place.points(2.2),
                  "shrinkA": 0, "shrinkB": 0, "mutation_scale": place.points(11)}  # fmt: skip
         shaft = place.axes.annotate(

@@ -18,10 +18,11 @@ HALO, HALO_PALE = 8.0, 0.2  # width and opacity of what is around a bar
 BAND, BAND_PALE = 2.4, 0.4  # of two runs the first is a band, so many times as wide and as opaque,
 THIN = 0.8  # on which the second is a line so many times as wide
 
-TRAIL_SECONDS = 1.6  # of the film: how long the trail of S stays dark
+TRAIL_SECONDS = 1.6  # of the film without slow motion: how long the trail of S stays dark
 GLOW_SECONDS = 0.45  # of the film: how long a touch is seen after its end
 LABELLED = 0.12  # of the largest force: a weaker touch in a joint is not told in numbers
 ROOM = 2.3  # half the height of the zoom into a guide, in clearances
+ARROW = (7.0, 15.0)  # pixels: length of an arrow in the zoom, and what the largest force adds
 BESIDE = 0.08  # of its length: how much of the zoom is before and behind a guide
 
 
@@ -32,7 +33,7 @@ def look_data() -> dict[str, object]:
         "thinnest": THINNEST, "broadest": BROADEST, "paleness": PALENESS,
         "halo": [HALO, HALO_PALE], "band": [BAND, BAND_PALE], "thin": THIN,
         "trail": TRAIL_SECONDS, "glow": GLOW_SECONDS, "labelled": LABELLED,
-        "room": ROOM, "beside": BESIDE,
+        "room": ROOM, "beside": BESIDE, "arrow": ARROW,
     }  # fmt: skip
 
 

@@ -181,6 +181,6 @@ class Picture:
             degrees = float(np.degrees(crank[frame]))
             whole = turns(self._shots[0].take.result)
             told.append(f"crank {degrees:.0f}°" if whole else f"angle {degrees:.1f}°")
-        slow = "slow motion, " if speed < self._frames.speeds.max() else ""
+        slow = "slow motion, " if speed < self._frames.speed else ""
         told.append(f"{slow}{speed:.2g} \N{MULTIPLICATION SIGN} real time")
         return "   ".join(told).replace("-", "\N{MINUS SIGN}")

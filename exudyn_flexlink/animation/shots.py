@@ -106,10 +106,10 @@ class Shots:
 
     def _shown(self, own: Touching, frame: int) -> Iterator[tuple[int, float]]:
         """Touches that are seen at a frame, and how fresh they are."""
-        at, speed = self.frames.times[frame], self.frames.speeds[frame]
         ended = own.touches.until(float(self.take.result.time[-1]))
-        fresh = 1 - np.maximum(at - ended, 0.0) / speed / GLOW_SECONDS
-        for k in np.flatnonzero((own.touches.begin <= at) & (fresh > 0)).tolist():
+        fresh = 1 - self.frames.since(ended, frame) / GLOW_SECONDS
+        begun = own.touches.begin <= self.frames.times[frame]
+        for k in np.flatnonzero(begun & (fresh > 0)).tolist():
             yield k, float(fresh[k])
 
     def _seen_at(self, own: Touching, k: int, frame: int) -> int:

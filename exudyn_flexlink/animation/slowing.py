@@ -17,7 +17,8 @@ ANY = "strike"
 """What stands for the strikes of all contacts, unless a contact has that name."""
 
 BEFORE, AFTER = 0.3, 1.0  # of its duration: how long before and after a strike is seen, too
-BRIEFEST = 0.004  # of the run: what is shorter is seen for as long, an impact among them
+BRIEFEST, LONGEST = 0.004, 0.03  # of the run: a strike is seen no shorter, as an impact would be,
+# and no longer: of what then lies on the other, the begin
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,11 @@ def _of_contact(result: Result, name: str) -> list[tuple[float, float]]:
 
 def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretch, ...]:
     """Stretches around strikes in order; those that meet are one."""
-    least = BRIEFEST * float(result.time[-1] - result.time[0])
+    least, most = np.array([BRIEFEST, LONGEST]) * float(result.time[-1] - result.time[0])
     found: list[Stretch] = []
     for begin, end in strikes_:
-        length = max(end - begin, least)
-        own = Stretch(begin - BEFORE * length, end + AFTER * length)
+        length = float(np.clip(end - begin, least, most))
+        own = Stretch(begin - BEFORE * length, begin + (1 + AFTER) * length)
         if found and own.begin <= found[-1].end:
             found[-1] = Stretch(found[-1].begin, max(found[-1].end, own.end))
         else:

@@ -22,10 +22,20 @@ STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
 
 @dataclass(frozen=True)
 class Frames:
-    """Instants (K,) s that the frames show, and the speed of the film there: s of the run per s."""
+    """Instants (K,) s of the run that the frames show, and `seconds` (K,) of the film at which.
+
+    `speeds` (K,) are those of the film there, s of the run per s; `speed` that without slow motion.
+    """
 
     times: FloatArray
+    seconds: FloatArray
     speeds: FloatArray
+    speed: float
+
+    def since(self, instants: FloatArray, frame: int) -> FloatArray:
+        """How long ago (s) in the film instants of the run were, at a frame; 0 if not yet."""
+        shown = np.interp(instants, self.times, self.seconds)
+        return np.asarray(np.maximum(self.seconds[frame] - shown, 0.0))
 
 
 def usual_speed(film: Film) -> float:
@@ -59,7 +69,7 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
     count = max(2, round(seconds[-1] * fps) + 1)
     at = np.linspace(0.0, seconds[-1], count)
     inside = np.clip(np.searchsorted(seconds, at, side="right") - 1, 0, len(speeds) - 1)
-    return Frames(np.interp(at, seconds, edges), speeds[inside])
+    return Frames(np.interp(at, seconds, edges), at, speeds[inside], speed)
 
 
 def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import PolyCollection
 
 from exudyn_flexlink.animation.actors import POINTS
 from exudyn_flexlink.animation.film import Film
@@ -39,21 +39,26 @@ class Timeline:
         if beyond is not None and beyond[0] < film.end:
             begin = max(beyond[0], film.begin)
             axes.fill_between([begin, film.end], BOTTOM, TOP, zorder=1, **BEYOND)
-        for own in film.slow:
-            axes.fill_between([own.begin, own.end], BOTTOM, TOP, color=BLUE, alpha=0.2, linewidth=0)
+        for slow in film.slow:
+            axes.fill_between(
+                [slow.begin, slow.end], BOTTOM, TOP, color=BLUE, alpha=0.2, linewidth=0
+            )
         largest = largest_of(takes)
         for shots in takes:
             for touching in shots.touching:
                 touches = touching.touches
                 high = [max(largest.part(v) ** 0.5, LEAST) for v in strength(touches).tolist()]
                 tops = BOTTOM + (TOP - BOTTOM) * np.array(high)
-                bars = [[(t, BOTTOM), (t, top)] for t, top in zip(touches.begin, tops, strict=True)]
-                opaque = 0.9 if touching.places is None else 0.5
-                width = 1.4 * POINTS * thick
-                axes.add_collection(
-                    LineCollection(bars, colors=TOUCH, linewidths=width, alpha=opaque),
-                    autolim=False,
-                )
+                ends = touches.until(film.end)
+                bars = [
+                    [(begin, BOTTOM), (begin, top), (end, top), (end, BOTTOM)]
+                    for begin, end, top in zip(touches.begin, ends, tops, strict=True)
+                ]
+                own = PolyCollection(
+                    bars, facecolors=TOUCH, edgecolors=TOUCH, linewidths=POINTS * thick,
+                    alpha=0.9 if touching.places is None else 0.5,
+                )  # fmt: skip
+                axes.add_collection(own, autolim=False)
         self._mark = axes.plot([], [], color=INK, linewidth=2 * POINTS * thick)[0]
         self._dot = axes.plot([], [], "o", color=INK, markersize=9 * POINTS * thick)[0]
         self.artists: list[Artist] = [self._mark, self._dot]

@@ -175,6 +175,18 @@ class Player {
     return own ? Math.min(this.speed, (own[1] - own[0]) / this.data.slow_seconds) : this.speed;
   }
 
+  // When in the film, s from its begin, an instant of the run is seen.
+  secondsAt(t) {
+    const { begin, slow_seconds: lasts } = this.data;
+    let seconds = (t - begin) / this.speed;
+    for (const [from, to] of this.slows ? this.stretches : []) {
+      const slow = Math.min(this.speed, (to - from) / lasts);
+      const inside = Math.min(Math.max(t - from, 0), to - from);
+      seconds += inside / slow - inside / this.speed;
+    }
+    return seconds;
+  }
+
   step(count) {
     this.pause();
     this.go(this.t + (count * this.paceAt(this.t)) / 25);
@@ -218,12 +230,12 @@ class Player {
     const view = this.view();
     const both = this.takes.length > 1;
     this.takes.forEach((take) => {
-      drawTrail(pen, view, take, this.t, LOOK.trail * speed, take.data.colour || INK);
+      drawTrail(pen, view, take, this.t, LOOK.trail * this.speed, take.data.colour || INK);
     });
     this.takes.forEach((take, rank) => drawTake(pen, view, take, both ? rank : -1));
     drawPoints(pen, view, this.takes[0]);
     for (const take of this.takes) {
-      drawTouches(pen, view, take, this.t, speed, this.largest);
+      drawTouches(pen, view, take, this);
     }
     drawScale(pen, view, this.data.unit);
     for (const { pen: own, number } of this.guides) {

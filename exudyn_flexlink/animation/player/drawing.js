@@ -210,10 +210,13 @@ function drawPoints(pen, view, take) {
 }
 
 // What touches now, or did a moment ago, of one contact or joint.
-function touchesOf(own, t, speed, largest) {
+function touchesOf(own, player) {
+  const { t, largest } = player;
+  const now = player.secondsAt(t);
   const found = [];
   for (let k = 0; k < own.begin.length && own.begin[k] <= t; k++) {
-    const age = (t - own.end[k]) / speed / LOOK.glow;
+    if (t - own.end[k] > LOOK.glow * player.speed) continue; // the film is nowhere faster
+    const age = own.end[k] < t ? (now - player.secondsAt(own.end[k])) / LOOK.glow : -1;
     if (age >= 1) continue;
     const force = own.strength[k];
     const strength = Math.abs(force) / (force < 0 ? largest.impulse : largest.force) || 0;
@@ -222,10 +225,10 @@ function touchesOf(own, t, speed, largest) {
   return found;
 }
 
-function drawTouches(pen, view, take, t, speed, largest) {
+function drawTouches(pen, view, take, player) {
   let told = 0;
   for (const own of take.touching) {
-    const shown = touchesOf(own, t, speed, largest);
+    const shown = touchesOf(own, player);
     // Of a burst of touches one is told in numbers.
     const most = Math.max(...shown.map((one) => one.strength * one.fresh));
     for (const one of shown) {

@@ -43,7 +43,8 @@ function drawLink(pen, put, take, guide, rank, largest) {
   for (const [pair, force] of take.pressing(own)) {
     const at = take.at(own.places.part(pair), own.places.x(pair), own.places.y(pair));
     const [x, y] = put(take.from(guide.guide, at));
-    const length = (8 + 30 * Math.sqrt(force / largest.force)) * pen.thick;
+    const [least, more] = LOOK.arrow;
+    const length = (least + more * Math.sqrt(force / largest.force)) * pen.thick;
     const way = guide.sides[pair] > 0 ? -1 : 1; // the upper wall presses down, from above
     pen.line([[x, y + way * length], [x, y]], TOUCH, 2.2);
     pen.fill([[x, y], [x - 4, y + way * 7], [x + 4, y + way * 7]], TOUCH);
