@@ -274,7 +274,9 @@ class GlowsActor:
         away = self._place.points(radius + 4)
         text.set(text=glow.text, alpha=glow.fresh, visible=True, ha="right" if left else "left")
         text.xy = tuple(glow.place)
-        text.set_position((-away if left else away, self._place.points(10 + 14 * line)))
+        # The forces of the second run are told below its touches, those of the first above.
+        up = self._place.points(10 + 14 * line) * (-1 if self._place.rank > 0 else 1)
+        text.set_position((-away if left else away, up))
 
 
 def words(place: Place, size: float, **look: Any) -> Annotation:

@@ -55,6 +55,8 @@ class Player {
       ["aria-valuemin", data.begin], ["aria-valuemax", data.end]]) this.line.setAttribute(name, value);
     this.pens.push(new Pen(this.line));
     this.addControls(make(box, "div", "controls"));
+    if (this.guides.length) box.classList.add("flexlink-zooms");
+    this.swatches = [];
     if (this.takes.length > 1) this.addNames(box);
   }
 
@@ -80,7 +82,7 @@ class Player {
     const names = make(box, "div", "names");
     for (const take of this.takes) {
       const name = make(names, "span", "name");
-      make(name, "i", "swatch").style.background = take.data.colour;
+      this.swatches.push(make(name, "i", "swatch"));
       name.append(take.data.name);
     }
   }
@@ -234,9 +236,7 @@ class Player {
     });
     this.takes.forEach((take, rank) => drawTake(pen, view, take, both ? rank : -1));
     drawPoints(pen, view, this.takes[0]);
-    for (const take of this.takes) {
-      drawTouches(pen, view, take, this);
-    }
+    this.takes.forEach((take, rank) => drawTouches(pen, view, take, this, rank));
     drawScale(pen, view, this.data.unit);
     for (const { pen: own, number } of this.guides) {
       own.begin(dark);
@@ -244,6 +244,7 @@ class Player {
     }
     line.begin(dark);
     drawTimeline(line, this);
+    this.swatches.forEach((own, i) => { own.style.background = pen.colour(this.takes[i].data.colour); });
     this.tell(speed);
   }
 

@@ -225,7 +225,8 @@ function touchesOf(own, player) {
   return found;
 }
 
-function drawTouches(pen, view, take, player) {
+// The forces of the second run are told below its touches, those of the first above.
+function drawTouches(pen, view, take, player, rank) {
   let told = 0;
   for (const own of take.touching) {
     const shown = touchesOf(own, player);
@@ -240,7 +241,7 @@ function drawTouches(pen, view, take, player) {
       const pressing = one.touching ? forceNow(take, own, one.k) : one.force;
       const text = one.force < 0 ? `${round(-one.force)} N s` : `${round(pressing)} N`;
       const side = place[0] > pen.width - 80 ? -1 : 1;
-      pen.words(text, place[0] + side * (radius + 4), place[1] - 10 - 14 * told, {
+      pen.words(text, place[0] + side * (radius + 4), place[1] + (rank > 0 ? 1 : -1) * (10 + 14 * told), {
         colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: side < 0 ? "right" : "left",
       });
       told += 1;
