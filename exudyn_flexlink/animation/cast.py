@@ -54,7 +54,7 @@ def _lines(take: Take) -> Iterator[tuple[str, str, Line]]:
         ("face", RED, [face_line(face) for face in faces(model)]),
         ("ring", GREY, rings(model)),
         ("spoke", GREY, spokes(model)),
-        ("spring", GREEN, spring_lines(model)),
+        ("spring", GREEN, spring_lines(scene, model)),
     )
     for kind, colour, lines in simple:
         yield from ((kind, colour, line) for line in lines)

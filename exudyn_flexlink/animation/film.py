@@ -76,7 +76,7 @@ class Take:
         poses = self.poses(np.linspace(begin, end, LOOKS))
         bodies = [line for body in scene.bodies for line in body_lines(scene, model, body)]
         curves = [curve_line(track) for track in curved(model)]
-        lines = [*bodies, *curves, *rings(model), *spring_lines(model)]
+        lines = [*bodies, *curves, *rings(model), *spring_lines(scene, model)]
         points = [line.at(poses).reshape(-1, 2) for line in lines]
         points += [np.array([[at.x, at.y]]) for at in pivots(model)]
         every = np.concatenate(points)

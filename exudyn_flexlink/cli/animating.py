@@ -16,6 +16,7 @@ from exudyn_flexlink.cli.terminal import (
     FAILED,
     complain,
     progress_bar,
+    refuse,
 )
 from exudyn_flexlink.cli.values import count, instant, names_of, rate
 
@@ -105,7 +106,7 @@ def animate_command(options: argparse.Namespace) -> int:
                 file.write_bytes(_content(film, name, filming, quiet=options.quiet))
                 written.append(file.name)
     except (StorageError, FilmError) as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except Exception as error:  # a mistake of the program: the run itself is sound
         return complain(f"no animation: {why_not(error)}; please report it", FAILED)
     if not options.quiet:

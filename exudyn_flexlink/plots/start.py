@@ -106,7 +106,8 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
 def _room(posed: Posed) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
     low, high = posed.box
-    ends = [end for line in spring_lines(posed.scene, posed.model) for end in line.at(posed.poses[0])]
+    springs = spring_lines(posed.scene, posed.model)
+    ends = [end for spring in springs for end in spring.at(posed.poses[0])]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
 
