@@ -83,6 +83,14 @@ def test_the_wheel_brings_the_published_numbers(installed: Path, tmp_path: Path)
     assert all(file.is_relative_to(installed) for file in files)
 
 
+def test_the_wheel_brings_the_player_of_animations(installed: Path) -> None:
+    player = Path("exudyn_flexlink") / "animation" / "player"
+    there, brought = (
+        {path.name for path in (folder / player).iterdir()} for folder in (ROOT, installed)
+    )
+    assert there == brought
+
+
 def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed: Path, tmp_path: Path) -> None:
     """The commands that `new` prints are run as printed."""
     program = ("-m", "exudyn_flexlink")
