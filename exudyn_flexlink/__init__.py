@@ -66,44 +66,56 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.comparisons import Comparison, compare
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
+    from exudyn_flexlink.api.sweeps import SweepTable, load_sweep, sweep
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
     from exudyn_flexlink.storage import StorageError
+    from exudyn_flexlink.sweeps import CannotStartError, standard_row
 
     __version__: str
 
 __all__ = [
     "Animation",
+    "CannotStartError",
     "Comparison",
     "NotRepresentableError",
     "Result",
     "Scene",
     "SceneError",
     "StorageError",
+    "SweepTable",
     "__version__",
     "compare",
     "idealise",
     "load",
     "load_scene",
+    "load_sweep",
     "model_names",
     "simulate",
+    "standard_row",
+    "sweep",
 ]
 
 _HOMES = {
     "Animation": "api.animations",
+    "CannotStartError": "sweeps",
     "Comparison": "api.comparisons",
     "NotRepresentableError": "engines",
     "Result": "api.results",
     "Scene": "api.scenes",
     "SceneError": "source",
     "StorageError": "storage",
+    "SweepTable": "api.sweeps",
     "compare": "api.comparisons",
     "idealise": "api.scenes",
     "load": "api.results",
     "load_scene": "api.scenes",
+    "load_sweep": "api.sweeps",
     "model_names": "shipped",
     "simulate": "api.results",
+    "standard_row": "sweeps",
+    "sweep": "api.sweeps",
 }
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from exudyn_flexlink.assembly_mistakes import (
     open_mistake,
@@ -32,7 +35,7 @@ from exudyn_flexlink.mechanism import (
     sample_bytes,
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
-from exudyn_flexlink.source import Document, Mistake, SceneError, load_document
+from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
 
@@ -86,6 +89,45 @@ def scene_of(
     if beyond:
         raise SceneError(scene.document, beyond)
     return scene
+
+
+def document_of(scene: Scene) -> Document:
+    """Return the document that says what a scene is.
+
+    That which it was read from, where its places are known; of one changed since, its own data.
+    """
+    document = scene.document
+    if document.data and scene_of(document, (), True) == scene:
+        return document
+    return document_of_data(scene.to_data(), "the scene")
+
+
+def document_of_data(data: Mapping[str, Any], name: str) -> Document:
+    """Return plain data as a document called `name`; files that it names are looked for here.
+
+    Raises:
+        SceneError: it is no mapping of sections.
+        TypeError: it holds what no model can.
+
+    """
+    text = json.dumps(data, indent=2, ensure_ascii=False, default=plain_data)
+    return parse_document(text, name, Path.cwd())
+
+
+def plain_data(value: Any) -> Any:
+    """Turn what JSON does not know into what it does: numpy's numbers and arrays, paths.
+
+    Raises:
+        TypeError: it is none of these.
+
+    """
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, PathLike):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"a model can't hold {value!r}: numbers, texts, lists and dicts only")
 
 
 def assemble_scene(scene: Scene) -> Assembly:

@@ -19,7 +19,6 @@ from exudyn_flexlink.source import (
     SceneError,
     did_you_mean,
     load_document,
-    parse_document,
 )
 
 
@@ -39,7 +38,7 @@ class Scene(PlainScene):
             SceneError: a path leads nowhere, or a value can't be; with a hint, as of `load_scene`.
 
         """
-        return own_scene(loading.scene_of(_document_of(self), _settings(changes), True))
+        return own_scene(loading.scene_of(loading.document_of(self), _settings(changes), True))
 
     def __repr__(self) -> str:
         return f"<Scene '{self.title}': {'; '.join(_parts(self))}>"
@@ -99,7 +98,7 @@ def own_scene(found: PlainScene) -> Scene:
 
 def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     if isinstance(model, Mapping):
-        return _document_of_data(model, "the dict")
+        return loading.document_of_data(model, "the dict")
     path = Path(model)
     if isinstance(model, str) and not path.exists():
         shipped = model_file(model)
@@ -115,38 +114,6 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     return load_document(path)
 
 
-def _document_of(known: PlainScene) -> Document:
-    """Return the document that says what a scene is.
-
-    That which it was read from, where its places are known; of one changed since, its own data.
-    """
-    document = known.document
-    if document.data and loading.scene_of(document, (), True) == known:
-        return document
-    return _document_of_data(known.to_data(), "the scene")
-
-
-def _document_of_data(data: Mapping[str, Any], name: str) -> Document:
-    text = json.dumps(data, indent=2, ensure_ascii=False, default=_plain)
-    return parse_document(text, name, Path.cwd())
-
-
-def _plain(value: Any) -> Any:
-    """Turn what JSON does not know into what it does: numpy's numbers and arrays, paths.
-
-    Raises:
-        TypeError: it is none of these.
-
-    """
-    if isinstance(value, Mapping):
-        return dict(value)
-    if isinstance(value, PathLike):
-        return str(value)
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    raise TypeError(f"a model can't hold {value!r}: numbers, texts, lists and dicts only")
-
-
 def _settings(changes: Mapping[str, Any]) -> list[str]:
     """Return changes by path as the texts 'path=value' that the command line takes."""
     return [f"{path}={_text(value)}" for path, value in changes.items()]
@@ -155,7 +122,7 @@ def _settings(changes: Mapping[str, Any]) -> list[str]:
 def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    return json.dumps(value, ensure_ascii=False, default=_plain)
+    return json.dumps(value, ensure_ascii=False, default=loading.plain_data)
 
 
 def _path_of(key: str) -> str:

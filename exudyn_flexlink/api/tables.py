@@ -35,7 +35,7 @@ def data_frame(result: Result, name: str) -> DataFrame:
 
     """
     columns = _columns(result, name)
-    frame: DataFrame = _needed("pandas").DataFrame(columns)
+    frame: DataFrame = needed("pandas").DataFrame(columns)
     return frame
 
 
@@ -65,11 +65,11 @@ def data_set(result: Result) -> Dataset:
         name: (array.dimensions, array.values, dict(array.attributes))
         for name, array in arrays_of(result).items()
     }
-    found: Dataset = _needed("xarray").Dataset(arrays, attrs=attributes_of(result))
+    found: Dataset = needed("xarray").Dataset(arrays, attrs=attributes_of(result))
     return found
 
 
-def _needed(package: str) -> Any:
+def needed(package: str) -> Any:
     """Import an optional package.
 
     Raises:

@@ -13,7 +13,7 @@ from exudyn_flexlink.engines.diagnostics.neighbour import Measured, measured_by,
 from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import Run, Scene
 
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
@@ -22,6 +22,9 @@ ENGINES = {
     "exudyn": "exudyn_flexlink.engines.exudyn",
     "lagrangian": "exudyn_flexlink.engines.lagrangian",
 }
+
+
+AT_FIRST = 1e-6  # s: a run that does nothing but compile
 
 
 class NotRepresentableError(ValueError):
@@ -105,3 +108,18 @@ def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
     tells = getattr(import_module(ENGINES[engine]), "compiles", None)
     found: Literal["none", "once", "every run"] = "none" if tells is None else tells(scene)
     return found
+
+
+def compile_once(scene: Scene, engine: str) -> None:
+    """Compile what an engine needs for scenes like this one, if that is still to be done.
+
+    Before several processes begin: each would compile it for itself.
+
+    Raises:
+        NotRepresentableError: the engine can't represent a part of the scene.
+        SceneError: the scene can't be put together (never after `load_scene`).
+
+    """
+    if compiles(scene, engine) == "once":
+        short = scene.changed(run=Run(duration=AT_FIRST, sample=AT_FIRST))
+        simulate(short, engine, measure=False)

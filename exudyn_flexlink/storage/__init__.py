@@ -20,6 +20,14 @@ from exudyn_flexlink.storage.staging import (
     staged_files,
     staged_folder,
 )
+from exudyn_flexlink.storage.sweep import (
+    Journal,
+    SeriesKeeper,
+    is_sweep,
+    load_sweep,
+    open_journal,
+    save_table,
+)
 from exudyn_flexlink.storage.tables import (
     lever_columns,
     touch_columns,
@@ -31,13 +39,18 @@ from exudyn_flexlink.storage.writing import save
 __all__ = [
     "PROGRAM",
     "Array",
+    "Journal",
     "KeptBesideError",
     "Series",
+    "SeriesKeeper",
     "StorageError",
     "arrays_of",
     "attributes_of",
+    "is_sweep",
     "lever_columns",
     "load",
+    "load_sweep",
+    "open_journal",
     "own_files",
     "read_series",
     "read_summary",
@@ -46,6 +59,7 @@ __all__ = [
     "save",
     "save_accuracy",
     "save_comparison",
+    "save_table",
     "staged_files",
     "staged_folder",
     "touch_columns",

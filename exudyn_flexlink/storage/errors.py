@@ -8,7 +8,7 @@ from pathlib import Path
 PROGRAM = "exudyn-flexlink"
 FORMAT = 6
 SUMMARY, ARRAYS = "summary.json", "result.nc"
-COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
+COMPARISON, ACCURACY, SWEEP = "comparison.json", "accuracy.json", "sweep.json"
 MANIFEST = "manifest.json"
 
 

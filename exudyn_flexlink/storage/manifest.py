@@ -16,7 +16,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink.storage.errors import ACCURACY, COMPARISON, MANIFEST, PROGRAM, SUMMARY
+from exudyn_flexlink.storage.errors import (
+    ACCURACY,
+    COMPARISON,
+    MANIFEST,
+    PROGRAM,
+    SUMMARY,
+    SWEEP,
+)
 
 PREFIX = ".flexlink-"  # of folders that are there only while something is written
 CHUNK = 1 << 20  # bytes read at once
@@ -144,6 +151,9 @@ def _content(folder: Path) -> tuple[str, str, bool]:
     if is_regular(folder / ACCURACY):
         data = _json(folder / ACCURACY)
         return "study", data["title"], not data["interrupted"]
+    if is_regular(folder / SWEEP):
+        data = _json(folder / SWEEP)
+        return "sweep", data["title"], data["completed"]
     return "figures", "", False
 
 

@@ -1,0 +1,264 @@
+"""Sweeps, as a script or a notebook asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from exudyn_flexlink import engines, storage
+from exudyn_flexlink.api.results import own_result
+from exudyn_flexlink.api.scenes import own_scene
+from exudyn_flexlink.api.tables import needed
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import Document, Mistake
+from exudyn_flexlink.sweeps import (
+    DOUBTFUL,
+    FAILED,
+    Design,
+    Observe,
+    OneRun,
+    Row,
+    RowFunction,
+    Scalar,
+    Simulate,
+    Sweep,
+    carried_out,
+    executor_of,
+    grid,
+    latin_hypercube,
+    listed,
+    planned,
+    standard_row,
+    work_of,
+)
+from exudyn_flexlink.sweeps import SweepTable as PlainTable
+from exudyn_flexlink.sweeps import random as drawn_at_random
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True, repr=False)
+class SweepTable(PlainTable):
+    """What a sweep has given: a row for every point, in SI units."""
+
+    def to_dataframe(self) -> DataFrame:
+        """Return the table of pandas; columns carry their units, as in the CSV file.
+
+        Raises:
+            ImportError: pandas is not installed.
+
+        """
+        frame: DataFrame = needed("pandas").DataFrame(self.columns())
+        return frame
+
+    def __repr__(self) -> str:
+        """Return one line: what varied, how many rows, how many of them are to be looked at."""
+        paths = ", ".join(one.path for one in self.varied)
+        told = [f"{self.count(s)} {s}" for s in (DOUBTFUL, FAILED) if self.count(s)]
+        return f"<Sweep of {paths}: {', '.join([f'{len(self.rows)} rows', *told])}>"
+
+
+def sweep(  # noqa: PLR0913  (each is one of its own)
+    scene: Scene,
+    varied: Mapping[str, Any] | Iterable[Mapping[str, Any]],
+    engine: str = "exudyn",
+    progress: Callable[[float], None] | None = None,
+    *,
+    row: RowFunction | None = None,
+    observe: Observe | None = None,
+    latin_hypercube: int | None = None,
+    random: int | None = None,
+    seed: int = 0,
+    folder: str | PathLike[str] | None = None,
+    resume: bool = False,
+    force: bool = False,
+    series: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    measure: bool = True,
+    retries: int = 0,
+) -> SweepTable:
+    """Simulate a scene at many points, and return one table with a row for each.
+
+    `varied` are values by the paths of the model file: ``{"drives.motor.value": "2:40:20",
+    "joints.sleeve.clearance": "0, 1, 2 mm"}``, texts as those of ``--vary``, or sequences of
+    values. Every value of each is put together with every value of the others. A list of dicts
+    names the points one by one. With ``latin_hypercube=50`` or ``random=50`` the values are ranges,
+    ``"2:40"``, in which as many points are chosen, the same ones for the same `seed`.
+
+    What is told of a run is `standard_row`; another function of a Result may stand in its place,
+    `row`. What needs several runs is `observe`, a function of the point's scene and of `simulate`,
+    which runs a scene by the sweep's engine:
+
+        def slower(scene, simulate):
+            first, second = simulate(scene), simulate(scene.with_({"run.turns": 2}))
+            return {"energy_J": first.energy.dissipated[-1] - second.energy.dissipated[-1]}
+
+    Both return numbers and texts by the names of their columns. Several processes must be able to
+    import them: they are functions of a module, at its top level. A run that fails, or whose
+    function raises, is a row with its `reason`; one that warns is doubtful.
+
+    With a `folder` each row is kept there at once: after an interrupt `resume` goes on, `force`
+    begins anew; `series` saves all runs whole in it. `workers` are processes, one for every core if
+    left out, 1 for this process itself; a script must then call this below
+    ``if __name__ == "__main__":``. `scheduler` is the address of Dask's, whose workers run instead.
+    Numbers do not depend on who runs. `measure` and `retries` are those of `simulate`; `progress`
+    is called with the part that is done, 0 to 1. Ctrl-C raises KeyboardInterrupt.
+
+    Raises:
+        CannotStartError: no process can do the work: a function that others can't import.
+        SceneError: a path leads nowhere, or a value can't be: all such mistakes.
+        StorageError: the folder can't be written, or holds something else.
+        ValueError: there is no such engine; options that exclude each other.
+
+    """
+    _check(engine, row, observe, series=series, folder=folder)
+    place = None if folder is None else Path(folder)
+    executor = executor_of(workers, scheduler)
+    mistakes: list[Mistake] = []
+    plan = planned(
+        scene,
+        _design(varied, latin_hypercube, random, seed, mistakes),
+        Document("the sweep"),
+        engine=engine,
+        measure=measure,
+        retries=retries,
+        observed=_name_of(observe or row or standard_row),
+        allow_outside=True,
+        mistakes=mistakes,
+    )
+    work = work_of(
+        plan,
+        _Run(engine, measure, retries),
+        _Own(observe or OneRun(row or standard_row)),
+        storage.SeriesKeeper(place.resolve()) if series and place else None,
+    )
+    if workers != 1:
+        engines.compile_once(scene, engine)
+    with _journal(plan, place, resume=resume, force=force) as journal:
+
+        def told(found: Row, count: int) -> None:
+            if journal is not None:
+                journal.add(found)
+            if progress is not None:
+                progress(count / len(plan))
+
+        known = {} if journal is None else journal.known
+        table = carried_out(plan, work, executor, known, told)
+        if place is not None:
+            with storage.staged_folder(place, force=force) as staged:
+                storage.save_table(plan, table, staged)
+    if not table.whole:
+        raise KeyboardInterrupt
+    return own_table(table)
+
+
+def load_sweep(folder: str | PathLike[str]) -> SweepTable:
+    """Read the table of a sweep, also of one that was interrupted.
+
+    Raises:
+        StorageError: the folder holds no sweep, or a file of it is damaged.
+
+    """
+    return own_table(storage.load_sweep(Path(folder)))
+
+
+def own_table(found: PlainTable) -> SweepTable:
+    """Return a table with the methods of this room."""
+    return SweepTable(**{field.name: getattr(found, field.name) for field in fields(PlainTable)})
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Runs a scene; can be sent to other processes."""
+
+    engine: str
+    measure: bool
+    retries: int
+
+    def __call__(self, scene: Scene, /) -> Result:
+        return engines.simulate(scene, self.engine, measure=self.measure, retries=self.retries)
+
+
+@dataclass(frozen=True)
+class _Own:
+    """Observes with scenes and results that have the methods of this room."""
+
+    observe: Observe
+
+    def __call__(self, scene: Scene, simulate: Simulate) -> Mapping[str, Scalar]:
+        return self.observe(own_scene(scene), lambda own: own_result(simulate(own)))
+
+
+def _design(
+    varied: Mapping[str, Any] | Iterable[Mapping[str, Any]],
+    hypercube: int | None,
+    drawn: int | None,
+    seed: int,
+    mistakes: list[Mistake],
+) -> Design | None:
+    """Return the points that the arguments of `sweep` ask for; None after a mistake in all of it.
+
+    Raises:
+        ValueError: two designs are asked for at once.
+
+    """
+    if hypercube is not None and drawn is not None:
+        raise ValueError("'latin_hypercube' and 'random' are two designs: give one of both")
+    if not isinstance(varied, Mapping):
+        if hypercube is not None or drawn is not None:
+            raise ValueError("points that are listed are not drawn: give ranges by path")
+        return listed(list(varied), (), mistakes)
+    if hypercube is not None:
+        return latin_hypercube(varied, hypercube, seed, (), mistakes)
+    if drawn is not None:
+        return drawn_at_random(varied, drawn, seed, (), mistakes)
+    return grid(varied, (), mistakes)
+
+
+def _name_of(function: Any) -> str:
+    """Name of a function, by which a later sweep knows whether it observes the same."""
+    kind = type(function)
+    told = function if hasattr(function, "__qualname__") else kind
+    name = f"{told.__module__}.{told.__qualname__}"
+    return f"{name} {function!r}" if told is kind and is_dataclass(function) else name
+
+
+def _check(
+    engine: str,
+    row: RowFunction | None,
+    observe: Observe | None,
+    *,
+    series: bool,
+    folder: str | PathLike[str] | None,
+) -> None:
+    """Look at the arguments of `sweep`.
+
+    Raises:
+        ValueError: there is no such engine, or they exclude each other.
+
+    """
+    if engine not in engines.ENGINES:
+        raise ValueError(f"no engine '{engine}'; there is: {', '.join(engines.ENGINES)}")
+    if row is not None and observe is not None:
+        raise ValueError("'row' observes one run, 'observe' several: give one of both")
+    if series and folder is None:
+        raise ValueError("'series' are saved in the sweep's folder: give 'folder', too")
+
+
+@contextmanager
+def _journal(
+    plan: Sweep, folder: Path | None, *, resume: bool, force: bool
+) -> Iterator[storage.Journal | None]:
+    """Open the journal in a folder, if there is one."""
+    if folder is None:
+        yield None
+        return
+    with storage.open_journal(folder, plan, resume=resume, force=force) as journal:
+        yield journal

@@ -1,0 +1,320 @@
+"""A sweep on disk: its plan, a journal to which each row is added at once, and its table.
+
+``sweep.json`` is the plan and stands there from the beginning. ``journal.jsonl`` has one line for
+every row; a process that is killed leaves at most half a line at its end, which is left out. Tables
+are written from it once no more rows come.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO, Any
+
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
+from exudyn_flexlink.storage.manifest import read_manifest
+from exudyn_flexlink.storage.plain import from_plain, plain
+from exudyn_flexlink.storage.staging import staged_folder
+from exudyn_flexlink.storage.writing import save
+from exudyn_flexlink.sweeps import Row, Scalar, Sweep, SweepTable, Varied, versions
+
+if sys.platform != "win32":
+    import fcntl
+
+JOURNAL, TABLE, SERIES = "journal.jsonl", "table", "series"
+
+
+class Journal:
+    """Rows of a sweep in a file; `known` are those of an earlier part, by their points' ids."""
+
+    def __init__(self, stream: IO[bytes], known: Mapping[str, Row]) -> None:
+        self._stream = stream
+        self.known = known
+
+    def add(self, row: Row) -> None:
+        """Keep a row: it outlives this process, however that ends.
+
+        Raises:
+            StorageError: the file can't be written.
+
+        """
+        line = json.dumps(plain(row), ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        try:
+            self._stream.write(line)
+            self._stream.flush()
+        except OSError as error:
+            raise StorageError(cannot_write(Path(self._stream.name), error)) from error
+
+
+@dataclass(frozen=True)
+class SeriesKeeper:
+    """Saves runs, each in a folder of its own in ``series``; can be sent to other processes."""
+
+    folder: Path
+
+    def __call__(self, result: Result, name: str) -> None:
+        """Save a run, in place of an earlier one of the same name.
+
+        Raises:
+            StorageError: that can't be written, or this machine does not see the sweep's folder.
+
+        """
+        if not (self.folder / SWEEP).is_file():
+            raise StorageError(f"can't save series: there is no {self.folder / SWEEP} to see here")
+        with staged_folder(self.folder / SERIES / name, force=True) as staged:
+            save(result, staged)
+
+
+@contextmanager
+def open_journal(
+    folder: Path, sweep: Sweep, *, resume: bool = False, force: bool = False
+) -> Iterator[Journal]:
+    """Begin a sweep in a folder, or go on with it; two processes never work in one.
+
+    `force` begins anew, whatever stands there.
+
+    Raises:
+        StorageError: the folder holds something else, or rows of this sweep without `resume`; it
+            can't be written, or another process sweeps in it.
+
+    """
+    folder = Path(folder)
+    _require_free(folder)
+    there = None if force else _earlier(folder, sweep, resume=resume)
+    if there is None:
+        with staged_folder(folder, force=force) as staged:
+            text = json.dumps(_plan(sweep), ensure_ascii=False)
+            (staged / SWEEP).write_text(text + "\n", encoding="utf-8")
+    try:
+        stream = (folder / JOURNAL).open("a+b", buffering=0)
+    except OSError as error:
+        raise StorageError(cannot_write(folder / JOURNAL, error)) from error
+    with stream:
+        _lock(stream, folder)
+        known = {} if there is None else _rows(stream, sweep)
+        if there is None:
+            stream.truncate(0)
+        yield Journal(stream, known)
+
+
+def load_sweep(folder: Path) -> SweepTable:
+    """Read the table of a sweep, also of one that is not whole.
+
+    Raises:
+        StorageError: the folder holds no sweep, or a file of it is damaged.
+
+    """
+    plan = _read_plan(Path(folder))
+    if plan is None:
+        raise StorageError(f"{folder} has no {SWEEP}; give the folder of a sweep")
+    try:
+        with (Path(folder) / JOURNAL).open("rb") as stream:
+            rows = {row.id: row for row in _lines(stream)}
+        points = [(one, values) for one, values in plan["points"] if one in rows]
+        return SweepTable(
+            plan["title"],
+            plan["engine"],
+            tuple(Varied(**one) for one in plan["varied"]),
+            len(plan["points"]),
+            tuple(rows[one] for one, _ in points),
+            tuple(tuple(values) for _, values in points),
+        )
+    except FileNotFoundError:
+        raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there") from None
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise StorageError(f"{folder} is damaged: {error}; sweep again with '--force'") from error
+
+
+def is_sweep(folder: Path) -> bool:
+    """Tell whether a folder holds a sweep."""
+    return (Path(folder) / SWEEP).is_file()
+
+
+def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
+    """Write ``sweep.json``, ``table.csv`` and, with pyarrow, ``table.parquet`` into a folder.
+
+    Raises:
+        StorageError: the folder can't be written.
+
+    """
+    columns = table.columns()
+    try:
+        text = json.dumps(_plan(sweep) | {"completed": table.whole}, ensure_ascii=False)
+        (folder / SWEEP).write_text(text + "\n", encoding="utf-8")
+        with (folder / f"{TABLE}.csv").open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(columns)
+            writer.writerows(map(_cell, row) for row in zip(*columns.values(), strict=True))
+        if find_spec("pyarrow") is not None:
+            _write_parquet(columns, folder / f"{TABLE}.parquet")
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+
+
+def _cell(value: Scalar) -> Scalar:
+    return f"{value:.12g}" if isinstance(value, float) else value
+
+
+def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
+    """Write columns; one that holds texts beside numbers is one of texts."""
+    pyarrow: Any = import_module("pyarrow")
+    made = {}
+    for name, values in columns.items():
+        kinds = {type(value) for value in values} - {type(None)}
+        if len(kinds) > 1 and kinds <= {int, float}:
+            made[name] = pyarrow.array(values, pyarrow.float64())
+        elif len(kinds) > 1:
+            made[name] = pyarrow.array([None if v is None else str(v) for v in values])
+        else:
+            made[name] = pyarrow.array(values)
+    import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
+
+
+def _plan(sweep: Sweep) -> dict[str, Any]:
+    return {
+        "program": PROGRAM,
+        "format": FORMAT,
+        "title": sweep.scene.title,
+        "completed": False,
+        "engine": sweep.engine,
+        "measure": sweep.measure,
+        "retries": sweep.retries,
+        "observed": sweep.observed,
+        "versions": versions(),
+        "digest": sweep.digest,
+        "varied": [asdict(one) for one in sweep.varied],
+        "scene": sweep.scene.to_data(),
+        "points": [[point.id, point.values] for point in sweep.points],
+    }
+
+
+def _read_plan(folder: Path) -> dict[str, Any] | None:
+    """Read the plan that stands in a folder; None if there is none.
+
+    Raises:
+        StorageError: it is damaged, or of another version of this program.
+
+    """
+    try:
+        data = json.loads((folder / SWEEP).read_bytes().decode("utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError) as error:
+        raise StorageError(f"{folder / SWEEP} is damaged: {error}") from error
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
+        raise StorageError(f"{folder / SWEEP} was not written by {PROGRAM}")
+    if data.get("format") != FORMAT:
+        raise StorageError(f"{folder / SWEEP} was written by another version of this program")
+    return data
+
+
+def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | None:
+    """Return the plan in a folder if this sweep goes on there; None if it begins there.
+
+    Raises:
+        StorageError: neither may be.
+
+    """
+    plan = _read_plan(folder)
+    if plan is None:
+        there = read_manifest(folder)
+        if there is not None:
+            raise StorageError(
+                f"{folder} holds a {there.told}; choose another place, or give '--force'"
+            )
+        return None
+    if plan.get("digest") != sweep.digest:
+        raise StorageError(
+            f"{folder} holds another sweep, {_difference(plan, sweep)}; choose another place, or "
+            "begin anew there with '--force'"
+        )
+    if not resume:
+        count = 0
+        with suppress(OSError, ValueError), (folder / JOURNAL).open("rb") as stream:
+            count = len(list(_lines(stream)))
+        raise StorageError(
+            f"{folder} holds {count} of the {len(sweep)} rows of this very sweep: '--resume' goes "
+            "on with it, '--force' begins anew"
+        )
+    return plan
+
+
+def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
+    """Say in what an earlier sweep differs: the first thing that does."""
+    now = plain(_plan(sweep))
+    words = {
+        "title": "of another model",
+        "engine": "by another engine",
+        "varied": "of other values",
+        "scene": "of another scene",
+        "points": "of other points",
+        "observed": "with other observables",
+        "versions": "by other versions of the packages",
+    }
+    return next((w for key, w in words.items() if plan.get(key) != now[key]), "solved otherwise")
+
+
+def _require_free(folder: Path) -> None:
+    """Look, before anything is replaced, whether another process sweeps in a folder.
+
+    Raises:
+        StorageError: one does.
+
+    """
+    with suppress(OSError), (folder / JOURNAL).open("rb") as stream:
+        _lock(stream, folder)
+
+
+def _lock(stream: IO[bytes], folder: Path) -> None:
+    """Keep other processes out, as long as the file is open; Windows and some disks have no locks.
+
+    Raises:
+        StorageError: another one is in.
+
+    """
+    if sys.platform == "win32":
+        return
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    except OSError:
+        return
+
+
+def _rows(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
+    """Return the rows of a journal, and cut half a line off its end."""
+    ids = {point.id for point in sweep.points}
+    rows = {row.id: row for row in _lines(stream) if row.id in ids}
+    stream.seek(0)
+    content = stream.read()
+    stream.truncate(content.rfind(b"\n") + 1)
+    stream.seek(0, os.SEEK_END)
+    return rows
+
+
+def _lines(stream: IO[bytes]) -> Iterator[Row]:
+    """Rows of a journal's whole lines.
+
+    Raises:
+        ValueError: a line is damaged.
+
+    """
+    stream.seek(0)
+    for number, line in enumerate(stream, start=1):
+        if not line.endswith(b"\n"):  # the process that wrote it was killed
+            return
+        try:
+            found: Row = from_plain(Row, json.loads(line))
+        except (ValueError, KeyError) as error:
+            raise ValueError(f"line {number} of {JOURNAL}: {error}") from error
+        yield found

@@ -1,0 +1,61 @@
+"""Sweeps: one scene at many points, each a row of one table.
+
+No engine here: whoever starts a sweep hands in what runs a scene, and who makes the runs.
+"""
+
+from exudyn_flexlink.sweeps.choosing import executor_of
+from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
+from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, InThisProcess
+from exudyn_flexlink.sweeps.plan import Point, Sweep, Varied, planned, versions
+from exudyn_flexlink.sweeps.processes import LocalProcesses
+from exudyn_flexlink.sweeps.rows import (
+    DONE,
+    DOUBTFUL,
+    FAILED,
+    Observe,
+    OneRun,
+    Row,
+    RowFunction,
+    RunFailedError,
+    Scalar,
+    Simulate,
+    standard_row,
+)
+from exudyn_flexlink.sweeps.running import carried_out, work_of
+from exudyn_flexlink.sweeps.table import SweepTable, table_of
+from exudyn_flexlink.sweeps.work import Keep, Work
+
+__all__ = [
+    "DONE",
+    "DOUBTFUL",
+    "FAILED",
+    "CannotStartError",
+    "Design",
+    "Executor",
+    "InThisProcess",
+    "Keep",
+    "LocalProcesses",
+    "Observe",
+    "OneRun",
+    "Point",
+    "Row",
+    "RowFunction",
+    "RunFailedError",
+    "Scalar",
+    "Simulate",
+    "Sweep",
+    "SweepTable",
+    "Varied",
+    "Work",
+    "carried_out",
+    "executor_of",
+    "grid",
+    "latin_hypercube",
+    "listed",
+    "planned",
+    "random",
+    "standard_row",
+    "table_of",
+    "versions",
+    "work_of",
+]

@@ -1,0 +1,175 @@
+"""Designs: which values a sweep puts together in each of its points, in a fixed order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.quantities import in_words
+from exudyn_flexlink.source import KeyPath, Mistake
+from exudyn_flexlink.sweeps.values import (
+    Range,
+    Value,
+    ValuesError,
+    range_of,
+    value_of,
+    values_of,
+)
+
+MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
+Read = Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class Told:
+    """A value that is checked before anything runs: a point, a path, where the value is given."""
+
+    point: int
+    path: int
+    place: KeyPath
+
+
+@dataclass(frozen=True)
+class Design:
+    """Points, each a value for every path, and the values that are checked first."""
+
+    paths: tuple[str, ...]
+    points: tuple[tuple[Value, ...], ...]
+    told: tuple[Told, ...]
+
+
+def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
+    """Return every value of each path with every value of the others; the last varies fastest.
+
+    `at` is the path of `varied` in the document that mistakes belong to. Paths without values are
+    left out; None if nothing is left.
+    """
+    read = _read_all(values_of, varied, at, mistakes)
+    if not read:
+        return None
+    counts = [len(values.all) for values in read.values()]
+    if not _few(prod(counts), at, mistakes):
+        return None
+    # In the point that has this value and else the first of each path.
+    strides = [prod(counts[i + 1 :]) for i in range(len(counts))]
+    told = tuple(
+        Told(k * strides[i], i, _entry((*at, path), varied[path], k))
+        for i, (path, values) in enumerate(read.items())
+        for k in values.told
+    )
+    points = tuple(product(*(values.all for values in read.values())))
+    return Design(tuple(read), points, told)
+
+
+def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
+    """Return points as they are listed, each a mapping of paths to values."""
+    found: list[tuple[Value, ...]] = []
+    paths: tuple[str, ...] = ()
+    before = len(mistakes)
+    for i, point in enumerate(points):
+        if not isinstance(point, Mapping) or not point:
+            message = f"expected a mapping of paths to values, got {in_words(point)}"
+            mistakes.append(Mistake((*at, i), message))
+            continue
+        paths = paths or tuple(point)
+        if set(point) != set(paths):
+            message = f"gives {', '.join(point)}, the first point {', '.join(paths)}"
+            mistakes.append(Mistake((*at, i), message, "all points give the same paths"))
+            continue
+        values = tuple(_read(value_of, point[path], (*at, i, path), mistakes) for path in paths)
+        if values in found:
+            mistakes.append(Mistake((*at, i), f"is the point {found.index(values) + 1} again"))
+        found.append(values)
+    if not points:
+        mistakes.append(Mistake(at, "needs at least one point"))
+    if len(mistakes) > before or not _few(len(found), at, mistakes):
+        return None
+    told = (Told(k, i, (*at, k, path)) for k in range(len(found)) for i, path in enumerate(paths))
+    return Design(paths, tuple(found), tuple(told))
+
+
+def latin_hypercube(
+    ranges: Mapping[str, Any], count: int, seed: int, at: KeyPath, mistakes: list[Mistake]
+) -> Design | None:
+    """Return `count` points that fill their ranges evenly: a Latin hypercube.
+
+    Each range is cut into `count` equal parts, each of which holds one point.
+    """
+    # scipy takes a second to import, which commands that sweep nothing should not wait for
+    from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415
+
+    def drawn(dimensions: int) -> Any:
+        return LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(count)
+
+    return _within(ranges, count, drawn, at, mistakes)
+
+
+def random(
+    ranges: Mapping[str, Any], count: int, seed: int, at: KeyPath, mistakes: list[Mistake]
+) -> Design | None:
+    """Return `count` points drawn evenly and independently within their ranges."""
+    return _within(
+        ranges, count, lambda n: np.random.default_rng(seed).random((count, n)), at, mistakes
+    )
+
+
+def _within(
+    ranges: Mapping[str, Any],
+    count: int,
+    drawn: Callable[[int], Any],
+    at: KeyPath,
+    mistakes: list[Mistake],
+) -> Design | None:
+    """Return points at `drawn` (count, n) parts of some ranges."""
+    read = _read_all(range_of, ranges, at, mistakes)
+    if not read or not _few(count, at, mistakes):
+        return None
+    kinds: list[Range] = list(read.values())
+    rows = drawn(len(kinds)).tolist()
+    points = tuple(
+        tuple(kind.at(part) for kind, part in zip(kinds, row, strict=True)) for row in rows
+    )
+    # Where the least and the greatest value of a path are allowed, those between are.
+    ends = [(min, i) for i in range(len(kinds))] + [(max, i) for i in range(len(kinds))]
+    told = {
+        Told(pick(range(count), key=lambda k: rows[k][i]), i, (*at, path))
+        for pick, i in ends
+        for path in [tuple(ranges)[i]]
+    }
+    return Design(tuple(read), points, tuple(sorted(told, key=lambda one: (one.path, one.point))))
+
+
+def _read_all(
+    read: Read, varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]
+) -> dict[str, Any]:
+    """Return what was read of each path, without those that have mistakes."""
+    if not varied:
+        mistakes.append(Mistake(at, "nothing is varied", "a path of the model, and its values"))
+    found = {path: _read(read, given, (*at, path), mistakes) for path, given in varied.items()}
+    return {path: one for path, one in found.items() if one is not None}
+
+
+def _read(read: Read, given: Any, place: KeyPath, mistakes: list[Mistake]) -> Any:
+    """Return what was read, or None after noting the mistake."""
+    try:
+        return read(given)
+    except ValuesError as error:
+        where = place if error.entry is None else _entry(place, given, error.entry)
+        mistakes.append(Mistake(where, error.message, error.hint))
+        return None
+
+
+def _entry(place: KeyPath, given: Any, k: int) -> KeyPath:
+    """Place of a value: its entry, if the values are a list."""
+    return place if isinstance(given, str) else (*place, k)
+
+
+def _few(count: int, at: KeyPath, mistakes: list[Mistake]) -> bool:
+    if not 1 <= count <= MOST_POINTS:
+        mistakes.append(Mistake(at, f"makes {count} points; there may be 1 to {MOST_POINTS}"))
+    return 1 <= count <= MOST_POINTS

@@ -1,0 +1,58 @@
+"""What the values of a path are measured in: the SI unit of a number of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, get_args
+
+from exudyn_flexlink.quantities import Quantity
+from exudyn_flexlink.scene import Part, Scene
+from exudyn_flexlink.scene.varying import Measured, Varying
+from exudyn_flexlink.units import Dimension
+
+_SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
+
+
+def si_unit(scene: Scene, path: str) -> str:
+    """Return the SI unit of the number at a path, such as 'rad/s'; empty where it has none."""
+    dimension = _dimension_at(scene, path.split("."))
+    return "" if dimension is None else _SYMBOLS.get(dimension.si, dimension.si)
+
+
+def column_of(path: str, unit: str) -> str:
+    """Return the name of a path's column, which ends in the unit: 'run.sample_s'."""
+    told = unit.replace("/", "_per_").replace(" ", "_").replace("^", "")
+    return f"{path}_{told}" if told else path
+
+
+def _dimension_at(scene: Scene, path: Sequence[str]) -> Dimension | None:
+    value: Any = scene
+    hints: tuple[Any, ...] = ()
+    for step in path:
+        if isinstance(value, Part):
+            fields = type(value).model_fields.items()
+            key = next((key for key, field in fields if step in (key, field.alias)), None)
+            if key is None:
+                return None
+            field = type(value).model_fields[key]
+            hints, value = (field.annotation, *field.metadata), getattr(value, key)
+        elif isinstance(value, Mapping):  # what is not there yet is as what may be there
+            value = value.get(step)
+        elif isinstance(value, tuple):
+            value = value[int(step)] if step.isdecimal() and int(step) < len(value) else None
+        else:
+            return None
+    if isinstance(value, Measured):
+        return value.dimension
+    return next((one for hint in hints for one in _dimensions(hint)), None)
+
+
+def _dimensions(hint: Any) -> Iterator[Dimension]:
+    """Dimensions that the annotations in a type name, if they leave no choice."""
+    if isinstance(hint, Quantity):
+        yield hint.dimension
+    elif isinstance(hint, Varying):
+        yield from hint.dimensions if len(hint.dimensions) == 1 else ()
+    else:
+        for inner in (*get_args(hint), *getattr(hint, "__metadata__", ())):
+            yield from _dimensions(inner)

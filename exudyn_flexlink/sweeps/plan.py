@@ -1,0 +1,189 @@
+"""What a sweep is: a scene, values that vary, and points in a fixed order that never changes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+
+from exudyn_flexlink.loading import document_of
+from exudyn_flexlink.scene import Scene, apply_settings, check_document
+from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, dotted
+from exudyn_flexlink.sweeps.designs import Design, Told
+from exudyn_flexlink.sweeps.dimensions import column_of, si_unit
+from exudyn_flexlink.sweeps.values import Value, in_si, setting_text, unit_of
+
+DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
+PACKAGES = ("exudyn-flexlink", "exudyn", "numpy", "scipy")  # on whose versions numbers depend
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A path of the scene whose values vary; `unit` is that of the SI, `given` that of the user.
+
+    Both are empty where there is none, `given` also where values were given in SI.
+    """
+
+    path: str
+    unit: str
+    given: str
+
+    @property
+    def column(self) -> str:
+        """Name of its column, with the unit of the SI."""
+        return column_of(self.path, self.unit)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a sweep: its number from 1, settings of the scene, values in SI.
+
+    `id` is made of the scene, the settings and how it is solved: the same in every process, and
+    whenever the sweep is planned again.
+    """
+
+    number: int
+    id: str
+    settings: tuple[str, ...]
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A plan: which runs are made of a scene, and what is observed of each.
+
+    `observed` names what is observed, so that rows of two kinds never end up in one table.
+    """
+
+    scene: Scene
+    engine: str
+    varied: tuple[Varied, ...]
+    points: tuple[Point, ...]
+    measure: bool = True
+    retries: int = 0
+    observed: str = ""
+    allow_outside: bool = False
+
+    @cached_property
+    def digest(self) -> str:
+        """What tells this sweep from every other: all its points, what is observed, versions."""
+        text = "\n".join([self.observed, *versions().values(), *(one.id for one in self.points)])
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def planned(  # noqa: PLR0913  (all of these make other numbers)
+    scene: Scene,
+    design: Design | None,
+    document: Document,
+    *,
+    engine: str = "exudyn",
+    measure: bool = True,
+    retries: int = 0,
+    observed: str = "",
+    allow_outside: bool = False,
+    mistakes: Iterable[Mistake] = (),
+) -> Sweep:
+    """Make a sweep of a scene; `document` is where the design was given.
+
+    `mistakes` are those found while it was read, of which `design` has left out the paths.
+
+    Raises:
+        SceneError: a path leads nowhere, or a value can't be; all such mistakes are in it. Values
+            that only can't be together with others make a row that says so, as a run that fails.
+
+    """
+    found = list(mistakes)
+    if design is None:
+        raise SceneError(document, found)
+    settings = [
+        tuple(setting_text(path, value) for path, value in zip(design.paths, point, strict=True))
+        for point in design.points
+    ]
+    found += _mistakes(scene, design, settings, allow_outside)
+    if found:
+        raise SceneError(document, found)
+    how = json.dumps([scene.to_data(), engine, measure, retries], sort_keys=True)
+    base = hashlib.sha256(how.encode()).hexdigest()
+    points = tuple(
+        Point(number, _id(base, texts), texts, tuple(map(in_si, values)))
+        for number, (texts, values) in enumerate(zip(settings, design.points, strict=True), 1)
+    )
+    columns = list(zip(*design.points, strict=True))
+    varied = (
+        _varied(scene, path, column, unit_of(given))
+        for path, column, given in zip(
+            design.paths, zip(*(p.values for p in points), strict=True), columns, strict=True
+        )
+    )
+    return Sweep(
+        scene, engine, tuple(varied), points, measure, retries, observed, allow_outside
+    )  # fmt: skip
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages on which numbers depend."""
+    return {name: _version(name) for name in PACKAGES}
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:  # run from its source
+        return "not installed"
+
+
+def _id(base: str, settings: Sequence[str]) -> str:
+    text = "\n".join([base, *sorted(settings)])
+    return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
+
+
+def _varied(scene: Scene, path: str, values: Sequence[Value], given: str) -> Varied:
+    """Texts, such as 'beam', have no unit."""
+    numbers = any(isinstance(value, float) for value in values)
+    return Varied(path, si_unit(scene, path) if numbers else "", given if numbers else "")
+
+
+def _mistakes(
+    scene: Scene, design: Design, settings: Sequence[Sequence[str]], allow_outside: bool
+) -> Iterator[Mistake]:
+    """Mistakes of values by themselves, at the places where the values are given."""
+    document = document_of(scene)
+    nowhere: set[int] = set()  # paths that lead nowhere, whatever the value
+    for told in design.told:
+        if told.path in nowhere:
+            continue
+        try:
+            apply_settings(document, [settings[told.point][told.path]])
+        except SceneError as error:
+            nowhere.add(told.path)
+            place = told.place[:-1] if isinstance(told.place[-1], int) else told.place
+            yield from (Mistake(place, one.message, one.hint) for one in error.mistakes)
+    wrong: set[KeyPath] = set()  # of a range one value tells what is wrong with all
+    for told in design.told:
+        if told.path in nowhere or told.place in wrong:
+            continue
+        path: KeyPath = tuple(design.paths[told.path].split("."))
+        texts = [text for i, text in enumerate(settings[told.point]) if i not in nowhere]
+        for mistake in check_document(apply_settings(document, texts), allow_outside).mistakes:
+            if _is_of(mistake, path):
+                wrong.add(told.place)
+                yield _moved(mistake, told, len(path))
+
+
+def _is_of(mistake: Mistake, path: KeyPath) -> bool:
+    """Tell whether a mistake stands at a path, below it, or where the path leads nowhere."""
+    texts, own = [str(step) for step in mistake.path], [str(step) for step in path]
+    shorter = min(len(texts), len(own))
+    return texts[:shorter] == own[:shorter]
+
+
+def _moved(mistake: Mistake, told: Told, length: int) -> Mistake:
+    inner = dotted(mistake.path[length:])
+    message = f"{inner}: {mistake.message}" if inner else mistake.message
+    return Mistake(told.place, message, mistake.hint)

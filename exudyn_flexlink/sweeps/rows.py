@@ -1,0 +1,161 @@
+"""One row of a sweep's table: what is told of the runs at one point, and why, if it is doubtful."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Protocol
+
+from exudyn_flexlink.observables import (
+    State,
+    Strike,
+    contact_totals,
+    joints_with_play,
+    lever_response,
+    strikes,
+    struck_bodies,
+)
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+
+DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
+
+Scalar = float | int | bool | str | None
+"""What a table can hold; None: there is no such number."""
+
+RowFunction = Callable[[Result], Mapping[str, Scalar]]
+"""Observables of one run, by the names of their columns, which end in their units."""
+
+
+class Simulate(Protocol):
+    """Runs a scene by the sweep's engine; a run that fails is a Result, too."""
+
+    def __call__(self, scene: Scene, /) -> Result:
+        """Run it."""
+        ...
+
+
+Observe = Callable[[Scene, Simulate], Mapping[str, Scalar]]
+"""Observables of one point that may need several runs: given its scene, and what runs a scene."""
+
+
+class RunFailedError(Exception):
+    """A run stopped before its end: there is nothing to observe of it."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is told of the point `number` (from 1) with the name `id`.
+
+    `status` is done; doubtful, with the warnings of its runs as `reason`; or failed, with why, and
+    without numbers. `wall` (s) is how long it took.
+    """
+
+    number: int
+    id: str
+    status: str
+    reason: str
+    warnings: int
+    wall: float
+    numbers: Mapping[str, Scalar] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class OneRun:
+    """Observes one run by a function of its Result; can be sent to other processes if that can."""
+
+    row: RowFunction
+
+    def __call__(self, scene: Scene, simulate: Simulate) -> Mapping[str, Scalar]:
+        """Run the scene, and return what the function tells.
+
+        Raises:
+            RunFailedError: the run did not come to its end.
+
+        """
+        result = simulate(scene)
+        outcome = result.outcome
+        if not outcome.completed:
+            raise RunFailedError(f"stopped at t = {outcome.time:.4g} s: {outcome.reason}")
+        return self.row(result)
+
+
+def standard_row(result: Result) -> dict[str, Scalar]:
+    """Return what a sweep tells of a run that came to its end; units end the names.
+
+    Of every contact: strikes, the time between the last two, energy lost, the largest force and
+    speed of approach. Of struck bodies: the angle from where it stood at time 0, and its swing, the
+    largest less the least. Of joints with clearance: touches, impacts, energy lost, largest force,
+    part of the time without contact. Of the watched point: where it went at most. Of the run: its
+    end, energy dissipated and what the balance misses, the error that a neighbouring run tells
+    (None where none was made), and the horizon, the instant from which on it exceeds the tolerance
+    (None if it never does).
+    """
+    found: dict[str, Scalar] = {"end_s": result.outcome.time}
+    for contact in result.scene.contacts:
+        found |= _of_contact(result, contact)
+    for body, contact in struck_bodies(result.scene).items():
+        seen = lever_response(result, contact)
+        (least, _), (greatest, _) = seen.least, seen.greatest
+        found |= {
+            f"{body}.least_angle_rad": least,
+            f"{body}.greatest_angle_rad": greatest,
+            f"{body}.swing_rad": greatest - least,
+        }
+    for joint in joints_with_play(result):
+        found |= _of_joint(result, joint)
+    found |= _of_watched(result)
+    error = result.error
+    measured = error is not None and not error.missing
+    return found | {
+        "energy_dissipated_J": float(result.energy.dissipated[-1]),
+        "energy_residual_J": result.checks.energy_residual,
+        "error_m": error.largest if error is not None and measured else None,
+        "horizon_s": error.exceeds_from if error is not None and measured else None,
+    }
+
+
+def _of_contact(result: Result, contact: str) -> dict[str, Scalar]:
+    found = strikes(result, contact)
+    touches = result.contacts[contact].touches
+    last: list[Strike] = found[-2:]
+    return {
+        f"{contact}.strikes": len(found),
+        f"{contact}.last_period_s": last[1].begin - last[0].begin if len(last) > 1 else None,
+        f"{contact}.greatest_approach_speed_m_per_s": float(
+            touches.approach_speed.max(initial=0.0)
+        ),
+        f"{contact}.energy_lost_J": float(touches.energy_lost.sum()),
+        f"{contact}.greatest_force_N": _greatest_force(result, contact),
+    }
+
+
+def _of_joint(result: Result, joint: str) -> dict[str, Scalar]:
+    totals = contact_totals(result, joint)
+    return {
+        f"{joint}.touches": totals.touches,
+        f"{joint}.impacts": totals.impacts,
+        f"{joint}.energy_lost_J": totals.energy_lost,
+        f"{joint}.greatest_force_N": _greatest_force(result, joint),
+        f"{joint}.part_of_time_free": totals.fractions[State.FREE],
+    }
+
+
+def _greatest_force(result: Result, name: str) -> float | None:
+    """Largest normal force, N; None of impulses, which have none, 0 of what never touched."""
+    force = float(result.intervals[name].peak_force.max(initial=0.0))
+    return force if isfinite(force) else None
+
+
+def _of_watched(result: Result) -> dict[str, Scalar]:
+    """Extremes of the watched point, and speeds of struck bodies."""
+    found: dict[str, Scalar] = {}
+    for name, extremes in result.extremes.items():
+        owner, _, quantity = name.rpartition(".")
+        if quantity in ("force_N", "penetration_m", "angle_rad") or not len(extremes.time):
+            continue
+        if quantity in ("x_m", "y_m"):
+            found[f"{owner}.least_{quantity}"] = extremes.least[0]
+        found[f"{owner}.greatest_{quantity}"] = extremes.greatest[0]
+    return found

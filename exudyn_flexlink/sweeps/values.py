@@ -1,0 +1,205 @@
+"""Values that a sweep gives to one path of the scene: ranges and lists, with a unit or without."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from exudyn_flexlink.quantities import NUMBER, UNIT, in_words
+from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
+from exudyn_flexlink.yaml_reader import read_yaml
+
+MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
+DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
+HINT = "start:stop:count such as '2:40:20' or '0:5 mm:11', or a list such as '1 mm, 2 mm, 5 mm'"
+RANGE_HINT = "lowest:highest such as '2:40' or '0:5 mm'"
+_NUMBER = re.compile(rf"\s*({NUMBER})\s*({UNIT})?\s*")
+
+Value = float | str
+"""A number, or a text as it stands in a model file, such as '5 mm' or 'beam'."""
+
+
+class ValuesError(ValueError):
+    """A text that gives no values; `hint` says how they are written, `entry` which is meant."""
+
+    def __init__(self, message: str, hint: str = HINT, entry: int | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+        self.entry = entry
+
+
+@dataclass(frozen=True)
+class Range:
+    """Numbers from `low` to `high`, both in `unit`; an empty one is that of the SI."""
+
+    low: float
+    high: float
+    unit: str
+
+    def at(self, part: float) -> Value:
+        """Value at a part of the range, 0 to 1."""
+        return self._written(self.low + part * (self.high - self.low))
+
+    def spread(self, count: int) -> tuple[Value, ...]:
+        """Values at equal distances, both ends among them."""
+        return tuple(self._written(x) for x in np.linspace(self.low, self.high, count).tolist())
+
+    def _written(self, value: float) -> Value:
+        number = float(f"{value:.{DIGITS}g}")
+        return f"{number_text(number)} {self.unit}" if self.unit else number
+
+
+@dataclass(frozen=True)
+class Values:
+    """Values of one path; of a range a few stand for all where they are checked, those `told`."""
+
+    all: tuple[Value, ...]
+    told: tuple[int, ...]
+
+
+def number_text(number: float) -> str:
+    """Return a number as a model file has it; a whole one without a point, as counts need."""
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+
+
+def values_of(given: Any) -> Values:
+    """Read the values of a path: a text as on the command line, or a sequence of values.
+
+    Raises:
+        ValuesError: they are none.
+
+    """
+    if isinstance(given, str):
+        return _of_text(given)
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    if isinstance(given, bool | int | float):
+        given = (given,)
+    if not isinstance(given, Sequence):
+        raise ValuesError(f"expected values, got {in_words(given)}")
+    return _listed([value_of(one, i) for i, one in enumerate(given)])
+
+
+def range_of(given: Any) -> Range:
+    """Read the two ends of a range.
+
+    Raises:
+        ValuesError: they are none.
+
+    """
+    if isinstance(given, str):
+        ends: Sequence[Any] = given.split(":")
+    else:
+        ends = given if isinstance(given, Sequence) else ()
+    if len(ends) != 2:
+        raise ValuesError(f"expected two ends, got {in_words(given)}", RANGE_HINT)
+    return _range(str(ends[0]), str(ends[1]), RANGE_HINT)
+
+
+def _listed(values: Sequence[Value]) -> Values:
+    if not values:
+        raise ValuesError("needs at least one value")
+    for i, value in enumerate(values):
+        if value in values[:i]:
+            raise ValuesError(f"{in_words(value)} is there twice", "", i)
+    return Values(tuple(values), tuple(range(len(values))))
+
+
+def _of_text(text: str) -> Values:
+    if ":" in text:
+        parts = text.split(":")
+        if len(parts) != 3:
+            raise ValuesError(f"expected start:stop:count, got '{text}'")
+        found, count = _range(parts[0], parts[1], HINT), parts[2].strip()
+        if not count.isdecimal() or not 2 <= int(count) <= MOST_VALUES:
+            raise ValuesError(
+                f"expected a number of values, 2 to {MOST_VALUES}, after the second colon; "
+                f"got '{count}'"
+            )
+        # Its ends tell of limits, the second value whether all have to be whole.
+        last = int(count) - 1
+        return Values(found.spread(int(count)), tuple(dict.fromkeys((0, 1, last))))
+    read = read_yaml(f"[{text}]")
+    if read.problems or not isinstance(read.data, list):
+        raise ValuesError(f"expected values, got '{text}'")
+    return _listed(_with_last_unit([value_of(one, i) for i, one in enumerate(read.data)]))
+
+
+def _with_last_unit(values: list[Value]) -> Sequence[Value]:
+    """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
+    last = _NUMBER.fullmatch(values[-1]) if isinstance(values[-1], str) else None
+    unit = last[2] if last else None
+    if unit is None or not all(isinstance(one, float) for one in values[:-1]):
+        return values
+    return [*(f"{number_text(float(one))} {unit.strip()}" for one in values[:-1]), values[-1]]
+
+
+def _range(low: str, high: str, hint: str) -> Range:
+    ends = [_NUMBER.fullmatch(text) for text in (low, high)]
+    if not (ends[0] and ends[1]):
+        wrong = high if ends[0] else low
+        raise ValuesError(f"expected a number, or one with a unit, got '{wrong.strip()}'", hint)
+    units = {(end[2] or "").strip() for end in ends if end} - {""}
+    if len(units) > 1:
+        raise ValuesError(f"'{low}' and '{high}' have two units", "give both ends in one unit")
+    numbers = [float(end[1]) for end in ends if end]
+    if not all(map(isfinite, numbers)):
+        raise ValuesError(f"'{low}:{high}' is no finite range", hint)
+    if numbers[0] == numbers[1]:
+        raise ValuesError(f"the range '{low}:{high}' is one value", hint)
+    return Range(numbers[0], numbers[1], units.pop() if units else "")
+
+
+def value_of(given: Any, entry: int | None = None) -> Value:
+    """Return a value as a number, or as the text that a model file would hold.
+
+    Raises:
+        ValuesError: no model file can hold it.
+
+    """
+    if hasattr(given, "item") and not isinstance(given, np.ndarray):  # a number of numpy's
+        given = given.item()
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        if not isfinite(given):
+            raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
+        return float(given)
+    if isinstance(given, str) and given.strip():
+        return given.strip()
+    if isinstance(given, bool | Mapping | Sequence | np.ndarray) and not isinstance(given, str):
+        plain = given.tolist() if isinstance(given, np.ndarray) else given
+        try:
+            return json.dumps(plain, ensure_ascii=False)
+        except (TypeError, ValueError):
+            pass
+    raise ValuesError(f"expected a value, got {in_words(given)}", entry=entry)
+
+
+def setting_text(path: str, value: Value) -> str:
+    """Return the setting 'path=value' that puts a value into the scene."""
+    return f"{path}={number_text(value) if isinstance(value, float) else value}"
+
+
+def in_si(value: Value) -> Value:
+    """Return a number in SI; a text that is no quantity stays as it is."""
+    found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if isinstance(value, float) or found is None or found[2] is None:
+        return value
+    try:
+        unit = find_unit(found[2], Dimension.NUMBER)
+    except UnknownUnitError:
+        return value
+    return float(found[1]) * unit.factor
+
+
+def unit_of(values: Sequence[Value]) -> str:
+    """Return the unit in which all of some values are written; empty if there is no such one."""
+    found = [_NUMBER.fullmatch(value) if isinstance(value, str) else None for value in values]
+    units = {(one[2] or "").strip() if one else "" for one in found}
+    return units.pop() if len(units) == 1 else ""

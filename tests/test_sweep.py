@@ -1,0 +1,157 @@
+"""Sweeps: plans, values, rows; the same numbers whoever runs."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+from results import PENDULUM, rigid_link, scene_from
+
+import exudyn_flexlink as fl
+from exudyn_flexlink.result import Outcome, Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import Document, Mistake
+from exudyn_flexlink.sweeps import (
+    Design,
+    InThisProcess,
+    Observe,
+    OneRun,
+    Sweep,
+    SweepTable,
+    carried_out,
+    grid,
+    latin_hypercube,
+    listed,
+    planned,
+    random,
+    standard_row,
+    work_of,
+)
+
+LENGTH, ANGLE = "bodies.rod.length", "initial.angles.rod"
+
+
+def design_of(made: Design | None) -> Design:
+    assert made is not None
+    return made
+
+
+def plan_of(varied: dict[str, object], scene: Scene | None = None) -> Sweep:
+    mistakes: list[Mistake] = []
+    own = scene or scene_from(PENDULUM)
+    return planned(own, grid(varied, (), mistakes), Document("test"), mistakes=mistakes)
+
+
+def table(plan: Sweep, observe: Observe, simulate: object = None) -> SweepTable:
+    work = work_of(plan, simulate or still, observe)  # type: ignore[arg-type]
+    return carried_out(plan, work, InThisProcess(), {}, lambda *_: None)
+
+
+def still(scene: Scene) -> Result:
+    """Closed form in place of an engine."""
+    return rigid_link(samples=101)
+
+
+def own_length(scene: Scene, simulate: object) -> dict[str, float]:
+    return {"length_m": scene.bodies["rod"].length}  # type: ignore[union-attr]
+
+
+def test_a_grid_has_every_value_with_every_other_and_the_last_varies_fastest() -> None:
+    plan = plan_of({LENGTH: "1:2:2", ANGLE: "0, 90 deg"})
+    assert [point.values for point in plan.points] == [
+        (1.0, 0.0),
+        (1.0, pi / 2),
+        (2.0, 0.0),
+        (2.0, pi / 2),
+    ]
+    assert [one.column for one in plan.varied] == [f"{LENGTH}_m", f"{ANGLE}_rad"]
+
+
+def test_scenes_have_the_values_of_their_points() -> None:
+    found = table(plan_of({LENGTH: "100:300 mm:3"}), own_length)
+    assert found.columns()["length_m"] == found.columns()[f"{LENGTH}_m"] == [0.1, 0.2, 0.3]
+
+
+def test_the_unit_of_the_last_value_is_that_of_all() -> None:
+    plan = plan_of({LENGTH: "100, 200, 300 mm"})
+    assert [point.values[0] for point in plan.points] == [0.1, 0.2, 0.3]
+
+
+def test_a_latin_hypercube_has_one_point_in_every_part_of_a_range() -> None:
+    made = design_of(latin_hypercube({LENGTH: "1:2", ANGLE: "0:3"}, 20, 4, (), []))
+    points = np.array(made.points, dtype=float)
+    for column, (low, high) in zip(points.T, ((1, 2), (0, 3)), strict=True):
+        parts = np.floor(20 * (column - low) / (high - low))
+        assert sorted(parts) == list(range(20))
+
+
+@pytest.mark.parametrize("draw", [latin_hypercube, random])
+def test_a_seed_makes_the_same_points_again_and_another_seed_others(draw: object) -> None:
+    one, same, other = (
+        design_of(draw({LENGTH: "1:2"}, 5, seed, (), [])).points  # type: ignore[operator]
+        for seed in (1, 1, 2)
+    )
+    assert one == same != other
+
+
+def test_listed_points_are_as_they_are_listed() -> None:
+    made = design_of(listed([{LENGTH: 1, ANGLE: "90 deg"}, {ANGLE: 0, LENGTH: 2}], (), []))
+    assert made.paths == (LENGTH, ANGLE)
+    assert made.points == ((1.0, "90 deg"), (2.0, 0.0))
+
+
+def test_ids_are_those_of_scene_and_settings_alone() -> None:
+    one, again = plan_of({LENGTH: "1:2:2"}), plan_of({LENGTH: "1:3:3"})
+    assert one.points[0].id == again.points[0].id
+    assert len({point.id for point in again.points}) == 3
+    other = plan_of({LENGTH: "1:2:2"}, scene_from(PENDULUM.replace("-9.81", "-1.62")))
+    assert one.points[0].id != other.points[0].id
+
+
+def test_all_mistakes_come_at_once() -> None:
+    with pytest.raises(fl.SceneError) as error:
+        plan_of({LENGTH: [1, "2 kg", "3 mmm"], "bodies.rd.length": [1], ANGLE: "1:2", "run": []})
+    told = str(error.value)
+    for words in (f"{LENGTH}.1", "expected a length, got '2 kg'", "unknown unit 'mmm'",
+                  "did you mean 'rod'?", "expected start:stop:count", "at least one value",
+                  "5 mistakes"):  # fmt: skip
+        assert words in told
+
+
+def test_a_failed_run_is_a_row_with_its_reason() -> None:
+    def stops(scene: Scene) -> Result:
+        return replace(still(scene), outcome=Outcome(False, 0.25, "no convergence"))
+
+    [row] = table(plan_of({LENGTH: [1]}), OneRun(standard_row), stops).rows
+    assert (row.status, row.reason) == ("failed", "stopped at t = 0.25 s: no convergence")
+    assert not row.numbers
+
+
+def test_what_raises_is_a_failed_row_and_the_others_go_on() -> None:
+    def refuses(scene: Scene, simulate: object) -> dict[str, float]:
+        length = own_length(scene, simulate)
+        if length["length_m"] == 2:
+            raise ValueError("not two")
+        return length
+
+    found = table(plan_of({LENGTH: "1:3:3"}), refuses)
+    assert [row.status for row in found.rows] == ["done", "failed", "done"]
+    assert found.rows[1].reason == "ValueError: not two"
+    assert found.columns()["length_m"] == [1.0, None, 3.0]
+
+
+def test_a_scene_that_can_not_be_put_together_is_a_failed_row() -> None:
+    """With the crank of 100 mm upright, a rod of 50 mm does not reach the rail."""
+    scene = fl.load_scene("textbook/slider_crank", {"initial.angles.crank": "90 deg"})
+    found = table(plan_of({"bodies.rod.points.small.0": "300, 50 mm"}, scene), lambda *_: {})
+    assert [row.status for row in found.rows] == ["done", "failed"]
+    assert found.rows[1].reason
+
+
+def test_a_run_that_warns_is_doubtful() -> None:
+    def warns(scene: Scene) -> Result:
+        return replace(still(scene), warnings=("energy is created",))
+
+    [row] = table(plan_of({LENGTH: [1]}), OneRun(standard_row), warns).rows
+    assert (row.status, row.reason, row.warnings) == ("doubtful", "energy is created", 1)
+    assert row.numbers
