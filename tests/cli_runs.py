@@ -19,7 +19,7 @@ FRICTION = str(MODELS / "clearance_friction.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
 COMMANDS = (
-    *("simulate", "compare", "accuracy", "check", "plot", "animate"),
+    *("simulate", "compare", "accuracy", "sweep", "check", "plot", "animate"),
     *("new", "schema", "completion"),
 )
 BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPATH": str(ROOT)}

@@ -29,15 +29,17 @@ from exudyn_flexlink.cli.options import (
     add_model,
     add_out,
     add_output,
+    add_retries,
     add_without,
 )
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
+from exudyn_flexlink.cli.sweep_options import add_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
 from exudyn_flexlink.cli.values import (
-    count,
     duration,
     length,
+    names,
     published_file,
     shipped_model,
 )
@@ -61,6 +63,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     _add_simulate(commands)
     _add_compare(commands)
     _add_accuracy(commands)
+    add_sweep(commands)
     _add_verify(commands)
     _add_check(commands)
     _add_plot(commands)
@@ -108,14 +111,7 @@ def _add_simulate(commands: Any) -> None:
         "without this option: make one only where contacts multiply errors, and warn if these "
         "exceed the tolerance; --no-horizon: make none",
     )
-    parser.add_argument(
-        "--retries",
-        type=count,
-        default=0,
-        metavar="N",
-        help="if the numbers of a run are doubtful (energy, joints, impacts), make it again, up "
-        "to N times, each time ten times as accurate; without this option: only warn",
-    )
+    add_retries(parser)
     add_output(parser, "runs/<name of the model>")
 
 
@@ -235,15 +231,25 @@ def _add_plot(commands: Any) -> None:
         commands,
         "plot",
         plot_command,
-        "draw the figures of a saved run again",
+        "draw the figures of a saved run, or of a sweep, again",
         """\
         exudyn-flexlink plot runs/no_clearance
         exudyn-flexlink plot runs/no_clearance --out figures
-        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print""",
+        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print
+        exudyn-flexlink plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes""",
     )
-    run = parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
+    run = parser.add_argument(
+        "run", type=Path, metavar="RUN", help="folder that 'simulate' or 'sweep' wrote"
+    )
     completes(run, FOLDER)
     add_out(parser, "DIR", "where to; default: that folder")
+    parser.add_argument(
+        "--of",
+        type=names,
+        default=[],
+        metavar="COLUMN[,COLUMN]",
+        help="columns of a sweep's table to draw; default: the first that differ",
+    )
     add_figures(parser)
     add_force(parser, "replace also figures that no run drew, or that were changed since")
 

@@ -9,13 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.figures import look_of, why_not, write_figure
+from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, refuse, tell
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
 
     from exudyn_flexlink.mechanism import Assembly
     from exudyn_flexlink.scene import Scene
+    from exudyn_flexlink.sweeps import SweepTable
 
 
 def check_command(options: argparse.Namespace) -> int:
@@ -43,20 +47,38 @@ def _start(scene: Scene, assembly: Assembly) -> Figure:
 
 
 def plot_command(options: argparse.Namespace) -> int:
-    """Draw the figures of a saved run again; returns the exit code."""
-    from exudyn_flexlink.storage import StorageError, load, staged_files
+    """Draw the figures of a saved run, or of a sweep, again; returns the exit code."""
+    from exudyn_flexlink.storage import StorageError, is_sweep, load, load_sweep, staged_files
 
     folder: Path = options.out or options.run
     try:
-        result = load(options.run)
+        swept = load_sweep(options.run) if is_sweep(options.run) else None
+        unknown = _unknown(options.of, swept)
+        if unknown:
+            return complain(unknown, BAD_INPUT)
+        result = load(options.run) if swept is None else None
         with staged_files(folder, force=options.force) as staged:
-            look_of(options).save_run(result, staged)
+            if result is not None:
+                look_of(options).save_run(result, staged)
+            if swept is not None:
+                draw_sweep(swept, staged, options, options.of)
     except StorageError as error:
         return refuse(error)
     except Exception as error:  # a mistake of the program: the run itself is sound
         return complain(f"no figures: {why_not(error)}; please report it", FAILED)
     print(f"Figures written to {folder}{os.sep}")
     return DONE
+
+
+def _unknown(names: Sequence[str], swept: SweepTable | None) -> str:
+    """Say which names are no observables of a sweep; empty if all are."""
+    if not names or swept is None:
+        return "'--of' is for the folder of a sweep" if names else ""
+    from exudyn_flexlink.source import did_you_mean
+
+    known = swept.observables
+    wrong = [f"no column '{one}'{did_you_mean(one, known)}" for one in names if one not in known]
+    return f"{'; '.join(wrong)}. There are: {', '.join(known)}" if wrong else ""
 
 
 def schema_command(options: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
 from exudyn_flexlink.cli.figures import add_figures
 from exudyn_flexlink.cli.terminal import PROGRAM
-from exudyn_flexlink.cli.values import EFFECT_NAMES, effects, model_path
+from exudyn_flexlink.cli.values import EFFECT_NAMES, count, effects, model_path
 
 
 def add_impact(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +36,18 @@ def add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
         metavar="EFFECT[,EFFECT]",
         help=f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
         "stays); may be repeated",
+    )
+
+
+def add_retries(parser: argparse.ArgumentParser) -> None:
+    """Add that doubtful runs are made again."""
+    parser.add_argument(
+        "--retries",
+        type=count,
+        default=0,
+        metavar="N",
+        help="if the numbers of a run are doubtful (energy, joints, impacts), make it again, up "
+        "to N times, each time ten times as accurate; without this option: only warn",
     )
 
 
@@ -82,10 +94,15 @@ def add_command(
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:
-    """Add the model, what replaces its values, and what it may read."""
+    """Add the model, with what changes it."""
     about = "model file, YAML; or the name of a model that comes with the program"
     model = parser.add_argument("model", type=model_path, metavar="MODEL", help=about)
     completes(model, MODEL_OR_FILE)
+    add_changes(parser)
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Add what replaces values of the model, and what the model may read."""
     parser.add_argument(
         "--set",
         dest="settings",

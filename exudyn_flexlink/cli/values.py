@@ -62,6 +62,22 @@ def count(text: str) -> int:
 count.__name__ = "number"
 
 
+def at_least_one(text: str) -> int:
+    """Read a whole number, 1 or more."""
+    value = int(text)
+    if value < 1:
+        raise ValueError(text)
+    return value
+
+
+at_least_one.__name__ = "number of at least 1"
+
+
+def names(text: str) -> list[str]:
+    """Read names, separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def effects(text: str) -> list[str]:
     """Read names of effects, separated by commas."""
     names = [name.strip() for name in text.split(",")]

@@ -18,6 +18,7 @@ from exudyn_flexlink.plots.saving import FORMATS, figure_bytes, is_figure, save_
 from exudyn_flexlink.plots.sleeve import guide_contact
 from exudyn_flexlink.plots.start import start
 from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style, styled
+from exudyn_flexlink.plots.sweep import sweep
 from exudyn_flexlink.plots.verification import differences
 from exudyn_flexlink.result import Result
 
@@ -44,6 +45,7 @@ __all__ = [
     "save_figures",
     "start",
     "styled",
+    "sweep",
     "work_precision",
 ]
 

@@ -6,6 +6,7 @@ from exudyn_flexlink.report.comparison import comparison_text, excess_text, hori
 from exudyn_flexlink.report.idle_settings import idle_settings
 from exudyn_flexlink.report.run import failure_text, run_text
 from exudyn_flexlink.report.sensitivity import sensitivity_text
+from exudyn_flexlink.report.sweep import sweep_text
 from exudyn_flexlink.report.verification import (
     verification_data,
     verification_markdown,
@@ -25,6 +26,7 @@ __all__ = [
     "run_duration",
     "run_text",
     "sensitivity_text",
+    "sweep_text",
     "verification_data",
     "verification_markdown",
     "verification_text",

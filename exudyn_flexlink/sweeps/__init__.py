@@ -5,6 +5,7 @@ No engine here: whoever starts a sweep hands in what runs a scene, and who makes
 
 from exudyn_flexlink.sweeps.choosing import executor_of
 from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
+from exudyn_flexlink.sweeps.dimensions import label_of
 from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, InThisProcess
 from exudyn_flexlink.sweeps.plan import Point, Sweep, Varied, planned, versions
 from exudyn_flexlink.sweeps.processes import LocalProcesses
@@ -22,7 +23,9 @@ from exudyn_flexlink.sweeps.rows import (
     standard_row,
 )
 from exudyn_flexlink.sweeps.running import carried_out, work_of
+from exudyn_flexlink.sweeps.study import Study, read_study
 from exudyn_flexlink.sweeps.table import SweepTable, table_of
+from exudyn_flexlink.sweeps.values import Value, in_si
 from exudyn_flexlink.sweeps.work import Keep, Work
 
 __all__ = [
@@ -43,17 +46,22 @@ __all__ = [
     "RunFailedError",
     "Scalar",
     "Simulate",
+    "Study",
     "Sweep",
     "SweepTable",
+    "Value",
     "Varied",
     "Work",
     "carried_out",
     "executor_of",
     "grid",
+    "in_si",
+    "label_of",
     "latin_hypercube",
     "listed",
     "planned",
     "random",
+    "read_study",
     "standard_row",
     "table_of",
     "versions",

@@ -11,6 +11,9 @@ from exudyn_flexlink.scene.varying import Measured, Varying
 from exudyn_flexlink.units import Dimension
 
 _SYMBOLS = {"metres": "m", "radians": "rad", "seconds": "s"}
+_ALL = {_SYMBOLS.get(one.si, one.si) for one in Dimension} - {""}
+_UNITS = sorted(_ALL | {"J", "W", "N s", "1/s"}, key=len, reverse=True)
+"""Units that end the names of columns, the longest first: rad/s is not s."""
 
 
 def si_unit(scene: Scene, path: str) -> str:
@@ -56,3 +59,16 @@ def _dimensions(hint: Any) -> Iterator[Dimension]:
     else:
         for inner in (*get_args(hint), *getattr(hint, "__metadata__", ())):
             yield from _dimensions(inner)
+
+
+def label_of(column: str) -> tuple[str, str]:
+    """Return a column's name without its unit, and the unit as it is written; empty if it has none.
+
+    >>> label_of("lever.swing_rad")
+    ('lever.swing', 'rad')
+    """
+    for unit in _UNITS:
+        ending = column_of("", unit)
+        if column.endswith(ending):
+            return column.removesuffix(ending), unit
+    return column, ""

@@ -92,16 +92,16 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     (None where none was made), and the horizon, the instant from which on it exceeds the tolerance
     (None if it never does).
     """
-    found: dict[str, Scalar] = {"end_s": result.outcome.time}
+    found: dict[str, Scalar] = {}
     for contact in result.scene.contacts:
         found |= _of_contact(result, contact)
     for body, contact in struck_bodies(result.scene).items():
         seen = lever_response(result, contact)
         (least, _), (greatest, _) = seen.least, seen.greatest
         found |= {
+            f"{body}.swing_rad": greatest - least,
             f"{body}.least_angle_rad": least,
             f"{body}.greatest_angle_rad": greatest,
-            f"{body}.swing_rad": greatest - least,
         }
     for joint in joints_with_play(result):
         found |= _of_joint(result, joint)
@@ -111,6 +111,7 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     return found | {
         "energy_dissipated_J": float(result.energy.dissipated[-1]),
         "energy_residual_J": result.checks.energy_residual,
+        "end_s": result.outcome.time,
         "error_m": error.largest if error is not None and measured else None,
         "horizon_s": error.exceeds_from if error is not None and measured else None,
     }
@@ -123,11 +124,11 @@ def _of_contact(result: Result, contact: str) -> dict[str, Scalar]:
     return {
         f"{contact}.strikes": len(found),
         f"{contact}.last_period_s": last[1].begin - last[0].begin if len(last) > 1 else None,
+        f"{contact}.greatest_force_N": _greatest_force(result, contact),
+        f"{contact}.energy_lost_J": float(touches.energy_lost.sum()),
         f"{contact}.greatest_approach_speed_m_per_s": float(
             touches.approach_speed.max(initial=0.0)
         ),
-        f"{contact}.energy_lost_J": float(touches.energy_lost.sum()),
-        f"{contact}.greatest_force_N": _greatest_force(result, contact),
     }
 
 

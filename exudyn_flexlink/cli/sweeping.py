@@ -1,0 +1,234 @@
+"""The command `sweep`: a model at many points, each a row of one table."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections import Counter
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
+from exudyn_flexlink.cli.figures import drawn, look_of
+from exudyn_flexlink.cli.naming import run_name
+from exudyn_flexlink.cli.simulating import (
+    COMPILING,
+    LAGRANGIAN_ALONE,
+    asks_for_lagrangian,
+    changed,
+    hint_at_numba,
+    read_scene,
+)
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    complain,
+    progress_bar,
+    tell,
+)
+from exudyn_flexlink.cli.values import model_path
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from exudyn_flexlink.source import Mistake
+    from exudyn_flexlink.sweeps import Executor, Row, Sweep, SweepTable
+
+
+def sweep_command(options: argparse.Namespace) -> int:
+    """Run a model at many points, write a table of them; returns the exit code."""
+    from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.storage import StorageError
+    from exudyn_flexlink.sweeps import CannotStartError, executor_of
+
+    try:
+        executor = executor_of(options.workers, options.scheduler)
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    try:
+        plan = _planned(options)
+        if plan.engine == "exudyn" and asks_for_lagrangian(options):
+            return complain(LAGRANGIAN_ALONE, BAD_INPUT)
+        folder: Path = options.out or Path("runs") / _name(options)
+        table, code = _swept(plan, executor, folder, options)
+    except (SceneError, StorageError, CannotStartError, argparse.ArgumentTypeError) as error:
+        return complain(str(error), BAD_INPUT)
+    return _tell(table, folder, options, code)
+
+
+def _name(options: argparse.Namespace) -> str:
+    """Name of the folder for a sweep's result."""
+    settings = [*options.settings, *options.vary]
+    return run_name(argparse.Namespace(**{**vars(options), "settings": settings}), "-sweep")
+
+
+def _planned(options: argparse.Namespace) -> Sweep:
+    """Make the plan that a study file, or the options, ask for.
+
+    Raises:
+        ArgumentTypeError: there is no such model.
+        SceneError: they, or the model, have mistakes.
+
+    """
+    from exudyn_flexlink.source import Document
+    from exudyn_flexlink.sweeps import grid, planned, read_study, standard_row
+
+    if options.vary:
+        options.model = model_path(options.source)
+        mistakes: list[Mistake] = []
+        given = _varied(options.vary, mistakes)
+        design = grid(given, (), mistakes)
+        scene, document = read_scene(options, options.impact), Document("--vary")
+        engine = options.engine or "exudyn"
+    else:
+        options.model = Path(options.source)
+        study = read_study(options.model, options.settings, options.allow_outside)
+        scene = changed(study.scene, options.impact, options.without)
+        design, document, mistakes = study.design, study.document, [*study.mistakes]
+        engine = options.engine or study.engine
+    return planned(
+        scene,
+        design,
+        document,
+        engine=engine,
+        measure=options.measure,
+        retries=options.retries,
+        observed=f"{standard_row.__module__}.{standard_row.__qualname__}",
+        allow_outside=options.allow_outside,
+        mistakes=mistakes,
+    )
+
+
+def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
+    """Read '--vary path=values'; a path twice would be varied by one of them alone."""
+    from exudyn_flexlink.source import Mistake
+
+    found: dict[str, str] = {}
+    for text in texts:
+        path, equals, values = (part.strip() for part in text.partition("="))
+        if not equals or not all(path.split(".")):
+            hint = "for example --vary 'drives.motor.value=5:15:11'"
+            mistakes.append(Mistake((text,), "expected path=values", hint))
+        elif path in found:
+            mistakes.append(Mistake((path,), "is varied twice"))
+        else:
+            found[path] = values
+    return found
+
+
+def _swept(
+    plan: Sweep, executor: Executor, folder: Path, options: argparse.Namespace
+) -> tuple[SweepTable, int]:
+    """Carry a sweep out and write its table; returns the exit code, too.
+
+    Raises:
+        CannotStartError: no process can do the work.
+        StorageError: the folder can't be written.
+
+    """
+    from exudyn_flexlink import engines
+    from exudyn_flexlink.storage import SeriesKeeper, open_journal
+    from exudyn_flexlink.sweeps import OneRun, carried_out, standard_row, work_of
+
+    hint_at_numba(plan.engine, options)
+    work = work_of(
+        plan,
+        partial(
+            engines.simulate, engine=plan.engine, measure=plan.measure, retries=plan.retries
+        ),
+        OneRun(standard_row),
+        SeriesKeeper(folder.resolve()) if options.series else None,
+    )  # fmt: skip
+    with open_journal(folder, plan, resume=options.resume, force=options.force) as journal:
+        told = _Telling(len(plan), journal.known.values())
+        if journal.known and not options.quiet:
+            complain(f"{len(journal.known)} of {len(plan)} rows are there; going on with the rest")
+        with progress_bar(options.quiet, told.what, _compiles(plan, options)) as bar:
+            engines.compile_once(plan.scene, plan.engine)
+
+            def keep(row: Row, count: int) -> None:
+                journal.add(row)
+                told.add(row)
+                if bar is not None:
+                    bar.say(told.what)
+                    bar(count / len(plan))
+
+            table = carried_out(plan, work, executor, journal.known, keep)
+        return table, _write(plan, table, folder, options)
+
+
+class _Telling:
+    """What the progress says: rows that are there, and how many have no numbers."""
+
+    def __init__(self, points: int, known: Iterable[Row]) -> None:
+        self._points = points
+        self._count = Counter(row.status for row in known)
+
+    def add(self, row: Row) -> None:
+        self._count[row.status] += 1
+
+    @property
+    def what(self) -> str:
+        from exudyn_flexlink.sweeps import FAILED
+
+        failed = f", {self._count[FAILED]} failed" if self._count[FAILED] else ""
+        return f"sweep: {sum(self._count.values())} of {self._points} runs{failed}"
+
+
+def _compiles(plan: Sweep, options: argparse.Namespace) -> str:
+    """Say what goes on before the first run, if that takes long; empty if nothing does."""
+    from exudyn_flexlink import engines
+
+    kind = engines.compiles(plan.scene, plan.engine)
+    if kind == "none":
+        return ""
+    if not options.quiet:
+        complain(f"hint: {COMPILING[kind]}")
+    return "compiling"
+
+
+def _write(plan: Sweep, table: SweepTable, folder: Path, options: argparse.Namespace) -> int:
+    """Write the table, which Ctrl-C does not hinder, and its figure, for which nobody must wait."""
+    from exudyn_flexlink.storage import save_table, staged_folder
+
+    with staged_folder(folder, force=options.force) as staged:
+        with deferrable_interrupts() as ctrl_c:
+            ctrl_c.defer()
+            save_table(plan, table, staged)
+        if ctrl_c.pending or not table.whole:
+            return INTERRUPTED
+        if options.no_plots or options.ending.asked:
+            return DONE
+        return drawn(staged, lambda: draw_sweep(table, staged, options))
+
+
+def draw_sweep(
+    table: SweepTable, folder: Path, options: argparse.Namespace, names: Sequence[str] = ()
+) -> None:
+    """Draw the figure of a sweep into an existing folder; see `plots.sweep`."""
+    from exudyn_flexlink.plots import sweep
+
+    look_of(options).save(partial(sweep, names=names), table, folder, "sweep")
+
+
+def _tell(table: SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:
+    """Print the summary; that rows are missing, or all failed, also where it is not wanted."""
+    from exudyn_flexlink.report import sweep_text
+    from exudyn_flexlink.storage import own_files
+    from exudyn_flexlink.sweeps import FAILED as FAILED_ROW
+
+    if not options.quiet:
+        tell(sweep_text(table))
+        names = ", ".join(sorted(name for name in own_files(folder) if "/" not in name))
+        tell(f"\nWritten to {folder}{os.sep}: {names}")
+    if not table.whole:
+        there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
+        return complain(f"interrupted: {there}; with '--resume' they are not made again", code)
+    if code == INTERRUPTED:
+        return complain(f"interrupted: the sweep is whole, in {folder}{os.sep}", code)
+    if table.count(FAILED_ROW) == len(table.rows):
+        return complain("no row has numbers", FAILED)
+    return code

@@ -1,0 +1,213 @@
+"""Observables of a sweep over what varied: lines, maps, or parallel coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, nan
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from exudyn_flexlink.plots.frame import Words, framed_figure
+from exudyn_flexlink.plots.panels import legend_outside, letter, sized
+from exudyn_flexlink.plots.parallel import parallel_coordinates
+from exudyn_flexlink.plots.style import BLUE, GREY, SCREEN, Style, styled
+from exudyn_flexlink.plots.style import FAILED as RED
+from exudyn_flexlink.source import did_you_mean
+from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, label_of
+
+FloatArray = NDArray[np.float64]
+
+MOST_PANELS = 6
+MOST_TOLD = 4  # axes of observables beside those of what varied
+ROUNDING, LEAST = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
+FEW = 8  # values that all have a tick
+LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Places (N,) of the rows along an axis, its label, and the words at whole places, if any."""
+
+    places: FloatArray
+    label: str
+    words: tuple[str, ...] = ()
+
+
+@styled
+def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN) -> Figure | None:
+    """Draw observables by their columns' `names`, or the first that differ from row to row.
+
+    Over one value that varied as lines, over two as maps, of more as parallel coordinates. Rows
+    that failed are marked; None if no row has numbers.
+
+    Raises:
+        ValueError: there is no such column.
+
+    """
+    chosen = list(names) or _telling(table)
+    unknown = [name for name in chosen if name not in table.observables]
+    if unknown:
+        near = did_you_mean(unknown[0], table.observables)
+        raise ValueError(f"the sweep has no column '{unknown[0]}'{near}")
+    if not chosen:
+        return None
+    along = [_along(table, i) for i in range(len(table.varied))]
+    seen = [_observed(table, name) for name in chosen]
+    draw, most = {1: (_lines, MOST_PANELS), 2: (_maps, MOST_PANELS)}.get(
+        len(along), (_parallel, MOST_TOLD)
+    )
+    return draw(table, along, seen[: max(most, len(names))], style)
+
+
+def _telling(table: SweepTable) -> list[str]:
+    """Observables that are numbers and not the same in all rows."""
+    columns = table.columns()
+    found = []
+    for name in table.observables:
+        values = [value for value in columns[name] if value is not None]
+        numbers = [float(value) for value in values if isinstance(value, float | int)]
+        if values and len(numbers) == len(values) and np.ptp(numbers) > _rounding(numbers):
+            found.append(name)
+    return found
+
+
+def _rounding(numbers: Sequence[float]) -> float:
+    """What may be rounding of some numbers, and no difference."""
+    return max(ROUNDING * float(np.max(np.abs(numbers))), LEAST)
+
+
+def _observed(table: SweepTable, name: str) -> Scale:
+    """Values of an observable, nan where there is none."""
+    return _scale(table.columns()[name], *label_of(name))
+
+
+def _along(table: SweepTable, i: int) -> Scale:
+    """Values that varied, in the unit in which the user gave them."""
+    varied = table.varied[i]
+    values = [row[i] for row in table.values]
+    one = in_si(f"1 {varied.given}") if varied.given else 1.0
+    if isinstance(one, float) and all(isinstance(value, float) for value in values):
+        return _scale([float(v) / one for v in values], varied.path, varied.given or varied.unit)
+    return _scale(values, varied.path, "")
+
+
+def _scale(values: Sequence[Scalar], name: str, unit: str) -> Scale:
+    label = f"{name} ({unit})" if unit else name
+    if any(isinstance(value, str) for value in values):
+        words = tuple(dict.fromkeys(str(value) for value in values))
+        return Scale(np.array([words.index(str(v)) for v in values], dtype=float), label, words)
+    numbers = [nan if v is None or isinstance(v, str) else float(v) for v in values]
+    return Scale(np.array(numbers), label)
+
+
+def _of(table: SweepTable, status: str) -> NDArray[np.bool_]:
+    return np.array([row.status == status for row in table.rows], dtype=bool)
+
+
+def _frame(table: SweepTable, subject: str, height: float, style: Style) -> Figure:
+    failed, missing = table.count(FAILED), table.points - len(table.rows)
+    notes = [f"{failed} of {len(table.rows)} runs failed: see 'reason' in the table"] * (failed > 0)
+    notes += [f"{missing} of {table.points} runs are missing"] * (missing > 0)
+    doubtful = table.count(DOUBTFUL)
+    told = f"; {doubtful} doubtful, which their 'reason' explains" if doubtful else ""
+    caption = [(f"{len(table.rows)} runs by {table.engine}{told}", GREY)]
+    return framed_figure(Words(table.title, subject, notes, caption), height, style)
+
+
+def _ticked(axes: Axes, scale: Scale, which: str) -> None:
+    """Label an axis, and name its places, if they are words."""
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    axis.set_label_text(scale.label, parse_math=False)
+    given = np.unique(scale.places)
+    if scale.words:
+        axis.set_ticks(range(len(scale.words)), scale.words)
+    elif len(given) <= FEW:
+        axis.set_ticks(given, [f"{place:.4g}" for place in given])
+
+
+def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
+    """One panel for each observable, over the value that varied."""
+    x = along[0]
+    figure = _frame(table, f"over {x.label}", 0.5 + LINES * len(seen), style)
+    panels = figure.subplots(len(seen), sharex=True, squeeze=False)[:, 0]
+    order = np.argsort(x.places, kind="stable")
+    failed, doubtful = _of(table, FAILED), _of(table, DOUBTFUL)
+    for axes, own in zip(panels, seen, strict=True):
+        axes.plot(x.places[order], own.places[order], color=BLUE, alpha=0.6)
+        for chosen, filled, label in ((~failed & ~doubtful, BLUE, "done"),
+                                      (doubtful, "white", "doubtful")):  # fmt: skip
+            if chosen.any():
+                axes.plot(x.places[chosen], own.places[chosen], "o", color=BLUE, label=label,
+                          markerfacecolor=filled, markersize=sized(4))  # fmt: skip
+        for k, place in enumerate(x.places[failed]):
+            axes.axvline(place, color=RED, linestyle=":", label="failed" if k == 0 else None)
+        axes.set_title(own.label, parse_math=False)
+    _ticked(panels[-1], x, "x")
+    letter(panels)
+    if failed.any() or doubtful.any():
+        legend_outside(panels[0])
+    return figure
+
+
+def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
+    """One map for each observable over both values: cells of a grid, or else dots."""
+    x, y = along
+    columns = 1 if style.narrow or len(seen) == 1 else 2
+    rows = ceil(len(seen) / columns)
+    figure = _frame(table, f"over {x.label} and {y.label}", 0.4 + MAP * rows, style)
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    grid = _is_grid(x.places, y.places)
+    failed = _of(table, FAILED)
+    for axes, own in zip(panels.flat, seen, strict=False):
+        if grid:
+            shown = axes.pcolormesh(*_cells(x.places, y.places, own.places), shading="nearest")
+        else:
+            shown = axes.scatter(x.places, y.places, c=own.places, s=sized(5) ** 2)
+        figure.colorbar(shown, ax=axes)
+        axes.plot(x.places[failed], y.places[failed], "x", color=RED, markersize=sized(5))
+        axes.set_title(own.label, parse_math=False)
+        axes.grid(visible=False)
+    for axes in panels.flat[len(seen) :]:
+        axes.set_visible(False)
+    for axes in panels[-1]:
+        _ticked(axes, x, "x")
+    for axes in panels[:, 0]:
+        _ticked(axes, y, "y")
+    letter(panels.flat[: len(seen)])
+    return figure
+
+
+def _is_grid(x: FloatArray, y: FloatArray) -> bool:
+    """Whether points are several, and most places of one value are there with those of the other.
+
+    A sweep that was interrupted has holes.
+    """
+    cells = len(np.unique(x)) * len(np.unique(y))
+    return len(x) > 1 and cells <= 2 * len(x)
+
+
+def _cells(
+    x: FloatArray, y: FloatArray, values: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Columns, rows and a matrix of values, nan where there is none."""
+    columns, i = np.unique(x, return_inverse=True)
+    rows, k = np.unique(y, return_inverse=True)
+    found = np.full((len(rows), len(columns)), nan)
+    found[k, i] = values
+    return columns, rows, found
+
+
+def _parallel(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
+    """An axis for every value that varied and every observable, a line for every row."""
+    # Names stand upright where there is no room for them.
+    height = 6.5 if style.narrow else 3.6
+    figure = _frame(table, f"coloured by {seen[0].label}", height, style)
+    scales = [*along, *seen]
+    places = np.stack([scale.places for scale in scales], axis=1)
+    labels = [(scale.label, scale.words) for scale in scales]
+    parallel_coordinates(figure, places, labels, len(along), _of(table, FAILED))
+    return figure

@@ -1,0 +1,61 @@
+"""What the program says after a sweep: how many rows there are, and why some have no numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, SweepTable
+
+MOST_REASONS = 5
+LONGEST = 100  # characters of a reason
+
+
+def sweep_text(found: SweepTable) -> str:
+    """Return the summary of a sweep: its rows, what varied, ranges of observables, reasons."""
+    blocks = [_head(found), _ranges(found), *(_reasons(found, kind) for kind in (FAILED, DOUBTFUL))]
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def _head(found: SweepTable) -> list[str]:
+    missing = found.points - len(found.rows)
+    told = [f"{found.count(kind)} {kind}" for kind in (FAILED, DOUBTFUL) if found.count(kind)]
+    told += [f"{missing} missing"] if missing else []
+    wall = sum(row.wall for row in found.rows)
+    rows = [["rows", ", ".join([f"{len(found.rows)} of {found.points}", *told])]]
+    rows += [["runs took", f"{wall:.1f} s together"]]
+    return [f"Sweep: {found.title}", *table(rows)]
+
+
+def _ranges(found: SweepTable) -> list[str]:
+    """Least and largest value of every number that is not the same in all rows."""
+    columns = found.columns()
+    varied = [one.column for one in found.varied]
+    rows = [["", "from", "to"]]
+    for name in (*varied, *found.observables):
+        values = [float(value) for value in columns[name] if isinstance(value, float | int)]
+        if values and (name in varied or min(values) != max(values)):
+            rows.append([name, number(min(values)), number(max(values))])
+    return table(rows) if len(rows) > 1 else []
+
+
+def _reasons(found: SweepTable, kind: str) -> list[str]:
+    """Why rows are as they are, the most frequent reasons first."""
+    reasons = Counter(row.reason for row in found.rows if row.status == kind)
+    if not reasons:
+        return []
+    first = {row.reason: row.number for row in reversed(found.rows) if row.status == kind}
+    rows = [
+        [str(count), f"run {first[reason]}", _short(reason)]
+        for reason, count in reasons.most_common(MOST_REASONS)
+    ]
+    more = len(reasons) - MOST_REASONS
+    return [
+        f"{kind.capitalize()}: rows, the first of them, why",
+        *table(rows),
+        *([f"  and {more} reasons more"] if more > 0 else []),
+    ]
+
+
+def _short(reason: str) -> str:
+    return reason if len(reason) <= LONGEST else reason[: LONGEST - 4] + " ..."
