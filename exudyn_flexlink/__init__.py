@@ -50,6 +50,15 @@ The second opinion is the hand-written Lagrangian:
 >>> fl.compare(fl.simulate(rigid), result, names=("rigid", "flexible"))
 <Comparison of rigid and flexible: ...>
 
+Many runs, each a row of one table, on all cores (here on one):
+
+>>> table = fl.sweep(rigid, {"drives.motor.value": "10, 12 rad/s"}, workers=1)
+>>> table
+<Sweep of drives.motor.value: 2 rows>
+>>> fast = table.columns()["link.end.greatest_speed_m_per_s"]
+>>> bool(fast[1] > fast[0])
+True
+
 ``result.to_dataframe("link.end")`` and ``result.to_xarray()`` give the samples as tables, with
 pandas and xarray: ``pip install 'exudyn-flexlink[tables]'``.
 
@@ -66,7 +75,7 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.comparisons import Comparison, compare
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
-    from exudyn_flexlink.api.sweeps import SweepTable, load_sweep, sweep
+    from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
@@ -83,6 +92,7 @@ __all__ = [
     "Result",
     "Scene",
     "SceneError",
+    "Simulate",
     "StorageError",
     "SweepTable",
     "__version__",
@@ -105,6 +115,7 @@ _HOMES = {
     "Result": "api.results",
     "Scene": "api.scenes",
     "SceneError": "source",
+    "Simulate": "api.sweeps",
     "StorageError": "storage",
     "SweepTable": "api.sweeps",
     "compare": "api.comparisons",

@@ -81,6 +81,11 @@ def gif_of(run: str, *options: str) -> tuple[str, ...]:
 
 STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
          "--set", "bodies.link.hinges.stiffness=beam", "--budget", "90")  # fmt: skip
+SWEEP = (*PROGRAM, "sweep", "no_clearance", "--vary", "drives.motor.value=5:15:11",
+         "--vary", "springs.lever_return.frequency=20:60 Hz:5", "--set", "run.turns=1",
+         "--set", "bodies.link.rods=4", "--quiet", "--no-plots",
+         "--out", f"{OUT}/speeds")  # fmt: skip
+SWEPT = (*PROGRAM, "plot", f"{OUT}/speeds", "--of", "lever.swing_rad,strike.greatest_force_N")
 VERIFY = (*PROGRAM, "verify", "--quiet", "--as", "markdown")
 PAPER = {f"paper_fig{number}.png": f"paper_fig{number}.png" for number in (3, 4, 5)}
 
@@ -199,6 +204,8 @@ ITEMS = (
         {"accuracy.png": "study/accuracy.png"},
         "tables/accuracy.txt",
     ),
+    Item("sweep", "2 min", (SWEEP, SWEPT), {"sweep.png": "speeds/sweep.png"}),
+    Item("sweep_speed", "10 min", (script("sweep_speed"),), table="tables/sweep_speed.md"),
     Item("benchmark", "15 min", (script("benchmark", "--markdown"),), table="tables/benchmark.md"),
     Item("told_errors", "15 min", (script("told_errors", "--count", "20"),),
          table="tables/told_errors.md"),

@@ -7,25 +7,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from exudyn_flexlink import engines, storage
-from exudyn_flexlink.api.results import own_result
-from exudyn_flexlink.api.scenes import own_scene
+from exudyn_flexlink.api.figures import style_of
+from exudyn_flexlink.api.results import Result, own_result
+from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.tables import needed
-from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.result import Result as PlainResult
+from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.source import Document, Mistake
 from exudyn_flexlink.sweeps import (
     DOUBTFUL,
     FAILED,
     Design,
-    Observe,
     OneRun,
     Row,
-    RowFunction,
     Scalar,
-    Simulate,
     Sweep,
     carried_out,
     executor_of,
@@ -36,16 +34,42 @@ from exudyn_flexlink.sweeps import (
     standard_row,
     work_of,
 )
+from exudyn_flexlink.sweeps import Simulate as PlainSimulate
 from exudyn_flexlink.sweeps import SweepTable as PlainTable
 from exudyn_flexlink.sweeps import random as drawn_at_random
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pandas import DataFrame
+
+
+Simulate = Callable[[Scene], Result]
+"""Runs a scene by the engine of a sweep; a run that fails is a Result, too."""
+
+RowFunction = Callable[[Result], Mapping[str, Scalar]]
+"""Observables of one run, by the names of their columns, which end in their units."""
+
+Observe = Callable[[Scene, Simulate], Mapping[str, Scalar]]
+"""Observables of one point that may need several runs."""
 
 
 @dataclass(frozen=True, repr=False)
 class SweepTable(PlainTable):
     """What a sweep has given: a row for every point, in SI units."""
+
+    def plot(self, *names: str, style: str = "screen") -> Figure:
+        """Draw columns by `names`, or the first that differ: lines, maps, parallel coordinates.
+
+        Raises:
+            ValueError: there is no such column or style, or no row has numbers.
+
+        """
+        from exudyn_flexlink import plots
+
+        figure = plots.sweep(self, names, style=style_of(style))
+        if figure is None:
+            raise ValueError("no row has numbers that differ from those of the others")
+        return figure
 
     def to_dataframe(self) -> DataFrame:
         """Return the table of pandas; columns carry their units, as in the CSV file.
@@ -136,7 +160,7 @@ def sweep(  # noqa: PLR0913  (each is one of its own)
     work = work_of(
         plan,
         _Run(engine, measure, retries),
-        _Own(observe or OneRun(row or standard_row)),
+        _Own(observe or cast(Observe, OneRun(cast(Any, row or standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
     if workers != 1:
@@ -182,7 +206,7 @@ class _Run:
     measure: bool
     retries: int
 
-    def __call__(self, scene: Scene, /) -> Result:
+    def __call__(self, scene: PlainScene, /) -> PlainResult:
         return engines.simulate(scene, self.engine, measure=self.measure, retries=self.retries)
 
 
@@ -192,7 +216,7 @@ class _Own:
 
     observe: Observe
 
-    def __call__(self, scene: Scene, simulate: Simulate) -> Mapping[str, Scalar]:
+    def __call__(self, scene: PlainScene, simulate: PlainSimulate) -> Mapping[str, Scalar]:
         return self.observe(own_scene(scene), lambda own: own_result(simulate(own)))
 
 

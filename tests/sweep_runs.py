@@ -1,0 +1,56 @@
+"""What sweeps observe in tests: functions that other processes can import."""
+
+import os
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from results import PENDULUM, scene_from
+
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import Document
+from exudyn_flexlink.sweeps import Simulate, Sweep, Work, grid, planned, work_of
+
+LENGTH = "bodies.rod.length"
+
+
+def plan_of(count: int) -> Sweep:
+    """Return a sweep over lengths 1, 2, .. m."""
+    design = grid({LENGTH: list(range(1, count + 1))}, (), [])
+    return planned(scene_from(PENDULUM), design, Document("test"))
+
+
+def nothing(scene: Scene) -> Result:
+    raise AssertionError("nothing is to be simulated")
+
+
+@dataclass(frozen=True)
+class Length:
+    """Observes the rod's length, after noting in a file that it was asked; may end its process.
+
+    The process ends at the length `deadly`, the first so many `times`.
+    """
+
+    log: Path
+    deadly: float = 0.0
+    times: int = 1
+    seconds: float = 0.0
+
+    def __call__(self, scene: Scene, simulate: Simulate) -> dict[str, float]:
+        length = scene.bodies["rod"].length  # type: ignore[union-attr]
+        with self.log.open("a") as file:
+            file.write(f"{length:g}\n")
+        if length == self.deadly and self.asked().count(length) <= self.times:
+            os.kill(os.getpid(), signal.SIGKILL)
+        time.sleep(self.seconds)
+        return {"length_m": length}
+
+    def asked(self) -> list[float]:
+        """Lengths in the order in which they were asked for."""
+        return list(map(float, self.log.read_text().split())) if self.log.exists() else []
+
+
+def work(plan: Sweep, observe: Length) -> Work:
+    return work_of(plan, nothing, observe)

@@ -1,0 +1,219 @@
+"""The command `sweep`: study files, bad input, folders, interrupts, figures."""
+
+import csv
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from cli_runs import Capture
+from results import PENDULUM, rigid_link
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.result import Outcome, Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.storage import StorageError, load, load_sweep
+from exudyn_flexlink.sweeps import read_study
+
+DOCS = Path(__file__).parents[1] / "docs"
+LENGTH = "bodies.rod.length"
+SWEEP = ["sweep", "model.yaml", "--vary", f"{LENGTH}=1:3:3", "--workers", "1", "--out", "out"]
+STUDY = """\
+model: model.yaml
+set: [run.duration=2]
+grid:
+  bodies.rod.length: 100:300 mm:3
+  gravity: [[0, -9.81], [0, -1.62]]
+"""
+
+
+@pytest.fixture(autouse=True)
+def closed_form(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[float], None]:
+    """Put closed form in place of an engine; runs of one length may fail."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.yaml").write_text(PENDULUM)
+    failing = [-1.0]
+
+    def simulate(scene: Scene, engine: str = "exudyn", **_: object) -> Result:
+        length = scene.bodies["rod"].length  # type: ignore[union-attr]
+        made = replace(rigid_link(samples=101), engine=engine)
+        stopped = Outcome(False, 0.5, "no convergence")
+        return replace(made, outcome=stopped) if length in failing else made
+
+    monkeypatch.setattr("exudyn_flexlink.engines.simulate", simulate)
+    return failing.append
+
+
+def table() -> list[dict[str, str]]:
+    with Path("out/table.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_sweep_writes_its_table_as_csv_and_parquet_and_tells_of_it(capsys: Capture) -> None:
+    assert main([*SWEEP, "--no-plots"]) == 0
+    assert [row[f"{LENGTH}_m"] for row in table()] == ["1", "2", "3"]
+    assert "rows       3 of 3" in capsys.readouterr().out
+    pandas, _ = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
+    one, other = pandas.read_parquet("out/table.parquet"), pandas.read_csv("out/table.csv")
+    assert list(one.columns) == list(other.columns)
+    assert one["lever.swing_rad"].to_list() == pytest.approx(other["lever.swing_rad"].to_list())
+
+
+def test_a_study_file_says_what_varies() -> None:
+    Path("study.yaml").write_text(STUDY)
+    assert main(["sweep", "study.yaml", "--workers", "1", "--out", "out", "--no-plots"]) == 0
+    assert [row[f"{LENGTH}_m"] for row in table()] == ["0.1", "0.1", "0.2", "0.2", "0.3", "0.3"]
+    assert table()[1]["gravity"] == "[0, -1.62]"
+    assert json.loads(Path("out/sweep.json").read_text())["scene"]["run"]["duration"] == 2
+
+
+def test_the_study_of_the_documentation_can_be_read() -> None:
+    study = read_study(DOCS / "study.yaml")
+    assert study.design is not None
+    assert (len(study.design.points), study.mistakes) == (40, ())
+
+
+BAD_STUDIES = {
+    "unknown key": (STUDY.replace("set:", "sett:"), ["study.yaml:2:1", "did you mean 'set'?"]),
+    "two designs": (STUDY + "list: []\n", ["study.yaml:6:7", "exclude each other"]),
+    "no design": ("model: model.yaml\n", ["needs 'grid' or 'list' or 'latin_hypercube'"]),
+    "values": (
+        STUDY.replace("100:300 mm:3", "[1, 2 kg]").replace("-1.62", "-1 N").replace("gra", "gar"),
+        ["study.yaml:4:26: grid.bodies.rod.length.1", "expected a length, got '2 kg'",
+         "study.yaml:5:", "unknown key 'garvity'; did you mean 'gravity'?"],
+    ),
+    "setting": (STUDY.replace("run.duration", "run.durration"), ["study.yaml:2:7: set.0",
+                                                                "did you mean 'duration'?"]),
+    "missing model": (STUDY.replace("model.yaml", "modell.yaml"), ["study.yaml:1:8: model"]),
+    "no count": ("model: model.yaml\nrandom: {ranges: {gravity: '1:2'}}\n",
+                 ["study.yaml:2:1: random: missing 'count'"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "words"), BAD_STUDIES.values(), ids=BAD_STUDIES)
+def test_mistakes_of_a_study_are_shown_where_they_stand(
+    text: str, words: list[str], capsys: Capture
+) -> None:
+    Path("study.yaml").write_text(text)
+    assert main(["sweep", "study.yaml", "--out", "out"]) == 2
+    told = capsys.readouterr().err
+    assert all(word in told for word in words), told
+    assert "Traceback" not in told
+    assert not Path("out").exists()
+
+
+def test_a_study_leaves_its_folder_only_if_it_may(capsys: Capture) -> None:
+    Path("inner").mkdir()
+    Path("inner/study.yaml").write_text(STUDY.replace("model.yaml", "../model.yaml"))
+    arguments = ["sweep", "inner/study.yaml", "--workers", "1", "--out", "out", "--no-plots"]
+    assert main(arguments) == 2
+    assert "must be in the study's folder" in capsys.readouterr().err
+    assert main([*arguments, "--allow-outside"]) == 0
+
+
+BAD_OPTIONS = {
+    "--vary gravity": "expected path=values",
+    "--vary gravity=1:2:3 --vary gravity=1": "gravity: is varied twice",
+    "--vary gravity=1:2": "expected start:stop:count",
+    "--vary gravty=1": "did you mean 'gravity'?",
+    "--vary gravity=1 --scheduler tcp://h:1 --workers 2": "a scheduler has its own workers",
+    "--set run.duration=2": "this is a model, no study",
+}
+
+
+@pytest.mark.parametrize(("options", "words"), BAD_OPTIONS.items(), ids=BAD_OPTIONS)
+def test_bad_options_are_told_and_nothing_is_written(
+    options: str, words: str, capsys: Capture
+) -> None:
+    assert main(["sweep", "model.yaml", *options.split(), "--out", "out"]) == 2
+    assert words in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
+def test_the_same_command_again_says_how_to_go_on(capsys: Capture) -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    journal = Path("out/journal.jsonl")
+    journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:2]))
+    assert main([*SWEEP, "--no-plots"]) == 2
+    assert "2 of the 3 rows of this very sweep: '--resume' goes on" in capsys.readouterr().err
+    assert main([*SWEEP, "--no-plots", "--resume"]) == 0
+    assert "2 of 3 rows are there" in capsys.readouterr().err
+    assert [row["run"] for row in table()] == ["1", "2", "3"]
+
+
+def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    other = [*SWEEP[:3], f"{LENGTH}=1:4:4", *SWEEP[4:], "--no-plots", "--quiet"]
+    assert main([*other, "--resume"]) == 2
+    assert "another sweep, of other points" in capsys.readouterr().err
+    assert main([*other, "--force"]) == 0
+    assert len(table()) == 4
+    assert len(load_sweep(Path("out")).rows) == 4
+
+
+def test_ctrl_c_keeps_the_rows_that_are_there(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    made: list[object] = []
+
+    def twice(scene: Scene, engine: str = "exudyn", **_: object) -> Result:
+        made.append(scene)
+        if len(made) == 3:
+            raise KeyboardInterrupt
+        return rigid_link(samples=101)
+
+    monkeypatch.setattr("exudyn_flexlink.engines.simulate", twice)
+    assert main([*SWEEP, "--no-plots"]) == 130
+    assert "interrupted: 2 of 3 rows are in out/" in capsys.readouterr().err
+    assert [row["run"] for row in table()] == ["1", "2"]
+    assert main([*SWEEP, "--no-plots", "--resume", "--quiet"]) == 0
+    assert [row["run"] for row in table()] == ["1", "2", "3"]
+    assert len(made) == 4
+
+
+def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(
+    closed_form: Callable[[float], None], capsys: Capture
+) -> None:
+    closed_form(2.0)
+    assert main([*SWEEP, "--no-plots"]) == 0
+    out = capsys.readouterr().out
+    assert "3 of 3, 1 failed" in out
+    assert "stopped at t = 0.5 s: no convergence" in out
+    assert [row["status"] for row in table()] == ["doubtful", "failed", "doubtful"]
+    assert main(["sweep", "model.yaml", "--vary", f"{LENGTH}=2", "--workers", "1", "--out", "2",
+                 "--no-plots"]) == 1  # fmt: skip
+
+
+def test_series_are_saved_whole() -> None:
+    assert main([*SWEEP, "--no-plots", "--series", "--quiet"]) == 0
+    row = table()[1]
+    end = load(Path("out/series") / row["id"]).outcome.time
+    assert end == pytest.approx(float(row["end_s"]), rel=1e-11)
+
+
+@pytest.mark.parametrize("varied", [1, 2, 3])
+def test_a_sweep_is_drawn_over_any_number_of_values(
+    varied: int, closed_form: Callable[[float], None], capsys: Capture
+) -> None:
+    closed_form(2.0)
+    more = ["--vary", "gravity=1, 2"] * (varied > 1) + ["--vary", "run.duration=1, 2"] * (
+        varied > 2
+    )
+    assert main([*SWEEP, *more, "--quiet", "--no-horizon"]) == 0
+    chosen = "lever.swing_rad,end_s"
+    assert main(["plot", "out", "--of", chosen, "--style", "print", "--format", "svg"]) == 0
+    drawn = Path("out/sweep.svg").read_text()
+    assert "failed" in drawn
+    assert main(["plot", "out", "--of", "lever.swin_rad"]) == 2
+    assert "did you mean 'lever.swing_rad'?" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_sweep_is_told_and_kept(capsys: Capture) -> None:
+    with pytest.raises(StorageError, match="has no sweep"):
+        load_sweep(Path())
+    Path("own").mkdir()
+    Path("own/notes.txt").write_text("mine")
+    assert main([*SWEEP[:-1], "own", "--no-plots"]) == 2
+    assert "holds files that are no run of this program" in capsys.readouterr().err
+    assert [file.name for file in Path("own").iterdir()] == ["notes.txt"]

@@ -1,0 +1,121 @@
+"""Processes of a sweep that are killed: what they had made stays, nothing is made twice."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from results import PENDULUM, scene_from
+from sweep_runs import LENGTH, Length, plan_of, work
+
+import exudyn_flexlink as fl
+from exudyn_flexlink.storage import load_sweep
+from exudyn_flexlink.sweeps import Executor, LocalProcesses, SweepTable, carried_out
+from exudyn_flexlink.sweeps.cluster import DaskCluster
+
+COUNT = 8
+SCRIPT = f"""
+import sys
+from pathlib import Path
+sys.path[:0] = [{str(Path(__file__).parent)!r}]
+from results import PENDULUM, scene_from
+from sweep_runs import LENGTH, Length
+import exudyn_flexlink as fl
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    observe = Length(folder / "log", seconds=0.2)
+    fl.sweep(scene_from(PENDULUM), {{LENGTH: list(range(1, {COUNT} + 1))}}, observe=observe,
+             folder=folder / "swept", workers=2)
+"""
+
+
+def swept(executor: Executor, observe: Length) -> SweepTable:
+    plan = plan_of(COUNT)
+    return carried_out(plan, work(plan, observe), executor, {}, lambda *_: None)
+
+
+def lengths(table: SweepTable) -> list[object]:
+    return table.columns()["length_m"]
+
+
+def check_killed_once(table: SweepTable, observe: Length) -> None:
+    """The run that was under way is made again, and no other."""
+    assert lengths(table) == [float(k) for k in range(1, COUNT + 1)]
+    assert sorted(observe.asked()) == sorted([*range(1, COUNT + 1), observe.deadly])
+
+
+def check_killed_always(table: SweepTable, observe: Length) -> None:
+    assert [row.status for row in table.rows].count("done") == COUNT - 1
+    row = table.rows[int(observe.deadly) - 1]
+    assert row.status == "failed"
+    assert "the process that ran it ended" in row.reason
+
+
+def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path: Path) -> None:
+    observe = Length(tmp_path / "log", deadly=3)
+    check_killed_once(swept(LocalProcesses(2), observe), observe)
+
+
+def test_a_run_that_always_ends_its_process_is_tried_twice_and_fails(tmp_path: Path) -> None:
+    observe = Length(tmp_path / "log", deadly=3, times=99)
+    check_killed_always(swept(LocalProcesses(2), observe), observe)
+    assert observe.asked().count(3) == 2
+
+
+def test_a_sweep_that_was_killed_goes_on_without_loss_or_repetition(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT)
+    folder, log = tmp_path / "swept", Length(tmp_path / "log")
+    running = subprocess.Popen([sys.executable, str(tmp_path / "script.py"), str(tmp_path)])
+    try:
+        while not (folder / "journal.jsonl").exists() or not len(load_sweep(folder).rows) >= 3:
+            assert running.poll() is None
+            time.sleep(0.02)
+    finally:
+        running.send_signal(signal.SIGKILL)
+        running.wait()
+    with (folder / "journal.jsonl").open("a") as journal:
+        journal.write('{"number": 7, "id"')  # half a line
+    time.sleep(0.5)
+    made, asked = load_sweep(folder), len(log.asked())
+    assert 3 <= len(made.rows) < COUNT
+    time.sleep(0.5)
+    assert len(log.asked()) == asked, "its processes have not ended with it"
+    varied = {LENGTH: list(range(1, COUNT + 1))}
+    scene, observe = scene_from(PENDULUM), Length(tmp_path / "log", seconds=0.2)
+    with pytest.raises(fl.StorageError, match=f"{len(made.rows)} of the {COUNT} rows"):
+        fl.sweep(scene, varied, observe=observe, folder=folder, workers=1)
+    table = fl.sweep(scene, varied, observe=observe, folder=folder, workers=1, resume=True)
+    assert lengths(table) == [float(k) for k in range(1, COUNT + 1)]
+    assert lengths(fl.load_sweep(folder)) == lengths(table)
+    again = log.asked()[asked:]
+    assert set(again).isdisjoint(lengths(made))
+    assert len(again) == COUNT - len(made.rows)
+
+
+@pytest.fixture
+def cluster() -> Iterator[str]:
+    """Give the address of a scheduler on this machine with two workers.
+
+    It gives a task up when its worker ends, so that the sweep itself has to try again.
+    """
+    distributed = pytest.importorskip("distributed", reason="needs the extra 'cluster'")
+    dask = pytest.importorskip("dask")
+    one = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.LocalCluster(processes=True, host="127.0.0.1", **one) as there,
+    ):
+        yield there.scheduler_address
+
+
+def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_path: Path) -> None:
+    executor = DaskCluster(cluster)
+    observe = Length(tmp_path / "log", deadly=3)
+    assert lengths(swept(executor, observe)) == [float(k) for k in range(1, COUNT + 1)]
+    assert observe.asked().count(3) == 2
+    observe = Length(tmp_path / "second", deadly=3, times=99)
+    check_killed_always(swept(executor, observe), observe)
