@@ -40,7 +40,7 @@ from exudyn_flexlink.sweeps import (
 )
 
 MODEL = "textbook/double_pendulum"
-END = 0.5  # s, of a run
+END = 2.0  # s, of a run
 NUMBERS = 20  # in a row of a run that is none
 NAMES = ("wall", "here", "there")
 START = "initial.angles.upper"
@@ -90,17 +90,16 @@ def print_runs(runs: int, repeats: int) -> None:
     )
     wall = {n: median(cost.wall for cost in costs) for n, costs in found.items()}
     used = {n: median(cost.there for cost in costs) for n, costs in found.items()}
-    busy = median(sum(row.wall for row in table.rows) for table in [tables[2]]) / (2 * wall[2])
+    busy = {n: sum(row.wall for row in tables[n].rows) / (n * wall[n]) for n in found}
     print(f"| sweep of {runs} runs of `{MODEL}` | one process | two | ratio |\n|---|---|---|---|")
     print(f"| runs a second | {runs / wall[1]:.1f} | {runs / wall[2]:.1f} "
           f"| {wall[1] / wall[2]:.2f} |")  # fmt: skip
-    print(f"| processor time of a run | {1e3 * used[1] / runs:.1f} ms "
-          f"| {1e3 * used[2] / runs:.1f} ms | {used[2] / used[1]:.2f} |")  # fmt: skip
-    print(f"| part of the time in which a process runs, the start included | | {100 * busy:.0f} % "
-          "| |")  # fmt: skip
-    load = os.getloadavg()[0]
-    print(f"\nThe same numbers: {'yes' if same else 'NO'}. Programs that wanted a core meanwhile: "
-          f"{load:.0f}.")  # fmt: skip
+    print(f"| processor time of a run | {1e3 * used[1] / runs:.0f} ms "
+          f"| {1e3 * used[2] / runs:.0f} ms | {used[2] / used[1]:.2f} |")  # fmt: skip
+    print(f"| part of the time in which processes run | {100 * busy[1]:.0f} % "
+          f"| {100 * busy[2]:.0f} % | |")  # fmt: skip
+    print(f"| the same numbers in each row | | {'yes' if same else 'NO'} | |")
+    print(f"\nPrograms that wanted a core meanwhile: {os.getloadavg()[0]:.0f}")
 
 
 def swept(plan: Sweep, work: Work, workers: int) -> SweepTable:

@@ -97,8 +97,10 @@ time.sleep = lambda pause: now.append(now.pop() + pause)
     arguments = ["4", NO_CLEARANCE, str(tmp_path / "out")]
     *lines, warning = python("-c", prepared(clock), *arguments).stderr.splitlines()
     assert warning == "warning: made up"
-    told = [(20, 12), (40, 20), (60, 28), (80, 36), (100, 44)]
-    assert lines == [f"simulating: {done} % after {after} s" for done, after in told]
+    told = [(20, 12, 32), (40, 20, 24), (60, 28, 16), (80, 36, 8), (100, 44, 0)]
+    assert lines == [
+        f"simulating: {done} % after {after} s, about {left} s left" for done, after, left in told
+    ]
     quiet = python("-c", prepared(clock), *arguments, "--quiet")
     assert quiet.stderr == "warning: made up\n"
 

@@ -163,8 +163,7 @@ def sweep(  # noqa: PLR0913  (each is one of its own)
         _Own(observe or cast(Observe, OneRun(cast(Any, row or standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
-    if workers != 1:
-        engines.compile_once(scene, engine)
+    engines.compile_once(scene, engine)
     with _journal(plan, place, resume=resume, force=force) as journal:
 
         def told(found: Row, count: int) -> None:
@@ -280,7 +279,15 @@ def _check(
 def _journal(
     plan: Sweep, folder: Path | None, *, resume: bool, force: bool
 ) -> Iterator[storage.Journal | None]:
-    """Open the journal in a folder, if there is one."""
+    """Open the journal in a folder, if there is one.
+
+    Raises:
+        StorageError: the folder can't be written, or holds something else.
+        ValueError: it is to go on and to begin anew.
+
+    """
+    if resume and force:
+        raise ValueError("'resume' goes on, 'force' begins anew: give one of both")
     if folder is None:
         yield None
         return

@@ -44,6 +44,8 @@ def sweep_command(options: argparse.Namespace) -> int:
     from exudyn_flexlink.storage import StorageError
     from exudyn_flexlink.sweeps import CannotStartError, executor_of
 
+    if options.resume and options.force:
+        return complain("'--resume' goes on, '--force' begins anew: give one of both", BAD_INPUT)
     try:
         executor = executor_of(options.workers, options.scheduler)
     except ValueError as error:

@@ -134,16 +134,26 @@ class Lines:
         self._what = what
         self._began = time.monotonic()
         self._next = self._began + LONG
+        self._first: tuple[float, float] | None = None
         self._waits: Waiting | None = None
 
     def __call__(self, done: float) -> None:
         """Tell the part that is done, 0 to 1, if it is time to."""
         self.close()
         now = time.monotonic()
+        self._first = self._first or (now, done)
         if now < self._next:
             return
         self._next = now + BETWEEN_LINES
-        complain(f"{self._what}: {100 * done:.0f} % after {now - self._began:.0f} s")
+        left = self._left(now, done)
+        complain(f"{self._what}: {100 * done:.0f} % after {now - self._began:.0f} s{left}")
+
+    def _left(self, now: float, done: float) -> str:
+        """Say how long the rest takes, as fast as it went since the first part that was told."""
+        began, before = self._first or (now, done)
+        if done <= before:
+            return ""
+        return f", about {(1 - done) * (now - began) / (done - before):.0f} s left"
 
     def wait(self, what: str) -> None:
         """Tell now and then that `what` goes on, nobody knows for how long, until progress is made.

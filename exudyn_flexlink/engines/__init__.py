@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from typing import Literal
 
@@ -113,13 +114,14 @@ def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
 def compile_once(scene: Scene, engine: str) -> None:
     """Compile what an engine needs for scenes like this one, if that is still to be done.
 
-    Before several processes begin: each would compile it for itself.
+    Before several processes begin: each would compile it for itself. Nothing is done for a scene
+    that the engine can't represent.
 
     Raises:
-        NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
 
     """
-    if compiles(scene, engine) == "once":
-        short = scene.changed(run=Run(duration=AT_FIRST, sample=AT_FIRST))
-        simulate(short, engine, measure=False)
+    with suppress(NotRepresentableError):
+        if compiles(scene, engine) == "once":
+            short = scene.changed(run=Run(duration=AT_FIRST, sample=AT_FIRST))
+            simulate(short, engine, measure=False)

@@ -100,7 +100,7 @@ class _Tasks:
 
     def _fill(self, coming: Any) -> None:
         """Give the workers tasks, as many as they should have."""
-        most = AHEAD * max(1, len(self.client.scheduler_info(n_workers=-1)["workers"]))
+        most = AHEAD * max(1, len(self.client.nthreads()))
         while self.waiting and len(self.running) < most:
             count = min(self._batch(), len(self.waiting))
             self._submit([self.waiting.popleft() for _ in range(count)], coming)
@@ -145,10 +145,10 @@ def _require_workers(client: Any, address: str) -> None:
         CannotStartError: it has none, or one that runs several tasks in one process.
 
     """
-    workers = client.scheduler_info(n_workers=-1)["workers"]
+    workers = client.nthreads()
     if not workers:
         raise CannotStartError(f"the scheduler at {address} has no workers; start 'dask worker'")
-    many = [name for name, one in workers.items() if one["nthreads"] != 1]
+    many = [name for name, threads in workers.items() if threads != 1]
     if many:
         raise CannotStartError(
             f"the worker at {many[0]} has more than one thread, which the engines do not share; "

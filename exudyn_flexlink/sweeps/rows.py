@@ -21,6 +21,9 @@ from exudyn_flexlink.scene import Scene
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 
+COLUMNS = ("run", "id", "status", "reason", "warnings", "wall_s")
+"""Columns of every table, beside the values that vary and what is observed."""
+
 Scalar = float | int | bool | str | None
 """What a table can hold; None: there is no such number."""
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from exudyn_flexlink.sweeps.plan import Sweep, Varied
-from exudyn_flexlink.sweeps.rows import FAILED, Row, Scalar
+from exudyn_flexlink.sweeps.rows import COLUMNS, FAILED, Row, Scalar
 from exudyn_flexlink.sweeps.values import Value
 
 
@@ -45,18 +45,12 @@ class SweepTable:
         None stands for a number that there is not.
         """
         rows = self.rows
-        found: dict[str, list[Scalar]] = {
-            "run": [row.number for row in rows],
-            "id": [row.id for row in rows],
-        }
+        told = [(r.number, r.id, r.status, r.reason, r.warnings, r.wall) for r in rows]
+        own: list[list[Scalar]] = [[row[k] for row in told] for k in range(len(COLUMNS))]
+        found = dict(zip(COLUMNS[:2], own[:2], strict=True))
         for i, varied in enumerate(self.varied):
             found[varied.column] = [values[i] for values in self.values]
-        found |= {
-            "status": [row.status for row in rows],
-            "reason": [row.reason for row in rows],
-            "warnings": [row.warnings for row in rows],
-            "wall_s": [row.wall for row in rows],
-        }
+        found |= dict(zip(COLUMNS[2:], own[2:], strict=True))
         for name in self.observables:
             found[name] = [row.numbers.get(name) for row in rows]
         return found

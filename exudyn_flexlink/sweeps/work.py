@@ -14,6 +14,7 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, SceneError, dotted
 from exudyn_flexlink.sweeps.plan import Point
 from exudyn_flexlink.sweeps.rows import (
+    COLUMNS,
     DONE,
     DOUBTFUL,
     FAILED,
@@ -51,7 +52,7 @@ class Work:
         numbers: Mapping[str, Scalar] = {}
         try:
             scene = scene_of(self.document, point.settings, self.allow_outside)
-            numbers = {name: _plain(value) for name, value in self.observe(scene, runs).items()}
+            numbers = _checked(self.observe(scene, runs))
         except SceneError as error:
             first = error.mistakes[0]
             why = f"{dotted(first.path)}: {first.message}" if first.path else first.message
@@ -90,6 +91,22 @@ class _Runs:
         if self.keep is not None:
             self.keep(result, self.name if self.made == 1 else f"{self.name}-{self.made}")
         return result
+
+
+def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:
+    """Return observables as what a row holds.
+
+    Raises:
+        TypeError: a name is no text, or a value no number, text, bool or None.
+        ValueError: a name is that of a column that every sweep has.
+
+    """
+    for name in observed:
+        if not isinstance(name, str):
+            raise TypeError(f"a column's name is a text, no {type(name).__name__}")
+        if name in COLUMNS:
+            raise ValueError(f"every sweep has a column '{name}': give yours another name")
+    return {name: _plain(value) for name, value in observed.items()}
 
 
 def _plain(value: Any) -> Scalar:
