@@ -136,7 +136,7 @@ def test_the_same_command_again_says_how_to_go_on(capsys: Capture) -> None:
     journal = Path("out/journal.jsonl")
     journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:2]))
     assert main([*SWEEP, "--no-plots"]) == 2
-    assert "2 of the 3 rows of this very sweep: '--resume' goes on" in capsys.readouterr().err
+    assert "2 of the 3 rows of this very sweep; resume it" in capsys.readouterr().err
     assert main([*SWEEP, "--no-plots", "--resume"]) == 0
     assert "2 of 3 rows are there" in capsys.readouterr().err
     assert [row["run"] for row in table()] == ["1", "2", "3"]

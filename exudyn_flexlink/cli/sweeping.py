@@ -27,6 +27,7 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     complain,
     progress_bar,
+    refuse,
     tell,
 )
 from exudyn_flexlink.cli.values import model_path
@@ -57,7 +58,7 @@ def sweep_command(options: argparse.Namespace) -> int:
         folder: Path = options.out or Path("runs") / _name(options)
         table, code = _swept(plan, executor, folder, options)
     except (SceneError, StorageError, CannotStartError, argparse.ArgumentTypeError) as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     return _tell(table, folder, options, code)
 
 

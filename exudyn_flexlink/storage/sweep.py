@@ -131,7 +131,7 @@ def load_sweep(folder: Path) -> SweepTable:
     except FileNotFoundError:
         raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there") from None
     except (OSError, KeyError, TypeError, ValueError) as error:
-        raise StorageError(f"{folder} is damaged: {error}; sweep again with '--force'") from error
+        raise StorageError(f"{folder} is damaged: {error}; sweep again") from error
 
 
 def is_sweep(folder: Path) -> bool:
@@ -229,21 +229,23 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
         there = read_manifest(folder)
         if there is not None:
             raise StorageError(
-                f"{folder} holds a {there.told}; choose another place, or give '--force'"
+                f"{folder} holds a {there.told}; choose another place, or force it", forcible=True
             )
         return None
     if plan.get("digest") != sweep.digest:
         raise StorageError(
             f"{folder} holds another sweep, {_difference(plan, sweep)}; choose another place, or "
-            "begin anew there with '--force'"
+            "force it, which begins anew",
+            forcible=True,
         )
     if not resume:
         count = 0
         with suppress(OSError, ValueError), (folder / JOURNAL).open("rb") as stream:
             count = len(list(_lines(stream)))
         raise StorageError(
-            f"{folder} holds {count} of the {len(sweep)} rows of this very sweep: '--resume' goes "
-            "on with it, '--force' begins anew"
+            f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
+            "force it, which begins anew",
+            forcible=True,
         )
     return plan
 
