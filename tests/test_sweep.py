@@ -118,6 +118,26 @@ def test_all_mistakes_come_at_once() -> None:
         assert words in told
 
 
+def test_files_that_vary_are_those_beside_the_model() -> None:
+    found = table(plan_of({"curves.track.file": ["track_points.csv"]},
+                          fl.load_scene("spline_track")), lambda *_: {})  # fmt: skip
+    assert [(row.status, row.reason) for row in found.rows] == [("done", "")]
+
+
+@pytest.mark.parametrize("name", ["status", 3])
+def test_names_of_columns_are_texts_that_no_other_column_has(name: object) -> None:
+    [row] = table(plan_of({LENGTH: [1]}), lambda *_: {name: 1.0}).rows  # type: ignore[dict-item]
+    assert row.status == "failed"
+    assert "column" in row.reason
+
+
+def test_values_that_are_not_finite_are_none() -> None:
+    [row] = table(
+        plan_of({LENGTH: [1]}), lambda *_: {"a": np.float64("inf"), "b": np.int64(2)}
+    ).rows
+    assert row.numbers == {"a": None, "b": 2}
+
+
 def test_a_failed_run_is_a_row_with_its_reason() -> None:
     def stops(scene: Scene) -> Result:
         return replace(still(scene), outcome=Outcome(False, 0.25, "no convergence"))

@@ -55,6 +55,15 @@ def check_killed_always(table: SweepTable, observe: Length) -> None:
     assert "the process that ran it ended" in row.reason
 
 
+def test_numbers_do_not_depend_on_how_many_processes_run() -> None:
+    """Those of an engine, to the last bit, and in the same order."""
+    scene = fl.load_scene("textbook/double_pendulum", duration=0.1)
+    varied = {"initial.angles.upper": "-90:90 deg:4"}
+    one, two = (fl.sweep(scene, varied, workers=workers) for workers in (1, 2))
+    assert [(row.id, row.numbers) for row in one.rows] == [(r.id, r.numbers) for r in two.rows]
+    assert one.count("done") == 4
+
+
 def test_a_killed_worker_costs_the_run_under_way_which_is_made_again(tmp_path: Path) -> None:
     observe = Length(tmp_path / "log", deadly=3)
     check_killed_once(swept(LocalProcesses(2), observe), observe)

@@ -118,7 +118,7 @@ def sweep(  # noqa: PLR0913  (each is one of its own)
 
     What is told of a run is `standard_row`; another function of a Result may stand in its place,
     `row`. What needs several runs is `observe`, a function of the point's scene and of `simulate`,
-    which runs a scene by the sweep's engine:
+    which runs a scene by the sweep's engine::
 
         def slower(scene, simulate):
             first, second = simulate(scene), simulate(scene.with_({"run.turns": 2}))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from exudyn_flexlink.sweeps.cluster import DaskCluster
 from exudyn_flexlink.sweeps.executors import Executor, InThisProcess
 from exudyn_flexlink.sweeps.processes import LocalProcesses
 
@@ -20,8 +21,6 @@ def executor_of(workers: int | None = None, scheduler: str | None = None) -> Exe
     if scheduler is not None:
         if workers is not None:
             raise ValueError("a scheduler has its own workers: give one of both")
-        from exudyn_flexlink.sweeps.cluster import DaskCluster  # noqa: PLC0415  (an optional extra)
-
         return DaskCluster(scheduler)
     count = cores() if workers is None else workers
     if count < 1:

@@ -10,6 +10,7 @@ from collections.abc import Generator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
+from secrets import token_hex
 from typing import Any
 
 from exudyn_flexlink.sweeps.executors import MOST_TRIES, CannotStartError, ended_row
@@ -47,7 +48,7 @@ class DaskCluster:
             raise CannotStartError(f"no scheduler answers at {self.address}: {error}") from error
         with client:
             _require_workers(client, self.address)
-            name = f"flexlink-{id(work)}"
+            name = f"flexlink-{token_hex(8)}"  # other programs sweep on this cluster, too
             client.register_plugin(_plugin(distributed)(work), name=name)
             try:
                 yield from _Tasks(distributed, client, name, deque(points)).rows()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
+from dataclasses import replace
 
 from exudyn_flexlink.loading import document_of_data
 from exudyn_flexlink.sweeps.executors import Executor
@@ -18,7 +19,8 @@ Told = Callable[[Row, int], None]
 
 def work_of(sweep: Sweep, simulate: Simulate, observe: Observe, keep: Keep | None = None) -> Work:
     """Return what the processes of a sweep do at each point; see `Work`."""
-    document = document_of_data(sweep.scene.to_data(), "the scene")
+    data = document_of_data(sweep.scene.to_data(), "the scene")
+    document = replace(data, folder=sweep.scene.document.folder)  # of files that are varied
     return Work(document, simulate, observe, keep, sweep.allow_outside)
 
 
