@@ -142,6 +142,16 @@ def test_the_same_command_again_says_how_to_go_on(capsys: Capture) -> None:
     assert [row["run"] for row in table()] == ["1", "2", "3"]
 
 
+def test_a_damaged_journal_is_told(capsys: Capture) -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    journal = Path("out/journal.jsonl")
+    journal.write_text(journal.read_text().replace('"number": 2', '"number": "two"'))
+    assert main([*SWEEP, "--no-plots", "--resume"]) == 2
+    assert "line 2 of journal.jsonl" in capsys.readouterr().err
+    assert main(["plot", "out"]) == 2
+    assert "line 2 of journal.jsonl" in capsys.readouterr().err
+
+
 def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> None:
     main([*SWEEP, "--no-plots", "--quiet"])
     other = [*SWEEP[:3], f"{LENGTH}=1:4:4", *SWEEP[4:], "--no-plots", "--quiet"]

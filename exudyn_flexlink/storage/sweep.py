@@ -8,6 +8,7 @@ are written from it once no more rows come.
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import os
 import sys
@@ -34,7 +35,10 @@ JOURNAL, TABLE, SERIES = "journal.jsonl", "table", "series"
 
 
 class Journal:
-    """Rows of a sweep in a file; `known` are those of an earlier part, by their points' ids."""
+    """Rows of a sweep in a file without a buffer.
+
+    `known` are those of an earlier part, by the ids of their points.
+    """
 
     def __init__(self, stream: IO[bytes], known: Mapping[str, Row]) -> None:
         self._stream = stream
@@ -49,8 +53,8 @@ class Journal:
         """
         line = json.dumps(plain(row), ensure_ascii=False, allow_nan=False).encode() + b"\n"
         try:
-            self._stream.write(line)
-            self._stream.flush()
+            if self._stream.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
             raise StorageError(cannot_write(Path(self._stream.name), error)) from error
 
@@ -117,8 +121,7 @@ def load_sweep(folder: Path) -> SweepTable:
     if plan is None:
         raise StorageError(f"{folder} has no {SWEEP}; give the folder of a sweep")
     try:
-        with (Path(folder) / JOURNAL).open("rb") as stream:
-            rows = {row.id: row for row in _lines(stream)}
+        rows = {row.id: row for row in _lines((Path(folder) / JOURNAL).read_bytes())}
         points = [(one, values) for one, values in plan["points"] if one in rows]
         return SweepTable(
             plan["title"],
@@ -240,8 +243,8 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
         )
     if not resume:
         count = 0
-        with suppress(OSError, ValueError), (folder / JOURNAL).open("rb") as stream:
-            count = len(list(_lines(stream)))
+        with suppress(OSError, ValueError):
+            count = len(list(_lines((folder / JOURNAL).read_bytes())))
         raise StorageError(
             f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
             "force it, which begins anew",
@@ -294,27 +297,33 @@ def _lock(stream: IO[bytes], folder: Path) -> None:
 
 
 def _rows(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
-    """Return the rows of a journal, and cut half a line off its end."""
+    """Return the rows of a journal, and cut half a line off its end.
+
+    Raises:
+        StorageError: a line is damaged.
+
+    """
     ids = {point.id for point in sweep.points}
-    rows = {row.id: row for row in _lines(stream) if row.id in ids}
     stream.seek(0)
     content = stream.read()
+    try:
+        rows = {row.id: row for row in _lines(content) if row.id in ids}
+    except ValueError as error:
+        raise StorageError(f"{stream.name} is damaged: {error}; force it", forcible=True) from error
     stream.truncate(content.rfind(b"\n") + 1)
     stream.seek(0, os.SEEK_END)
     return rows
 
 
-def _lines(stream: IO[bytes]) -> Iterator[Row]:
+def _lines(content: bytes) -> Iterator[Row]:
     """Rows of a journal's whole lines.
 
     Raises:
         ValueError: a line is damaged.
 
     """
-    stream.seek(0)
-    for number, line in enumerate(stream, start=1):
-        if not line.endswith(b"\n"):  # the process that wrote it was killed
-            return
+    whole, _, _ = content.rpartition(b"\n")  # of the rest the writer was killed
+    for number, line in enumerate(whole.split(b"\n") if whole else (), start=1):
         try:
             found: Row = from_plain(Row, json.loads(line))
         except (ValueError, KeyError) as error:

@@ -17,6 +17,7 @@ from exudyn_flexlink.sweeps.values import (
     Value,
     ValuesError,
     range_of,
+    telling,
     value_of,
     values_of,
 )
@@ -68,7 +69,7 @@ def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Des
 
 def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
     """Return points as they are listed, each a mapping of paths to values."""
-    found: list[tuple[Value, ...]] = []
+    found: dict[tuple[Value, ...], int] = {}  # each point and its number
     paths: tuple[str, ...] = ()
     before = len(mistakes)
     for i, point in enumerate(points):
@@ -83,13 +84,16 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
             continue
         values = tuple(_read(value_of, point[path], (*at, i, path), mistakes) for path in paths)
         if values in found:
-            mistakes.append(Mistake((*at, i), f"is the point {found.index(values) + 1} again"))
-        found.append(values)
+            mistakes.append(Mistake((*at, i), f"is the point {found[values] + 1} again"))
+        found.setdefault(values, i)
     if not points:
         mistakes.append(Mistake(at, "needs at least one point"))
     if len(mistakes) > before or not _few(len(found), at, mistakes):
         return None
-    told = (Told(k, i, (*at, k, path)) for k in range(len(found)) for i, path in enumerate(paths))
+    columns = zip(*found, strict=True)
+    told = (
+        Told(k, i, (*at, k, paths[i])) for i, column in enumerate(columns) for k in telling(column)
+    )
     return Design(paths, tuple(found), tuple(told))
 
 

@@ -121,9 +121,8 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
             design.paths, zip(*(p.values for p in points), strict=True), columns, strict=True
         )
     )
-    return Sweep(
-        scene, engine, tuple(varied), points, measure, retries, observed, allow_outside
-    )  # fmt: skip
+    how_solved = (measure, retries, observed, allow_outside)
+    return Sweep(scene, engine, tuple(varied), points, *how_solved)
 
 
 def versions() -> dict[str, str]:

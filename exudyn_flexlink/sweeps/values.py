@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from math import isfinite
 from typing import Any
 
@@ -15,6 +16,7 @@ from exudyn_flexlink.quantities import NUMBER, UNIT, in_words
 from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import read_yaml
 
+FEW = 50  # values that are all checked before anything runs: in about a second
 MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
 DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
 HINT = "start:stop:count such as '2:40:20' or '0:5 mm:11', or a list such as '1 mm, 2 mm, 5 mm'"
@@ -106,10 +108,27 @@ def range_of(given: Any) -> Range:
 def _listed(values: Sequence[Value]) -> Values:
     if not values:
         raise ValuesError("needs at least one value")
+    seen: set[Value] = set()
     for i, value in enumerate(values):
-        if value in values[:i]:
+        if value in seen:
             raise ValuesError(f"{in_words(value)} is there twice", "", i)
-    return Values(tuple(values), tuple(range(len(values))))
+        seen.add(value)
+    return Values(tuple(values), telling(values))
+
+
+def telling(values: Sequence[Value]) -> tuple[int, ...]:
+    """Return places of values that tell of all whether they can be.
+
+    Those of a few are all. Of many numbers they are the least, the greatest, and one that is not
+    whole; of texts each one that is not the same as another.
+    """
+    if len(values) <= FEW:
+        return tuple(range(len(values)))
+    numbers = [i for i, value in enumerate(values) if isinstance(value, float)]
+    broken = (i for i in numbers if not float(values[i]).is_integer())
+    texts = {value: i for i, value in reversed(list(enumerate(values))) if isinstance(value, str)}
+    ends = [pick(numbers, key=lambda i: float(values[i])) for pick in (min, max) if numbers]
+    return tuple(sorted({*ends, *islice(broken, 1), *texts.values()}))
 
 
 def _of_text(text: str) -> Values:
