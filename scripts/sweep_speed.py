@@ -4,8 +4,9 @@
   .venv/bin/python scripts/sweep_speed.py --runs 100 --rows 1000 --repeats 1
 
 Prints the tables of docs/sweeps.md. Sweeps by one process and by two are made in turn; each number
-is the median of the repetitions. Processor time tells what a run costs also while other programs
-take the cores: where two processes do not hinder each other it is that of one.
+is the median of the repetitions. While other programs take the cores, the ratio of runs a second
+tells nothing of the sweep. Runs that only wait do even then: they need no core, and two processes
+make twice as many, unless they wait for the sweep.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from exudyn_flexlink.sweeps import (
 
 MODEL = "textbook/double_pendulum"
 END = 2.0  # s, of a run
+WAIT = 0.1  # s, of a run that only waits
 NUMBERS = 20  # in a row of a run that is none
 NAMES = ("wall", "here", "there")
 START = "initial.angles.upper"
@@ -99,6 +101,9 @@ def print_runs(runs: int, repeats: int) -> None:
     print(f"| part of the time in which processes run | {100 * busy[1]:.0f} % "
           f"| {100 * busy[2]:.0f} % | |")  # fmt: skip
     print(f"| the same numbers in each row | | {'yes' if same else 'NO'} | |")
+    idle = [median(waiting(plan, n) for _ in range(repeats)) for n in (1, 2)]
+    print(f"| runs a second that wait {1e3 * WAIT:.0f} ms | {idle[0]:.2f} | {idle[1]:.2f} "
+          f"| {idle[1] / idle[0]:.2f} |")  # fmt: skip
     print(f"\nPrograms that wanted a core meanwhile: {os.getloadavg()[0]:.0f}")
 
 
@@ -113,6 +118,22 @@ def swept(plan: Sweep, work: Work, workers: int) -> SweepTable:
             with staged_folder(folder) as staged:
                 save_table(plan, table, staged)
     return table
+
+
+def waiting(plan: Sweep, workers: int) -> float:
+    """Runs a second that only wait, from the first row on: processes are there then."""
+    instants: list[float] = []
+    work = work_of(plan, engines.simulate, waits)
+    carried_out(
+        plan, work, LocalProcesses(workers), {}, lambda *_: instants.append(time.perf_counter())
+    )
+    return (len(instants) - 1) / (instants[-1] - instants[0])
+
+
+def waits(_: Scene, __: Simulate) -> dict[str, Scalar]:
+    """Wait as long as a run."""
+    time.sleep(WAIT)
+    return {"wait_s": WAIT}
 
 
 def planned_over(scene: Scene, values: str) -> Sweep:
