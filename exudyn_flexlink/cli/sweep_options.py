@@ -27,7 +27,7 @@ def add_sweep(commands: Any) -> None:
         "simulate a model at many points, each a row of one table",
         """\
         exudyn-flexlink sweep no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2
-        exudyn-flexlink sweep clearance --vary 'joints.sleeve.clearance=0.5, 1, 2 mm' --workers 2
+        exudyn-flexlink sweep clearance --vary joints.sleeve.clearance=1,2,5mm --workers 2
         exudyn-flexlink sweep clearance --vary drives.motor.value=5:15:11 --resume
         exudyn-flexlink sweep study.yaml
         exudyn-flexlink sweep study.yaml --scheduler tcp://192.168.0.10:8786""",
