@@ -54,7 +54,7 @@ Many runs, each a row of one table, on all cores (here on one):
 
 >>> table = fl.sweep(rigid, {"drives.motor.value": "10, 12 rad/s"}, workers=1)
 >>> table
-<Sweep of drives.motor.value: 2 rows>
+<Sweep of drives.motor.value: 2 rows...>
 >>> fast = table.columns()["link.end.greatest_speed_m_per_s"]
 >>> bool(fast[1] > fast[0])
 True

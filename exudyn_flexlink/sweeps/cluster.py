@@ -13,7 +13,7 @@ from importlib import import_module
 from secrets import token_hex
 from typing import Any
 
-from exudyn_flexlink.sweeps.executors import MOST_TRIES, CannotStartError, ended_row
+from exudyn_flexlink.sweeps.executors import CannotStartError, ended_row
 from exudyn_flexlink.sweeps.plan import Point, versions
 from exudyn_flexlink.sweeps.rows import Row
 from exudyn_flexlink.sweeps.work import Work
@@ -34,8 +34,9 @@ class DaskCluster:
     def rows(self, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
         """Give a row for every point, as they are finished.
 
-        A worker that ends costs the tasks it had, which Dask gives to others. A task that ends
-        several of them is divided into its points, each of which is tried once more.
+        A worker that ends costs the tasks it had, which Dask gives to others. Where Dask gives up a
+        task, any point of any task that the worker had may be to blame: these points are tried once
+        more when all others are done, each alone.
 
         Raises:
             CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
@@ -66,7 +67,8 @@ class _Tasks:
     name: str
     waiting: deque[Point]
     running: dict[Any, list[Point]] = field(default_factory=dict)
-    tries: dict[int, int] = field(default_factory=dict)
+    suspects: deque[Point] = field(default_factory=deque)
+    alone: bool = False  # whether all that runs is one suspect
     taken: float = 0.0  # s
     made: int = 0
 
@@ -76,12 +78,12 @@ class _Tasks:
             self._fill(coming)
             for task in coming:
                 points = self.running.pop(task)
-                yield from self._rows_of(task, points, coming)
+                yield from self._rows_of(task, points)
                 self._fill(coming)
         finally:
             self.client.cancel(list(self.running), force=True)
 
-    def _rows_of(self, task: Any, points: list[Point], coming: Any) -> Generator[Row, None, None]:
+    def _rows_of(self, task: Any, points: list[Point]) -> Generator[Row, None, None]:
         if task.status == "finished":
             for row in task.result():
                 self.taken += row.wall
@@ -91,13 +93,10 @@ class _Tasks:
         error = task.exception()
         if not isinstance(error, self.distributed.KilledWorker):
             raise CannotStartError(f"a worker can't do the work: {error}")
-        for point in points:
-            # Of several points any may be to blame, so that none has had its try.
-            self.tries[point.number] = self.tries.get(point.number, 0) + (len(points) == 1)
-            if self.tries[point.number] >= MOST_TRIES:
-                yield ended_row(point)
-            else:
-                self._submit([point], coming)
+        if self.alone:
+            yield from map(ended_row, points)
+        else:
+            self.suspects.extend(points)
 
     def _fill(self, coming: Any) -> None:
         """Give the workers tasks, as many as they should have."""
@@ -105,6 +104,9 @@ class _Tasks:
         while self.waiting and len(self.running) < most:
             count = min(self._batch(), len(self.waiting))
             self._submit([self.waiting.popleft() for _ in range(count)], coming)
+        self.alone = not self.running and bool(self.suspects)
+        if self.alone:
+            self._submit([self.suspects.popleft()], coming)
 
     def _batch(self) -> int:
         """How many points fit into a task."""
