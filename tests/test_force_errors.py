@@ -19,7 +19,8 @@ from exudyn_flexlink.observables import force_deviations, worst_force
 from exudyn_flexlink.plots import forces
 from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.report import comparison_text, run_text
-from exudyn_flexlink.report.forces import force_table
+from exudyn_flexlink.report.forces import force_error_table
+from exudyn_flexlink.report.text import lines_of
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save, save_comparison
@@ -245,6 +246,6 @@ def test_told_errors_are_rounded_up():
 def test_a_force_that_is_rounding_while_nothing_touches_has_no_row():
     """A journal that flies in its bearing pushes nothing: 333 % of 1e-30 N says nothing."""
     own = ForceDeviation("N", ForceSpread(3e-30, 0.1, 1e-31, 1e-30), ForceSpread(3.0, 0.2, 1, 100))
-    told = "\n".join(force_table({"slot force of way": own}))
+    told = "\n".join(lines_of(force_error_table({"slot force of way": own})))
     assert "slot force of way, in contact" in told
     assert "333" not in told

@@ -16,7 +16,9 @@ from exudyn_flexlink.observables.deviations import Deviation, deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.forces import (
     Force,
+    ForcePeak,
     force_deviations,
+    force_peaks,
     forces_of,
     touching,
     worst_force,
@@ -79,6 +81,7 @@ __all__ = [
     "ContactTotals",
     "Deviation",
     "Force",
+    "ForcePeak",
     "LapContacts",
     "LeverResponse",
     "PairTotals",
@@ -99,6 +102,7 @@ __all__ = [
     "deviation",
     "farthest",
     "force_deviations",
+    "force_peaks",
     "forces_of",
     "horizon",
     "joint_angle",

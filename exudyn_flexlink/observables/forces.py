@@ -43,6 +43,15 @@ class Force:
         return np.asarray(np.linalg.norm(self.values, axis=-1))
 
 
+@dataclass(frozen=True)
+class ForcePeak:
+    """The largest of a force in `unit`, N or N m, and its instant `at` (s)."""
+
+    value: float
+    unit: str
+    at: float
+
+
 def forces_of(result: Result) -> dict[str, Force]:
     """Torques and forces of drives; forces of slots, joints, springs, walls and contacts; by name.
 
@@ -73,6 +82,30 @@ def _wall_forces(result: Result) -> dict[str, FloatArray]:
         for side, wall in ((1.0, "upper"), (-1.0, "lower")):
             own = np.array(history.sides) == side
             found[f"{joint}, {wall} wall"] = history.force[:, own].sum(axis=1)
+    return found
+
+
+def force_peaks(result: Result) -> dict[str, ForcePeak]:
+    """Largest of every force of a run, by its name: of contacts at any time, of others at samples.
+
+    A contact with impulses is left out: their force has no bound.
+    """
+    unbound = {
+        f"contact force of {name}"
+        for name, own in result.contacts.items()
+        if not np.isfinite(own.touches.peak_force).all()
+    }
+    exact = {
+        f"contact force of {name}": result.extremes[f"{name}.force_N"].greatest
+        for name, own in result.contacts.items()
+        if len(result.extremes[f"{name}.force_N"].time)
+    }
+    found = {}
+    for name, force in forces_of(result).items():
+        largest = int(np.argmax(np.abs(force.size)))
+        value, at = exact.get(name, (float(force.size[largest]), float(result.time[largest])))
+        if name not in unbound:
+            found[name] = ForcePeak(value, force.unit, at)
     return found
 
 

@@ -23,11 +23,11 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.drives import drive_lines
-from exudyn_flexlink.report.effects import effects_lines
+from exudyn_flexlink.report.effects import effects_table
 from exudyn_flexlink.report.freedom import freedom_lines
 from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
 from exudyn_flexlink.report.start import start_lines
-from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.report.text import lines_of, number, table
 from exudyn_flexlink.scene import (
     Body,
     ContactLaw,
@@ -53,7 +53,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _springs(scene, assembly.mechanism),
         drive_lines(scene),
         _contacts(scene, assembly.mechanism),
-        effects_lines(scene, assembly.mechanism),
+        lines_of(effects_table(scene, assembly.mechanism)),
         freedom_lines(scene, assembly),
         start_lines(scene, assembly),
         *(

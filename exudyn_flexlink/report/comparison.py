@@ -13,8 +13,8 @@ from exudyn_flexlink.observables import (
     relative_energy_residual,
 )
 from exudyn_flexlink.report.contacts import contact_rows
-from exudyn_flexlink.report.forces import force_table
-from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.report.forces import force_error_table
+from exudyn_flexlink.report.text import lines_of, number, table
 
 MOST_STRIKES = 12  # more than that scroll the rest of the table away
 
@@ -97,9 +97,8 @@ def _deviation(comparison: Comparison, when: str, part: Deviation) -> list[str]:
 
 
 def _forces(comparison: Comparison) -> list[str]:
-    lines = force_table(comparison.forces)
     until = "" if comparison.horizon is None else " up to the horizon"
-    return [f"Forces, difference{until}", *lines] if lines else []
+    return lines_of(force_error_table(comparison.forces, f"Forces, difference{until}"))
 
 
 def _beyond(comparison: Comparison) -> list[str]:

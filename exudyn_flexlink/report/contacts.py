@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 from exudyn_flexlink.observables import (
     ContactTotals,
     State,
@@ -11,7 +13,8 @@ from exudyn_flexlink.observables import (
     lap_contacts,
     pair_totals,
 )
-from exudyn_flexlink.report.text import table
+from exudyn_flexlink.report.tables import Table, left_out
+from exudyn_flexlink.report.text import lines_of, table
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
@@ -33,8 +36,17 @@ MOST_PAIRS = 3
 NO_PLAY = "no clearance"
 
 
-def sleeve_lines(result: Result, joint: str) -> list[str]:
+def guide_lines(result: Result, joint: str) -> list[str]:
     """How the link stood in its guide, lap by lap and in all, and where it touched longest."""
+    whole, facts = (
+        lines_of(guide_table(result, joint), units_above=True),
+        guide_facts(result, joint),
+    )
+    return [*whole, *table([*facts.rows, *_longest_pairs(result, joint)])]
+
+
+def guide_table(result: Result, joint: str) -> Table:
+    """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
     rows = [[str(lap.lap), *_numbers(lap)] for lap in laps[:MOST_LAPS]]
@@ -46,20 +58,61 @@ def sleeve_lines(result: Result, joint: str) -> list[str]:
     else:
         what = f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts"
         what += " of the free link"
-    return [
+    return Table(
         what,
-        *table(
-            [
-                [
-                    "lap" if laps else "",
-                    *(f"{name}{f', {unit}' if unit else ''}" for name, unit in UNITS.items()),
-                ],
-                *rows,
-            ]
-        ),
-        *([f"  'all' includes {more} laps more"] if more > 0 else []),
-        *table([_depth(result, joint), *_longest(result, joint, whole)]),
+        rows,
+        ["lap" if laps else "", *UNITS],
+        ["", *UNITS.values()],
+        f"'all' includes {more} laps more" if more > 0 else "",
+    )
+
+
+def guide_facts(result: Result, joint: str) -> Table:
+    """Return how deep the link was in the walls of its guide, and its longest touch, if any."""
+    rows = [_depth(result, joint)]
+    if len(result.intervals[joint]):
+        rows.append(["longest touch", f"{contact_totals(result, joint).longest:.3g} s"])
+    return Table("", rows)
+
+
+def pair_table(result: Result, joint: str, most: int) -> Table:
+    """Return what can touch in a joint and did, those that touched longest in all first."""
+    found = pair_totals(result, joint)
+    columns = {"": "", "touches": "", "in all": "s", "impulse": "N s", "energy lost": "J",
+               "peak force": "N"}  # fmt: skip
+    rows = [
+        [
+            pair.pair.removeprefix(f"{joint}: "),
+            str(pair.touches),
+            *(f"{value:.3g}" for value in (pair.time, pair.impulse, pair.energy_lost)),
+            f"{pair.peak_force:.4g}",
+        ]
+        for pair in found[:most]
     ]
+    caption = f"What touched in '{joint}', the longest first"
+    note = left_out(len(found), most)
+    return Table(caption, rows, list(columns), list(columns.values()), note)
+
+
+def touch_table(result: Result, joint: str, most: int) -> Table:
+    """Return the first touches of a joint with clearance, one by one."""
+    found, last = result.intervals[joint], float(result.time[-1])
+    pairs = result.sleeves[joint].pairs if joint in result.sleeves else ("journal",)
+    columns = {"begins": "s", "lasts": "s", "": "", "approach": "m/s", "impulse": "N s",
+               "energy lost": "J", "peak force": "N"}  # fmt: skip
+    rows = [
+        [
+            f"{touch.begin:.5f}",
+            f"{min(touch.end, last) - touch.begin:.3g}",
+            pairs[touch.pair].removeprefix(f"{joint}: "),
+            f"{touch.approach_speed:.4f}",
+            *(f"{value:.3g}" for value in (touch.impulse, touch.energy_lost)),
+            "" if touch.impact else f"{touch.peak_force:.4g}",
+        ]
+        for touch in islice(found, most)
+    ]
+    caption, note = f"Touches in '{joint}'", left_out(len(found), most)
+    return Table(caption, rows, list(columns), list(columns.values()), note)
 
 
 def contact_rows(
@@ -97,13 +150,10 @@ def _depth(result: Result, joint: str) -> list[str]:
     return ["deepest in a wall", f"{depth:.2g} m, {part}"]
 
 
-def _longest(result: Result, joint: str, whole: ContactTotals) -> list[list[str]]:
-    """The longest touch, and the pairs that touch longest in all."""
-    pairs = pair_totals(result, joint)
-    if not pairs:
-        return []
-    rows = [["longest touch", f"{whole.longest:.3g} s"]]
-    for i, pair in enumerate(pairs[:MOST_PAIRS]):
+def _longest_pairs(result: Result, joint: str) -> list[list[str]]:
+    """The pairs that touch longest in all, if any does."""
+    rows = []
+    for i, pair in enumerate(pair_totals(result, joint)[:MOST_PAIRS]):
         name = pair.pair.removeprefix(f"{joint}: ")
         times = f"{pair.touches} touch{'es' if pair.touches > 1 else ''}"
         rows.append(["" if i else "longest in all", f"{name}: {pair.time:.3g} s in {times}"])

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from exudyn_flexlink.mechanism import Mechanism
-from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.report.tables import Table
+from exudyn_flexlink.report.text import number
 from exudyn_flexlink.scene import ContactLaw, FlexibleBody, Law, RevoluteJoint, Scene, SleeveJoint
 
 
-def effects_lines(scene: Scene, mechanism: Mechanism) -> list[str]:
-    """Return a line for each effect: whether it is simulated, and by which parts of the scene.
+def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
+    """Return a row for each effect: whether it is simulated, and by which parts of the scene.
 
     Losses of impacts are told apart from damping, the viscous one of hinges and springs.
     """
@@ -29,7 +30,7 @@ def effects_lines(scene: Scene, mechanism: Mechanism) -> list[str]:
         _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
-    return ["Effects", *table(rows)]
+    return Table("Effects", rows)
 
 
 def _laws(scene: Scene) -> dict[str, Law]:

@@ -1,24 +1,49 @@
-"""What the program says of how far forces are off, or apart."""
+"""What the program says of forces: how large they are, and how far they are off, or apart."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from exudyn_flexlink.observables import force_peaks
 from exudyn_flexlink.observables.forces import NEGLIGIBLE
-from exudyn_flexlink.report.text import table
-from exudyn_flexlink.result import ForceDeviation, ForceSpread
+from exudyn_flexlink.report.tables import Table, left_out
+from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
 
 NOTHING = ForceSpread(0.0, 0.0, 0.0, 0.0)
 MOST_ROWS = 12  # more than that scroll the rest away
 
 
-def force_table(found: Mapping[str, ForceDeviation]) -> list[str]:
-    """Return a table of forces; none if there are no forces."""
+def peak_table(result: Result) -> Table:
+    """Return the largest of every force and torque, when it is reached, and how far it may be off.
+
+    That is left out where no neighbouring run tells it.
+    """
+    known = {} if result.error is None else result.error.forces
+    rows = []
+    for name, peak in force_peaks(result).items():
+        off = [_off_by(known.get(name))] if known else []
+        rows.append([name, f"{peak.value:.4g} {peak.unit}", f"{peak.at:.5f}", *off])
+    head, units = ["", "largest", "at"], ["", "", "s"]
+    return Table(
+        "Largest forces and torques",
+        rows,
+        [*head, "off by at most"] if known else head,
+        [*units, ""] if known else units,
+    )
+
+
+def force_error_table(found: Mapping[str, ForceDeviation], caption: str = "") -> Table:
+    """Return how far forces are off: the first of many."""
     rows = [row for name, own in found.items() for row in _rows(name, own)]
-    more = len(rows) - MOST_ROWS
     head = ["", "largest", "of peak", "at", "rms"]
-    lines = table([head, *rows[:MOST_ROWS]]) if rows else []
-    return [*lines, *([f"  and {more} more"] if more > 0 else [])]
+    return Table(caption, rows[:MOST_ROWS], head, [""] * 5, left_out(len(rows), MOST_ROWS))
+
+
+def _off_by(own: ForceDeviation | None) -> str:
+    parts = [] if own is None else [part for part in (own.free, own.touching) if part is not None]
+    if own is None or not parts:
+        return ""
+    return f"{max(part.largest for part in parts):.2g} {own.unit}"
 
 
 def _rows(name: str, own: ForceDeviation) -> list[list[str]]:

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from math import degrees, inf, isfinite
+from math import isfinite
 
 from exudyn_flexlink.observables import (
-    LeverResponse,
-    Strike,
-    crank_joint,
     forces_of,
     joints_with_play,
-    lever_response,
     name_of,
     relative_energy_residual,
-    strikes,
-    struck_bodies,
 )
-from exudyn_flexlink.report.contacts import sleeve_lines
-from exudyn_flexlink.report.forces import force_table
-from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.report.contacts import guide_lines
+from exudyn_flexlink.report.forces import force_error_table
+from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
+from exudyn_flexlink.report.tables import Table
+from exudyn_flexlink.report.text import lines_of, number
 from exudyn_flexlink.result import MeasuredError, Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
@@ -27,12 +23,12 @@ MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 def run_text(result: Result) -> str:
     """Return the summary of a run: time and steps, strikes, errors."""
     blocks = [
-        [_ending(result), *_cost(result)],
+        [_ending(result), *lines_of(cost_table(result))],
         *(_strikes(result, contact) for contact in result.scene.contacts),
-        _responses(result),
-        *(sleeve_lines(result, joint) for joint in joints_with_play(result)),
-        _errors(result),
-        _errors_of_forces(result),
+        lines_of(response_table(result)),
+        *(guide_lines(result, joint) for joint in joints_with_play(result)),
+        lines_of(error_table(result)),
+        lines_of(run_force_errors(result)),
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
@@ -50,7 +46,8 @@ def _ending(result: Result) -> str:
     return f"{word}: {result.scene.title}"
 
 
-def _cost(result: Result) -> list[str]:
+def cost_table(result: Result) -> Table:
+    """Return how long a run is, and what it took."""
     checks = result.checks
     steps = f"{checks.steps}, from {checks.smallest_step:.3g} to {checks.largest_step:.3g} s"
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
@@ -58,57 +55,16 @@ def _cost(result: Result) -> list[str]:
         rows.append(["solver time", f"{result.timings['solve']:.2f} s"])
     if "compile" in result.timings:
         rows.append(["compiling before", f"{result.timings['compile']:.2f} s"])
-    return table([*rows, ["steps", steps]])
+    return Table("", [*rows, ["steps", steps]])
 
 
 def _strikes(result: Result, contact: str) -> list[str]:
-    found = strikes(result, contact)
-    if not found:
-        return [f"Strikes of {contact}: none"]
-    struck = result.scene.contacts[contact].struck
-    response = None if struck is None else lever_response(result, contact)
-    ends = [strike.begin for strike in found[1:]] + [inf]
-    peak = "" if struck is None else f"{struck} peak"
-    lap = ["lap"] if found[0].lap is not None else []
-    turned = [] if found[0].crank_angle is None else [f"angle of {crank_joint(result.scene)}"]
-    rows = [[*lap, *turned, "time", "approach", "place", peak]]
-    rows += [
-        [*_turned(strike), *_strike(strike, response, end)]
-        for strike, end in list(zip(found, ends, strict=True))[:MOST_STRIKES]
-    ]
-    more = len(found) - MOST_STRIKES
-    return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
+    told = strike_table(result, contact, MOST_STRIKES).without(BESIDES)
+    return lines_of(told) or [f"{told.caption}: none"]
 
 
-def _strike(strike: Strike, response: LeverResponse | None, until: float) -> list[str]:
-    """Return one row of the table; `until` is when the next strike begins."""
-    peak = None if response is None else response.between(strike.begin, until).farthest
-    return [
-        f"{strike.begin:.5f} s",
-        f"{strike.approach_speed:.4f} m/s",
-        f"{strike.place:.5f} m",
-        "" if peak is None else f"{peak:+.5f} rad",
-    ]
-
-
-def _turned(strike: Strike) -> list[str]:
-    """Lap and angle of the joint whose turns count, as far as there are any."""
-    lap, angle = strike.lap, strike.crank_angle
-    told = [] if lap is None else [str(lap)]
-    return [*told, *([] if angle is None else [f"{degrees(angle) % 360:.2f} deg"])]
-
-
-def _responses(result: Result) -> list[str]:
-    """Least and largest angle of every struck body, from where it stood at time 0."""
-    rows = []
-    for body, contact in struck_bodies(result.scene).items():
-        response = lever_response(result, contact)
-        (low, _), (high, _) = response.least, response.greatest
-        rows.append([body, f"from {low:+.5f} to {high:+.5f} rad"])
-    return ["Angle of struck bodies", *table(rows)] if rows else []
-
-
-def _errors(result: Result) -> list[str]:
+def error_table(result: Result) -> Table:
+    """Return how far a run is off, as it knows itself and by a neighbouring run."""
     checks = result.checks
     share = f"{100 * relative_energy_residual(result):.2g} % of the largest kinetic energy"
     rows = [
@@ -125,16 +81,17 @@ def _errors(result: Result) -> list[str]:
         rows.append(["positions", _off(result.error)])
     if forces_of(result) and (result.error is None or result.error.missing):
         rows.append(["forces", "not measured: '--horizon' makes a second run, which tells them"])
-    return ["Errors", *table(rows)]
+    return Table("Errors", rows)
 
 
-def _errors_of_forces(result: Result) -> list[str]:
-    """How far forces are off, as a neighbouring run tells."""
-    if result.error is None or not (lines := force_table(result.error.forces)):
-        return []
+def run_force_errors(result: Result) -> Table:
+    """Return how far forces are off, as a neighbouring run tells; no rows without one."""
+    if result.error is None:
+        return force_error_table({})
     until = result.error.forces_until
     end = "" if until is None else f", up to t = {number(until)} s"
-    return [f"Errors of forces, as a neighbouring run tells{end}", *lines]
+    caption = f"Errors of forces, as a neighbouring run tells{end}"
+    return force_error_table(result.error.forces, caption)
 
 
 def _off(error: MeasuredError) -> str:

@@ -7,6 +7,8 @@ import textwrap
 from collections.abc import Sequence
 from itertools import zip_longest
 
+from exudyn_flexlink.report.tables import Table
+
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
 MOST_LISTED = 12  # bodies or joints that one line names
 GAP = "  "  # before each column
@@ -35,6 +37,30 @@ def table(rows: Sequence[Sequence[str]]) -> list[str]:
     """
     broken = iter(_broken([row for row in rows if len(row) > 1]))
     return [line for row in rows for line in (next(broken) if len(row) > 1 else [GAP + row[0]])]
+
+
+def lines_of(told: Table, *, units_above: bool = False) -> list[str]:
+    """Return a table with its caption above and its note below; none without rows.
+
+    Units stand in the cells, or above them with the names of the columns.
+    """
+    if not told.rows:
+        return []
+    head, rows = [list(told.head)] if told.head else [], [list(row) for row in told.rows]
+    if told.units and units_above:
+        head = [_with_units(told.head, told.units, ", ")]
+    elif told.units:
+        rows = [_with_units(row, told.units, " ") for row in rows]
+    caption, note = ([told.caption] * bool(told.caption), [GAP + told.note] * bool(told.note))
+    return [*caption, *table([*head, *rows]), *note]
+
+
+def _with_units(cells: Sequence[str], units: Sequence[str], between: str) -> list[str]:
+    """Cells with their units; what is empty, or has no unit, stays as it is."""
+    return [
+        f"{cell}{between}{unit}" if cell and unit else cell
+        for cell, unit in zip(cells, units, strict=True)
+    ]
 
 
 def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
