@@ -12,5 +12,6 @@ setup(
         "exudyn_flexlink": ["py.typed"],
         "": ["*.yaml", "*.csv", "*.json"],
         "exudyn_flexlink.animation": ["player/*"],
+        "exudyn_flexlink.page": ["templates/*"],
     },
 )

@@ -52,7 +52,7 @@ A short model is one of bodies, joints and something that moves it:
 """
 COMMANDS = (
     *("simulate", "compare", "accuracy", "sweep", "verify", "check"),
-    *("plot", "animate", "new", "schema", "completion"),
+    *("plot", "animate", "report", "new", "schema", "completion"),
 )
 VARYING = ", or an expression or a table"  # what a drive's value may be beside a number
 UNIT = re.compile(rf"(?:^|: )[a-z ]+; (?P<unit>[^;]+?)(?:,| or) e\.g\. '[^']+'(?:{VARYING})?$")

@@ -20,7 +20,7 @@ RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
 COMMANDS = (
     *("simulate", "compare", "accuracy", "sweep", "check", "plot", "animate"),
-    *("new", "schema", "completion"),
+    *("report", "new", "schema", "completion"),
 )
 BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPATH": str(ROOT)}
 """An environment with nothing that hides a mistake, as PYTHONUNBUFFERED does."""

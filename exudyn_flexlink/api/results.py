@@ -155,6 +155,20 @@ class Result(PlainResult):
             storage.save(self, staged)
         return Path(folder)
 
+    def report(self, path: str | PathLike[str], *, force: bool = False) -> Path:
+        """Write the run as one page of HTML, which loads nothing else; return its path.
+
+        A report there is replaced; another file is not, unless `force` says so.
+
+        Raises:
+            StorageError: the file can't be written, or is no report.
+
+        """
+        from exudyn_flexlink.page import write_page
+
+        write_page(self, Path(path), force=force)
+        return Path(path)
+
     def summary(self) -> str:
         """Return what the command line tells of the run."""
         end = [] if self.outcome.completed else [failure_text(self)]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, drawn, look_of
 from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.reporting import reported
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
     DONE,
@@ -82,9 +83,10 @@ def _write(
     result: Result, folder: Path, options: argparse.Namespace, *, late: bool, figures: bool = True
 ) -> int:
     """Write a run; returns the exit code. One who did not wait waits for no figures."""
-    skipped = options.no_plots or late or options.ending.asked
-    look = look_of(options) if figures and not skipped else None
-    code = write(result, folder, look)
+    drawn = figures and not late and not options.ending.asked
+    code = write(result, folder, look_of(options) if drawn and not options.no_plots else None)
+    if options.report and drawn and code == DONE:
+        code = reported(result, folder)
     return code or (INTERRUPTED if late else DONE)
 
 

@@ -83,6 +83,7 @@ def framed_figure(words: Words, height: float, style: Style = SCREEN) -> Figure:
     figure = ShownFigure(
         figsize=(style.width, whole), dpi=style.dpi, layout="constrained", facecolor="white"
     )
+    figure.set_label(words.subject)  # which a page shows as its caption
     engine = figure.get_layout_engine()
     if engine is not None:
         rect = (0.0, bottom / whole, 1.0, style.scale * height / whole)

@@ -23,4 +23,4 @@ def energy_table(result: Result) -> Table:
         largest = values[int(np.argmax(np.abs(values)))]
         rows.append([told, *(f"{value:.4g}" for value in (values[0], values[-1], largest))])
     head, units = ["", "at the start", "at the end", "largest"], ["", "J", "J", "J"]
-    return Table("Energy", rows, head, units)
+    return Table("Energies of all parts together", rows, head, units)

@@ -78,7 +78,7 @@ def error_table(result: Result) -> Table:
     elif checks.largest_penetration > 0:
         rows.append(["contacts", penetration])
     if result.error is not None:
-        rows.append(["positions", _off(result.error)])
+        rows.append(["positions", positions_text(result.error)])
     if forces_of(result) and (result.error is None or result.error.missing):
         rows.append(["forces", "not measured: '--horizon' makes a second run, which tells them"])
     return Table("Errors", rows)
@@ -94,7 +94,7 @@ def run_force_errors(result: Result) -> Table:
     return force_error_table(result.error.forces, caption)
 
 
-def _off(error: MeasuredError) -> str:
+def positions_text(error: MeasuredError) -> str:
     """How far points are off, as a neighbouring run tells."""
     if error.missing:
         return f"not measured: {error.missing}"

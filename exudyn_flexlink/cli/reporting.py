@@ -1,0 +1,69 @@
+"""The command `report`, and the page that `simulate --report` puts beside a run."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.result import Result
+
+ENDINGS = (".html", ".htm")
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Write the page of a saved run; returns the exit code."""
+    from exudyn_flexlink.page import PAGE, write_page
+    from exudyn_flexlink.storage import StorageError, load, staged_files
+
+    file: Path = options.out or options.run / PAGE
+    try:
+        result = load(options.run)
+        if options.out is None:
+            with staged_files(options.run, force=options.force) as staged:
+                write_page(result, staged / PAGE)
+        else:
+            write_page(result, file, force=options.force)
+    except StorageError as error:
+        return complain(str(error), BAD_INPUT)
+    except Exception as error:  # a mistake of the program: the run itself is sound
+        return complain(f"no report: {_why_not(error)}; please report it", FAILED)
+    print(f"Report written to {file}")
+    return DONE
+
+
+def reported(result: Result, folder: Path) -> int:
+    """Write the page of a run beside its numbers, which no failure of the page may cost.
+
+    Returns the exit code: `DONE`; without a page `INTERRUPTED` if the user did not wait for it, and
+    `FAILED` if it can't be made, which is said.
+    """
+    from exudyn_flexlink.page import PAGE, write_page
+
+    try:
+        write_page(result, folder / PAGE)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception as error:  # a mistake of the program, too: the run may have taken hours
+        return complain(f"no report: {_why_not(error)}; the numbers are kept", FAILED)
+    return DONE
+
+
+def page_file(text: str) -> Path:
+    """Read the name of a page's file, by whose ending a browser knows it."""
+    file = Path(text)
+    if file.suffix.lower() not in ENDINGS:
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in {' or '.join(ENDINGS)}")
+    return file
+
+
+def _why_not(error: Exception) -> str:
+    """Say why there is no page."""
+    from exudyn_flexlink.storage import StorageError
+
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    return str(error) if isinstance(error, StorageError) else f"{type(error).__name__}: {error}"

@@ -1,0 +1,177 @@
+"""What stands on a page, section by section: all that a run has, and nothing that it has not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables import joints_with_play
+from exudyn_flexlink.page.figures import Picture, pictures_of
+from exudyn_flexlink.page.reproducing import command_of, model_text
+from exudyn_flexlink.report import (
+    Table,
+    cost_table,
+    effects_table,
+    energy_table,
+    error_table,
+    failure_text,
+    guide_facts,
+    guide_table,
+    number,
+    pair_table,
+    peak_table,
+    positions_text,
+    response_table,
+    run_force_errors,
+    strike_table,
+    touch_table,
+)
+from exudyn_flexlink.result import INTERRUPTED, Result
+
+ERRORS = "How far the run is off"
+MOST_STRIKES = 100  # of a contact: some screens of a phone
+MOST_PAIRS = 20
+MOST_TOUCHES = 200  # folded, until the reader opens them
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page under a heading: texts, then figures, then tables, some of them folded."""
+
+    key: str
+    heading: str
+    texts: Sequence[str] = ()
+    pictures: Sequence[Picture] = ()
+    tables: Sequence[Table] = ()
+    folded: Sequence[Table] = ()
+
+    def __bool__(self) -> bool:
+        """Whether there is anything in it."""
+        return any((self.texts, self.pictures, self.tables, self.folded))
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How the run ended: in a word, and if it stopped why, and what to try."""
+
+    word: str
+    completed: bool
+    why: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """All that a page tells. `model` is the scene as a model file, None if it is too long."""
+
+    title: str
+    source: str
+    ending: Ending
+    warnings: Sequence[str]
+    facts: Table
+    sections: Sequence[Section]
+    model: str | None
+    command: str
+    settings: Table
+    versions: Table
+
+
+def contents_of(result: Result) -> Contents:
+    """Return what a page tells of a run."""
+    pictures = pictures_of(result)
+    sections = [
+        Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
+        Section("motion", "Motion", pictures=_of(pictures, "coordinates", "polar")),
+        _strikes(result, pictures),
+        _touches(result, pictures),
+        _forces(result, pictures),
+        Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
+        _effects(result),
+        _errors(result),
+    ]
+    return Contents(
+        result.scene.title,
+        result.scene.source,
+        _ending(result),
+        result.warnings,
+        _facts(result),
+        [section for section in sections if section],
+        model_text(result.scene),
+        command_of(result),
+        Table("Settings of the engine, in SI units", _rows(result.settings)),
+        Table("Versions", _rows(result.versions)),
+    )
+
+
+def _ending(result: Result) -> Ending:
+    outcome = result.outcome
+    if outcome.completed:
+        return Ending("Completed", True, [])
+    word = "Interrupted" if outcome.reason == INTERRUPTED else "Stopped before its end"
+    return Ending(word, False, failure_text(result).split("\n"))
+
+
+def _facts(result: Result) -> Table:
+    """What a reader asks first: who solved it, how accurately, how long it is and how far off."""
+    way = result.settings.get("formulation")
+    engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
+    rows = [["engine", engine], ["accuracy asked for", _asked(result)], *cost_table(result).rows]
+    if result.error is not None:
+        rows.append(["positions", positions_text(result.error)])
+    return Table("The run", rows)
+
+
+def _asked(result: Result) -> str:
+    accuracy = result.scene.accuracy
+    if accuracy.tolerance is not None:
+        return f"an error of {number(accuracy.tolerance)} m at most"
+    assert accuracy.step is not None  # a scene has one of both
+    return f"fixed steps of {number(accuracy.step)} s"
+
+
+def _strikes(result: Result, pictures: Mapping[str, Picture]) -> Section:
+    contacts = result.scene.contacts
+    tables = [strike_table(result, contact, MOST_STRIKES) for contact in contacts]
+    texts = [f"{told.caption}: none." for told in tables if not told.rows]
+    answers = response_table(result)
+    return Section("strikes", "Strikes", texts, _of(pictures, "lever"), _filled([*tables, answers]))
+
+
+def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
+    joints, tables, folded = joints_with_play(result), list[Table](), list[Table]()
+    for joint in joints:
+        facts = replace(guide_facts(result, joint), caption=f"Depth and duration in '{joint}'")
+        tables += [guide_table(result, joint), facts, pair_table(result, joint, MOST_PAIRS)]
+        folded.append(touch_table(result, joint, MOST_TOUCHES))
+    pictures_ = _of(pictures, "guide_contact") if joints else []
+    return Section("touches", "Touches", [], pictures_, _filled(tables), _filled(folded))
+
+
+def _forces(result: Result, pictures: Mapping[str, Picture]) -> Section:
+    return Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)]))
+
+
+def _effects(result: Result) -> Section:
+    told = effects_table(result.scene, build_mechanism(result.scene))
+    return Section(
+        "effects", "Effects", tables=[replace(told, caption="Effects, simulated or not")]
+    )
+
+
+def _errors(result: Result) -> Section:
+    own = replace(error_table(result), caption="How far the run is off")
+    return Section("errors", "Errors", tables=_filled([own, run_force_errors(result)]))
+
+
+def _of(pictures: Mapping[str, Picture], *names: str) -> list[Picture]:
+    return [pictures[name] for name in names if name in pictures]
+
+
+def _filled(tables: Iterable[Table]) -> list[Table]:
+    return [told for told in tables if told.rows]
+
+
+def _rows(told: Mapping[str, float | str]) -> list[list[str]]:
+    return [
+        [name, value if isinstance(value, str) else number(value)] for name, value in told.items()
+    ]

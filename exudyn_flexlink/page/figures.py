@@ -1,0 +1,63 @@
+"""Figures of a run for a page: each in two widths, as text that an image takes for its file."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from dataclasses import dataclass, replace
+
+from matplotlib.figure import Figure
+
+from exudyn_flexlink.page.describing import described
+from exudyn_flexlink.plots import PRINT, SCREEN, figure_bytes, figures
+from exudyn_flexlink.result import Result
+
+WIDE = replace(SCREEN, titled=False)  # the page says what stands in a title
+NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
+PIXELS = 96  # of a page in an inch
+MOST_SVG = 250_000  # bytes: beyond, lines are so many that pixels take less room
+COORDINATES = re.compile(rb' (?:d|x|y)="[^"]*"')
+DECIMALS = re.compile(rb"(\.\d\d)\d+")  # more than a hundredth of a point nobody sees
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with its caption and what it shows in words.
+
+    `wide` and `narrow` are data URIs; `size` is that of the wide one, in pixels of a page.
+    """
+
+    name: str
+    caption: str
+    alt: str
+    wide: str
+    narrow: str
+    size: tuple[int, int]
+
+
+def pictures_of(result: Result) -> dict[str, Picture]:
+    """Return every figure that makes sense for a run, by name."""
+    wide, narrow = figures(result, WIDE), figures(result, NARROW)
+    return {
+        name: Picture(
+            name,
+            str(figure.get_label()),
+            described(result, name),
+            _uri(figure),
+            _uri(narrow[name]),
+            (round(PIXELS * figure.get_figwidth()), round(PIXELS * figure.get_figheight())),
+        )
+        for name, figure in wide.items()
+    }
+
+
+def _uri(figure: Figure) -> str:
+    """Return a figure as a data URI: lines, which stay sharp, unless they take too much room."""
+    svg = COORDINATES.sub(lambda own: DECIMALS.sub(rb"\1", own[0]), figure_bytes(figure, "svg"))
+    if len(svg) <= MOST_SVG:
+        return _encoded("image/svg+xml", svg)
+    return _encoded("image/png", figure_bytes(figure, "png"))
+
+
+def _encoded(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{b64encode(content).decode('ascii')}"

@@ -1,0 +1,56 @@
+"""A page's contents to HTML, by templates that escape whatever is not markup of this program."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from importlib.metadata import PackageNotFoundError, version
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from exudyn_flexlink.page.contents import contents_of
+from exudyn_flexlink.page.reproducing import MODEL
+from exudyn_flexlink.result import Result
+
+GENERATOR = "exudyn-flexlink report"
+"""How a page says that this program wrote it."""
+
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+"""What a browser lets the page do: it loads nothing, and runs no program, whatever is in it."""
+
+NUMBER = re.compile(r"[-+]?\d[\d.e+-]*( \S+)*( m/s)?")  # with its unit, if it has one
+
+
+def page_of(result: Result) -> str:
+    """Return the report of a run as one page of HTML."""
+    environment = Environment(
+        loader=PackageLoader("exudyn_flexlink.page"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.tests["numeric"] = lambda cell: NUMBER.fullmatch(cell) is not None
+    contents = contents_of(result)
+    model = (contents.model or "").encode("utf-8")
+    return environment.get_template("page.html").render(
+        page=contents,
+        generator=GENERATOR,
+        policy=POLICY,
+        name_of_model=MODEL,
+        model_link=f"data:text/yaml;base64,{b64encode(model).decode('ascii')}",
+        program=_program(),
+    )
+
+
+def is_page(content: bytes) -> bool:
+    """Whether the content of a file is a page of this program."""
+    return f'name="generator" content="{GENERATOR}"'.encode() in content[:1000]
+
+
+def _program() -> str:
+    """Name and version of this program."""
+    try:
+        return f"exudyn-flexlink {version('exudyn-flexlink')}"
+    except PackageNotFoundError:
+        return "exudyn-flexlink, run from its source"

@@ -1,0 +1,1 @@
+"""Pages as a reader sees them: a Chromium without a window, asked over a pipe."""
