@@ -136,6 +136,12 @@ ITEMS = (
             "tutorial_5.png": "5_strike/lever.png",
         },
     ),
+    Item(
+        "report",
+        "10 s, with a Chromium",
+        (script("report_picture", "--out", OUT),),
+        {"report.png": "report.png"},
+    ),
     Item("paper", "2 min", (script("paper_figures", "--out", OUT),), PAPER),
     Item(
         "clearance_statements",

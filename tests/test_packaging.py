@@ -100,4 +100,7 @@ def test_a_model_of_the_wheel_is_copied_and_run_anywhere(installed: Path, tmp_pa
                                                  ["simulate", "whitworth.yaml"]]  # fmt: skip
     for words in printed:
         assert run(installed, tmp_path, *words[words.index("-m") :])
-    assert (tmp_path / "runs" / "whitworth" / "mechanism.png").is_file()
+    made = tmp_path / "runs" / "whitworth"
+    assert (made / "mechanism.png").is_file()
+    run(installed, tmp_path, *program, "report", str(made))  # its templates are in the wheel
+    assert "Whitworth" in (made / "report.html").read_text(encoding="utf-8")

@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from exudyn_flexlink.page.contents import contents_of
 from exudyn_flexlink.page.reproducing import MODEL
+from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
 
 GENERATOR = "exudyn-flexlink report"
@@ -18,7 +19,7 @@ GENERATOR = "exudyn-flexlink report"
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """What a browser lets the page do: it loads nothing, and runs no program, whatever is in it."""
 
-NUMBER = re.compile(r"[-+]?\d[\d.e+-]*( \S+)*( m/s)?")  # with its unit, if it has one
+NUMBER = re.compile(rf"[-+]?\d[\d.]*(e[-+]?\d+)?( ({UNITS}))?")
 
 
 def page_of(result: Result) -> str:

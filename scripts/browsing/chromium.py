@@ -6,17 +6,21 @@ two pipes, messages in JSON that end with a zero byte.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
+import select
 import shutil
 import subprocess
+import sys
 from base64 import b64decode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+if sys.platform != "win32":
+    import fcntl
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 OPTIONS = (
@@ -26,12 +30,15 @@ OPTIONS = (
 )  # fmt: skip
 READS, WRITES = 3, 4  # descriptors that Chromium reads messages from, and writes them to
 ABOVE = 10  # descriptors of pipes begin here, clear of these two
-FIRST_ERRORS = ("error", "warning")  # levels of the console that are told
+LONGEST_SILENCE = 300.0  # s: a browser that says nothing for so long hangs
+BAD = ("error", "warning")  # levels of the console that are told
 Message = dict[str, Any]
 
 
 def program() -> str | None:
-    """Path of a Chromium, None if there is none."""
+    """Path of a Chromium, None if there is none, or none that can be spoken to (Windows)."""
+    if sys.platform == "win32":
+        return None
     return next(filter(None, map(shutil.which, NAMES)), None)
 
 
@@ -74,7 +81,7 @@ class Page:
         """What the browser complains of: errors of scripts, and of what the page may not do."""
         errors = self._connection.told("Runtime.exceptionThrown")
         entries = [event["entry"] for event in self._connection.told("Log.entryAdded")]
-        said = [str(entry["text"]) for entry in entries if entry["level"] in FIRST_ERRORS]
+        said = [str(entry["text"]) for entry in entries if entry["level"] in BAD]
         return [*said, *(str(event["exceptionDetails"]) for event in errors)]
 
     def picture(self, *, whole: bool = True) -> bytes:
@@ -140,6 +147,8 @@ class _Connection:
 
     def _next(self) -> Message:
         while b"\0" not in self._rest:
+            if not select.select([self._from], [], [], LONGEST_SILENCE)[0]:
+                raise RuntimeError("the browser does not answer")
             more = os.read(self._from.fileno(), 1 << 20)
             if not more:
                 raise RuntimeError("the browser has ended")

@@ -1,0 +1,364 @@
+"""The report of a run as a page: what is in it, held against the run, and what may never be."""
+
+import base64
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from math import degrees
+
+import numpy as np
+import pytest
+from pages import Element, read_page, tables_of
+from results import (
+    BLOCK,
+    first_samples,
+    result_of,
+    rigid_link,
+    scene_from,
+    stopped,
+    tilting_link,
+    touched,
+)
+
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.observables import contact_totals, force_peaks, lever_response, strikes
+from exudyn_flexlink.page import page_of
+from exudyn_flexlink.page.reproducing import model_text
+from exudyn_flexlink.report import run_text
+from exudyn_flexlink.result import (
+    Extremes,
+    ForceDeviation,
+    ForceSpread,
+    MeasuredError,
+    Outcome,
+    Result,
+)
+from exudyn_flexlink.scene import parse_scene
+from exudyn_flexlink.shipped import model_file, model_names
+from exudyn_flexlink.source import load_document, parse_document
+
+LARGEST = 3_000_000  # bytes: a page that is sent by mail, and read on a phone
+EVIL = "<script>alert('title')</script> & <img src=x onerror=alert(1)>"
+ADDRESSES = ("src", "srcset", "href", "action", "poster", "data", "background", "formaction")
+
+
+@pytest.fixture(scope="module")
+def whole() -> str:
+    """Return the page of the paper's run, with its figures."""
+    return page_of(rigid_link())
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> Callable[[Result], Element]:
+    """Return a function that reads the page of a run without its figures, which take seconds."""
+    monkeypatch.setattr("exudyn_flexlink.page.contents.pictures_of", lambda _: {})
+    return lambda result: read_page(page_of(result))
+
+
+def slider() -> Result:
+    """Return a block that slides in a slot: nothing turns, nothing strikes."""
+    scene = scene_from(BLOCK)
+    time = np.linspace(0, 1, 101)
+    q = np.zeros((101, len(build_mechanism(scene).parts), 3))
+    q[:, 0, 0] = 0.1 * time
+    made = result_of(scene, time, q)
+    return replace(made, warnings=())
+
+
+# --- the page ---------------------------------------------------------------------------------
+
+
+def test_the_page_is_well_formed_and_can_be_read_aloud(whole: str) -> None:
+    page = read_page(whole)
+    assert page.all("html")[0].attributes["lang"] == "en"
+    assert len(page.all("h1")) == 1
+    assert page.all("title")[0].words == page.all("h1")[0].words
+    levels = [int(one.tag[1]) for one in page.all("h1", "h2", "h3")]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+    ids = [one.attributes["id"] for one in page.all() if "id" in one.attributes]
+    assert len(set(ids)) == len(ids)
+    links = [one.attributes["href"] for one in page.all("a")]
+    assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
+    assert all(len(image.attributes["alt"]) > 20 for image in page.all("img"))
+    for table in page.all("table"):
+        assert [one.words != "" for one in table.all("caption")] == [True]
+        assert all(cell.attributes["scope"] in ("row", "col") for cell in table.all("th"))
+    for section in page.all("section"):
+        assert section.attributes["aria-labelledby"] in ids
+
+
+def test_the_page_loads_nothing(whole: str) -> None:
+    page = read_page(whole)
+    for one in page.all():
+        for name in ADDRESSES:
+            address = one.attributes.get(name, "#")
+            assert address.startswith(("#", "data:")), (one.tag, name, address[:60])
+        assert not [name for name in one.attributes if name.startswith("on")]
+    assert not page.all("link", "iframe", "object", "embed", "base", "script")
+    (style,) = page.all("style")
+    assert "url(" not in str(style.inside)
+    assert "@import" not in str(style.inside)
+    (policy,) = (m for m in page.all("meta") if "Policy" in m.attributes.get("http-equiv", ""))
+    assert "default-src 'none'" in policy.attributes["content"]
+
+
+def test_figures_are_in_the_page_in_two_widths(whole: str) -> None:
+    page = read_page(whole)
+    names = [figure.attributes["id"] for figure in page.all("figure")]
+    shown = ("mechanism", "coordinates", "polar", "lever", "forces", "energy")
+    assert names == [f"figure-{name}" for name in shown]
+    for figure in page.all("figure"):
+        (narrow,), (wide,) = figure.all("source"), figure.all("img")
+        drawn = [narrow.attributes["srcset"], wide.attributes["src"]]
+        widths = [_width(address) for address in drawn]
+        assert widths[0] < 0.5 * widths[1]
+        assert int(wide.attributes["width"]) == pytest.approx(widths[1] * 96 / 72, abs=1)
+
+
+def _width(address: str) -> float:
+    """Width in points of an SVG in an address, which must hold no other address to load."""
+    kind, _, content = address.partition(";base64,")
+    assert kind == "data:image/svg+xml"
+    svg = base64.b64decode(content).decode("utf-8")
+    assert not [link for link in re.findall(r'href="([^"]*)"', svg) if not link.startswith("#")]
+    found = re.search(r'width="([\d.]+)pt"', svg)
+    assert found
+    return float(found[1])
+
+
+def test_the_page_is_small(whole: str) -> None:
+    assert len(whole.encode("utf-8")) < LARGEST
+
+
+def test_figures_say_in_words_what_they_show(whole: str) -> None:
+    run = rigid_link()
+    alts = {f.attributes["id"]: f.all("img")[0].attributes["alt"] for f in
+            read_page(whole).all("figure")}  # fmt: skip
+    response = lever_response(run, "strike")
+    for angle, time in (response.least, response.greatest):
+        assert f"{angle:.4g} rad at {time:.4g} s" in alts["figure-lever"]
+    x = run.extremes["link.end.x_m"]
+    assert f"x from {x.least[0]:.4g} to {x.greatest[0]:.4g} m" in alts["figure-coordinates"]
+    assert "guide, link, lever" in alts["figure-mechanism"]
+
+
+# --- numbers ----------------------------------------------------------------------------------
+
+
+def test_strikes_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
+    run = rigid_link()
+    head, *rows = tables_of(told(run))["Strikes of strike"]
+    assert head == ["lap", "angle of crank (deg)", "time (s)", "approach (m/s)", "place (m)",
+                    "lever peak (rad)", "lasts (s)", "touches", "impulse (N s)",
+                    "energy lost (J)", "peak force (N)"]  # fmt: skip
+    found = strikes(run, "strike")
+    assert len(rows) == len(found) == 2
+    for row, strike in zip(rows, found, strict=True):
+        numbers = [float(cell) for cell in row]
+        assert numbers[0] == strike.lap
+        assert numbers[1] == pytest.approx(degrees(strike.crank_angle or 0.0) % 360, abs=5e-3)
+        exact = [strike.begin, strike.approach_speed, strike.place]
+        assert numbers[2:5] == pytest.approx(exact, abs=5e-5)
+        assert numbers[6:8] == [pytest.approx(strike.end - strike.begin, abs=5e-6), 2]
+        passed = [strike.impulse, strike.energy_lost, strike.peak_force]
+        assert numbers[8:] == pytest.approx(passed, rel=1e-3)
+    peaks = [float(row[5]) for row in rows]
+    assert min(peaks) == pytest.approx(lever_response(run, "strike").least[0], abs=5e-6)
+
+
+def test_touches_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
+    run = tilting_link()
+    page = told(run)
+    found = tables_of(page)
+    (laps,) = (rows for caption, rows in found.items() if caption.startswith("Link in 'sleeve'"))
+    assert laps[0][:3] == ["lap", "free (%)", "one point (%)"]
+    assert [row[0] for row in laps[1:]] == ["1", "2", "3", "4", "all"]
+    totals = contact_totals(run, "sleeve")
+    assert int(laps[-1][5]) == totals.touches == len(run.intervals["sleeve"])
+    assert float(laps[-1][7]) == pytest.approx(totals.impulse, rel=5e-3)
+    head, *touches = found["Touches in 'sleeve'"]
+    assert head[0] == "begins (s)"
+    own = run.intervals["sleeve"]
+    begins, peaks = ([float(row[k]) for row in touches] for k in (0, 6))
+    assert begins == pytest.approx(list(own.begin), abs=5e-6)
+    assert peaks == pytest.approx(list(own.peak_force), rel=1e-3)
+    (details,) = (one for one in page.all("details") if "Touches" in one.words)
+    assert "open" not in details.attributes
+    pairs = found["What touched in 'sleeve', the longest first"][1:]
+    assert sum(int(row[1]) for row in pairs) == totals.touches
+
+
+def test_forces_and_energies_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
+    run = rigid_link()
+    found = tables_of(told(run))
+    rows = {row[0]: row[1:] for row in found["Largest forces and torques"][1:]}
+    peaks = force_peaks(run)
+    assert list(rows) == list(peaks)
+    for name, peak in peaks.items():
+        value, _, unit = rows[name][0].partition(" ")
+        assert float(value) == pytest.approx(peak.value, rel=1e-3)
+        assert unit == peak.unit
+    assert rows["contact force of strike"][0] == "0.4 N"  # made up so, in `results`
+    energies = {row[0].split()[0]: row[1:] for row in found["Energies of all parts together"][1:]}
+    for name in ("kinetic", "stored", "dissipated", "supplied"):
+        values = getattr(run.energy, name)
+        told_ = [float(cell) for cell in energies[name]]
+        assert told_[:2] == pytest.approx([values[0], values[-1]], rel=1e-3)
+        assert abs(told_[2]) == pytest.approx(np.max(np.abs(values)), rel=1e-3)
+
+
+def test_the_largest_of_a_force_comes_from_every_step() -> None:
+    """Contacts' own extremes, not samples; and no number for an impulse, which has no bound."""
+    run = rigid_link()
+    exact = Extremes(np.array([0.3, 0.4]), np.array([0.5, 0.7]))
+    run = replace(run, extremes={**run.extremes, "strike.force_N": exact})
+    assert force_peaks(run)["contact force of strike"].value == 0.7
+    own = run.contacts["strike"]
+    forces = np.full(len(own.touches), np.inf)
+    hit = replace(own, touches=replace(own.touches, peak_force=forces))
+    assert "contact force of strike" not in force_peaks(replace(run, contacts={"strike": hit}))
+
+
+def test_errors_and_the_horizon_are_told(told: Callable[[Result], Element]) -> None:
+    spread = ForceSpread(0.03, 0.2, 0.01, 0.4)
+    error = MeasuredError(
+        points=("link.end",), worst="link.end", limit=1e-5, largest=3e-3, exceeds_from=1.25,
+        forces={"slot force of pin": ForceDeviation("N", spread, None)}, forces_until=1.5,
+    )  # fmt: skip
+    found = tables_of(told(replace(rigid_link(), error=error)))
+    errors = dict(found["How far the run is off"])
+    assert errors["positions"].startswith("link.end within 1e-05 m up to t = 1.25 s")
+    assert dict(found["The run"])["positions"] == errors["positions"]
+    caption = "Errors of forces, as a neighbouring run tells, up to t = 1.5 s"
+    assert found[caption][1] == ["slot force of pin", "0.03 N", "7.5 %", "0.20000 s", "0.01 N"]
+    rows = {row[0]: row for row in found["Largest forces and torques"][1:]}
+    assert rows["slot force of pin"][3] == "0.03 N"
+
+
+def test_effects_are_told_whether_simulated_or_not(told: Callable[[Result], Element]) -> None:
+    rows = {row[0]: row[1:] for row in tables_of(told(rigid_link()))["Effects, simulated or not"]}
+    assert rows["flexibility"] == ["simulated", "link"]
+    assert rows["clearance"] == ["not in this scene", ""]
+    assert rows["impact"] == ["simulated", "strike"]
+
+
+def test_page_and_terminal_tell_the_same(told: Callable[[Result], Element]) -> None:
+    run = rigid_link()
+    said = " ".join(run_text(run).split())
+    for caption in ("The run", "How far the run is off"):
+        rows = tables_of(told(run))[caption]
+        shared = [row for row in rows if row[0] in ("simulated time", "steps", "energy balance")]
+        assert shared
+        assert all(" ".join(row) in said for row in shared)
+
+
+# --- runs that end otherwise, and scenes with less ------------------------------------------------
+
+
+def test_a_failed_run_says_why_it_stopped(told: Callable[[Result], Element]) -> None:
+    run = stopped(rigid_link())
+    outcome = told(run).all("section")[0].words
+    assert outcome.startswith("Outcome Stopped before its end")
+    assert f"the run stopped at {run.outcome.time:g} s: {run.outcome.reason}" in outcome
+    assert f"try: {run.outcome.advice}" in outcome
+
+
+def test_an_interrupted_run_did_not_fail(told: Callable[[Result], Element]) -> None:
+    run = replace(rigid_link(), outcome=Outcome(False, 0.5, "interrupted"))
+    outcome = told(run).all("section")[0].words
+    assert outcome.startswith("Outcome Interrupted")
+    assert "Stopped" not in outcome
+
+
+def test_outcome_and_warnings_stand_before_all_else(told: Callable[[Result], Element]) -> None:
+    page = told(replace(rigid_link(), warnings=("one", "two")))
+    first = page.all("section")[0]
+    assert first.attributes["id"] == "outcome"
+    assert [item.words for item in first.all("ul")[0].all("li")] == ["one", "two"]
+    assert "No warnings" in told(replace(rigid_link(), warnings=())).all("section")[0].words
+
+
+def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
+    page = read_page(page_of(slider()))
+    keys = [section.attributes["id"] for section in page.all("section")]
+    assert keys == ["outcome", "mechanism", "motion", "forces", "energy", "effects", "errors",
+                    "model"]  # fmt: skip
+    (model,) = (one for one in page.all("section") if one.attributes["id"] == "model")
+    alts = " ".join(image.attributes["alt"] for image in page.all("img"))
+    said = f"{page.words.replace(model.words, '')} {alts}".lower()
+    for word in ("crank", "lever", "guide", "link", "strikes", "touches", "lap"):
+        assert not re.search(rf"\b{word}\b", said.replace("support in the guide", "")), word
+
+
+def test_a_contact_that_never_was_is_said(told: Callable[[Result], Element]) -> None:
+    page = told(touched(rigid_link(turns=1, samples=401)))
+    assert "Strikes of strike: none." in page.words
+    assert "Strikes of strike" not in tables_of(page)
+
+
+def test_a_run_of_one_sample_has_a_page() -> None:
+    page = read_page(page_of(first_samples(rigid_link(turns=1, samples=401), 1)))
+    assert [figure.attributes["id"] for figure in page.all("figure")] == ["figure-mechanism"]
+    assert tables_of(page)["Energies of all parts together"]
+
+
+# --- foreign text ---------------------------------------------------------------------------
+
+
+def test_foreign_text_stays_text(told: Callable[[Result], Element]) -> None:
+    run = rigid_link()
+    scene = run.scene.changed(title=EVIL, source=EVIL)
+    outcome = Outcome(False, 0.5, EVIL, EVIL)
+    page = told(replace(run, scene=scene, warnings=(EVIL,), outcome=outcome))
+    assert not page.all("script", "img")
+    assert page.all("title")[0].words == page.all("h1")[0].words == EVIL
+    assert page.words.count(EVIL) >= 5  # in title and heading, source, warning, reason, advice
+
+
+# --- how to run it again ------------------------------------------------------------------------
+
+
+def model_of(page: Element) -> str:
+    """Return the model file that a page offers, which its reader also sees."""
+    (link,) = (one for one in page.all("a") if "download" in one.attributes)
+    content = base64.b64decode(link.attributes["href"].partition(";base64,")[2]).decode("utf-8")
+    (shown,) = (one for one in page.all("pre") if one.attributes.get("id") == "scene")
+    assert shown.text == content
+    return content
+
+
+def test_the_model_of_a_page_is_that_of_the_run(told: Callable[[Result], Element]) -> None:
+    run = rigid_link()
+    scene = run.scene.changed(title=f'{EVIL} "a: b" # \u00fc', source="it's\n  'assumed'")
+    page = told(replace(run, scene=scene))
+    assert scene_of(parse_document(model_of(page), "model.yaml")) == scene
+    assert "python -m exudyn_flexlink simulate model.yaml" in page.words
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_every_model_is_written_so_that_it_reads_the_same(name: str) -> None:
+    file = model_file(name)
+    assert file is not None
+    scene = parse_scene(load_document(file))
+    text = model_text(scene)
+    assert text is not None
+    assert parse_scene(parse_document(text, "model.yaml")) == scene
+
+
+def test_the_command_names_what_the_run_used(told: Callable[[Result], Element]) -> None:
+    run = replace(rigid_link(), engine="lagrangian", error=MeasuredError(largest=1e-6, limit=1e-5))
+    words = told(run).words
+    assert "simulate model.yaml --engine lagrangian --horizon" in words
+    missing = replace(run, error=MeasuredError(missing="no neighbouring run was made"))
+    assert "--horizon" not in told(missing).all("pre")[0].words
+
+
+def test_a_model_too_long_for_a_page_is_elsewhere(
+    told: Callable[[Result], Element], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("exudyn_flexlink.page.reproducing.LARGEST_FILE", 1000)
+    page = told(rigid_link())
+    assert "The model is too long for a page. It is in summary.json" in page.words
+    assert not [one for one in page.all("a") if "download" in one.attributes]

@@ -1,0 +1,88 @@
+"""The report of a run in a real browser: on a phone, at a desk, in the dark, and printed."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browsing.chromium import Page, browser, program
+from results import tilting_link
+
+from exudyn_flexlink.page import write_page
+
+pytestmark = pytest.mark.skipif(program() is None, reason="no Chromium, to look at pages with")
+
+PHONE, DESK = (390, 844), (1280, 900)  # pixels
+WIDEST = "document.documentElement.scrollWidth"
+BACKGROUND = "getComputedStyle(document.body).backgroundColor"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a page with all a page can have, written once."""
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(tilting_link(samples=1001), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    with browser() as opened:
+        yield opened
+
+
+def figures(page: Page) -> list[list[float]]:
+    """Widths of every figure, in the file and as shown, in pixels."""
+    widths: list[list[float]] = page.value(
+        "Promise.all([...document.images].map(i => i.decode()))"
+        ".then(() => [...document.images].map(i => [i.naturalWidth, i.width]))"
+    )
+    return widths
+
+
+@pytest.mark.parametrize("size", [PHONE, DESK], ids=["phone", "desk"])
+def test_a_page_fits_its_window(size: tuple[int, int], page: Page, file: Path) -> None:
+    page.open(file, *size)
+    assert page.value(WIDEST) <= size[0]
+    assert page.complaints == []
+    # What is wider scrolls by itself, down to its last column.
+    reached = page.value(
+        "[...document.querySelectorAll('.scrolls')].filter(s => s.clientWidth)"
+        ".every(s => s.clientWidth <= innerWidth && getComputedStyle(s).overflowX === 'auto')"
+    )
+    assert reached is True
+
+
+def test_a_page_loads_nothing_but_itself(page: Page, file: Path) -> None:
+    page.open(file, *DESK)
+    assert set(page.asked) == {file.resolve().as_uri()}
+
+
+def test_figures_are_made_for_the_width_of_the_window(page: Page, file: Path) -> None:
+    """Text in them is then no smaller than it was drawn."""
+    for size in (PHONE, DESK):
+        page.open(file, *size)
+        widths = figures(page)
+        assert len(widths) == 6
+        assert all(0.9 * drawn <= shown <= size[0] for drawn, shown in widths)
+
+
+def test_headings_lead_to_their_sections(page: Page, file: Path) -> None:
+    page.open(file, *PHONE)
+    page.value("document.querySelector('nav a[href=\"#energy\"]').click()")
+    assert abs(page.value("document.getElementById('energy').getBoundingClientRect().top")) < 5
+
+
+def test_a_page_is_dark_where_the_reader_wants_that(page: Page, file: Path) -> None:
+    shades = []
+    for dark in (False, True):
+        page.open(file, *PHONE, dark=dark)
+        shades.append(page.value(BACKGROUND))
+    assert shades[0] == "rgb(255, 255, 255)"
+    assert shades[1] != shades[0]
+
+
+def test_a_page_is_printed_whole(page: Page, file: Path) -> None:
+    page.open(file, *PHONE)
+    printed = page.printed()
+    assert printed.startswith(b"%PDF")
+    assert 3 <= printed.count(b"/Type /Page\n") <= 20
