@@ -22,7 +22,6 @@ import exudyn_flexlink as fl
 DESK, PHONE = (1000, 1500), (390, 750)  # pixels of the windows; the phone has two for one
 GAP = 40  # pixels around both
 GREY = (225, 228, 232)
-COLOURS = 128  # enough for text and lines, in a third of the bytes
 
 
 def main() -> int:
@@ -42,14 +41,16 @@ def main() -> int:
     )
     with TemporaryDirectory() as folder, browser() as page:
         file = result.report(Path(folder) / "report.html")
-        desk, phone = (seen(page, file, size) for size in (DESK, PHONE))
+        desk, phone = seen(page, file, DESK), seen(page, file, PHONE, "strikes")
     beside(desk, phone).save(options.out / "report.png", optimize=True)
     return 0
 
 
-def seen(page: Page, file: Path, size: tuple[int, int]) -> Image.Image:
-    """Return what a window of a size shows of a page."""
+def seen(page: Page, file: Path, size: tuple[int, int], part: str = "outcome") -> Image.Image:
+    """Return what a window of a size shows of a page, from one of its parts on."""
     page.open(file, *size)
+    if part != "outcome":
+        page.value(f"document.getElementById('{part}').scrollIntoView()")
     return Image.open(BytesIO(page.picture(whole=False)))
 
 
@@ -61,7 +62,7 @@ def beside(*pictures: Image.Image) -> Image.Image:
     for one in pictures:
         whole.paste(one, (left, GAP))
         left += one.width + GAP
-    return whole.quantize(COLOURS)
+    return whole
 
 
 if __name__ == "__main__":

@@ -100,8 +100,7 @@ def _add_simulate(commands: Any) -> None:
         exudyn-flexlink simulate no_clearance --set run.turns=2 --out runs/short
         exudyn-flexlink simulate no_clearance --engine lagrangian --impact impulse
         exudyn-flexlink simulate clearance_friction --without friction,damping
-        exudyn-flexlink simulate clearance --set run.turns=1 --horizon
-        exudyn-flexlink simulate no_clearance --report""",
+        exudyn-flexlink simulate clearance --set run.turns=1 --horizon --report""",
     )
     add_model(parser)
     add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
