@@ -1,6 +1,7 @@
 """The report of a run as a page: what is in it, held against the run, and what may never be."""
 
 import base64
+import hashlib
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -96,12 +97,22 @@ def test_the_page_loads_nothing(whole: str) -> None:
             address = one.attributes.get(name, "#")
             assert address.startswith(("#", "data:")), (one.tag, name, address[:60])
         assert not [name for name in one.attributes if name.startswith("on")]
-    assert not page.all("link", "iframe", "object", "embed", "base", "script")
-    (style,) = page.all("style")
-    assert "url(" not in str(style.inside)
-    assert "@import" not in str(style.inside)
+    assert not page.all("link", "iframe", "object", "embed", "base")
+    for style in page.all("style"):
+        assert "url(" not in str(style.inside)
+        assert "@import" not in str(style.inside)
+
+
+def test_a_browser_may_run_the_player_and_nothing_else(whole: str) -> None:
+    page = read_page(whole)
     (policy,) = (m for m in page.all("meta") if "Policy" in m.attributes.get("http-equiv", ""))
-    assert "default-src 'none'" in policy.attributes["content"]
+    told = policy.attributes["content"].split("; ")
+    assert told[:2] == ["default-src 'none'", "img-src data:"]
+    (run,) = (one for one in page.all("script") if "type" not in one.attributes)
+    digest = base64.b64encode(hashlib.sha256("".join(run.inside).encode()).digest()).decode()
+    assert told[-1] == f"script-src 'sha256-{digest}'"
+    (section,) = (one for one in page.all("section") if one.attributes["id"] == "animation")
+    assert section.all("script") == page.all("script")
 
 
 def test_figures_are_in_the_page_in_two_widths(whole: str) -> None:
@@ -283,8 +294,8 @@ def test_outcome_and_warnings_stand_before_all_else(told: Callable[[Result], Ele
 def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
     page = read_page(page_of(slider()))
     keys = [section.attributes["id"] for section in page.all("section")]
-    assert keys == ["outcome", "mechanism", "motion", "forces", "energy", "effects", "errors",
-                    "model"]  # fmt: skip
+    parts = ("mechanism", "animation", "motion", "forces", "energy", "effects", "errors")
+    assert keys == ["outcome", *parts, "model"]
     (model,) = (one for one in page.all("section") if one.attributes["id"] == "model")
     alts = " ".join(image.attributes["alt"] for image in page.all("img"))
     said = f"{page.words.replace(model.words, '')} {alts}".lower()
@@ -301,6 +312,7 @@ def test_a_contact_that_never_was_is_said(told: Callable[[Result], Element]) -> 
 def test_a_run_of_one_sample_has_a_page() -> None:
     page = read_page(page_of(first_samples(rigid_link(turns=1, samples=401), 1)))
     assert [figure.attributes["id"] for figure in page.all("figure")] == ["figure-mechanism"]
+    assert not page.all("script")
     assert tables_of(page)["Energies of all parts together"]
 
 
@@ -312,7 +324,8 @@ def test_foreign_text_stays_text(told: Callable[[Result], Element]) -> None:
     scene = run.scene.changed(title=EVIL, source=EVIL)
     outcome = Outcome(False, 0.5, EVIL, EVIL)
     page = told(replace(run, scene=scene, warnings=(EVIL,), outcome=outcome))
-    assert not page.all("script", "img")
+    assert not page.all("img")
+    assert len(page.all("script")) == len(told(run).all("script")) == 2
     assert page.all("title")[0].words == page.all("h1")[0].words == EVIL
     assert page.words.count(EVIL) >= 5  # in title and heading, source, warning, reason, advice
 

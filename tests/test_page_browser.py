@@ -57,6 +57,30 @@ def test_a_page_loads_nothing_but_itself(page: Page, file: Path) -> None:
     assert set(page.asked) == {file.resolve().as_uri()}
 
 
+def test_the_animation_plays(page: Page, file: Path) -> None:
+    """In sight, which it is not at first."""
+    page.open(file, *PHONE)
+    page.value("document.querySelector('.flexlink-main').scrollIntoView()")
+    page.value("document.querySelector('.flexlink-main').click()")
+    later = page.value(
+        "new Promise(done => { const told = document.querySelector('.flexlink-told'), before = "
+        "told.textContent; const look = () => told.textContent === before "
+        "? requestAnimationFrame(look) : done(told.textContent); look(); })"
+    )
+    assert later.startswith("t = 0")
+    assert page.complaints == []
+
+
+def test_what_someone_put_into_a_page_does_not_run(page: Page, file: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.html"
+    evil = "<script>document.title = 'changed'</script><img src=x onerror=\"document.title='it'\">"
+    changed.write_text(file.read_text(encoding="utf-8").replace("</body>", f"{evil}</body>"))
+    page.open(changed, *DESK)
+    assert page.value("document.title") == "a rigid link that tilts in its guide"
+    refused = [told for told in page.complaints if "Content Security Policy" in told]
+    assert len(refused) >= 2  # a program and an image
+
+
 def test_figures_are_made_for_the_width_of_the_window(page: Page, file: Path) -> None:
     """Text in them is then no smaller than it was drawn."""
     for size in (PHONE, DESK):

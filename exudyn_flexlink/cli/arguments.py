@@ -32,7 +32,7 @@ from exudyn_flexlink.cli.options import (
     add_retries,
     add_without,
 )
-from exudyn_flexlink.cli.reporting import page_file, report_command
+from exudyn_flexlink.cli.reporting import add_report
 from exudyn_flexlink.cli.simulating import simulate_command
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.sweep_options import add_sweep
@@ -68,7 +68,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     _add_verify(commands)
     _add_check(commands)
     _add_plot(commands)
-    _add_report(commands)
+    add_report(commands)
     add_animate(commands)
     _add_new(commands)
     _add_schema(commands)
@@ -260,28 +260,6 @@ def _add_plot(commands: Any) -> None:
     )
     add_figures(parser)
     add_force(parser, "replace also figures that no run drew, or that were changed since")
-
-
-def _add_report(commands: Any) -> None:
-    parser = add_command(
-        commands,
-        "report",
-        report_command,
-        "write the report of a saved run as one page of HTML, which loads nothing else",
-        """\
-        exudyn-flexlink report runs/no_clearance
-        exudyn-flexlink report runs/no_clearance --out strike.html""",
-    )
-    run = parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
-    completes(run, FOLDER)
-    out = parser.add_argument(
-        "--out",
-        type=page_file,
-        metavar="FILE",
-        help="where to, a file .html; default: report.html in the folder of the run",
-    )
-    completes(out, FILE)
-    add_force(parser, "replace the file also if it is no report, or was changed since")
 
 
 def _add_new(commands: Any) -> None:

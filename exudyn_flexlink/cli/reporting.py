@@ -4,14 +4,39 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from exudyn_flexlink.cli.completing import FILE, FOLDER, completes
+from exudyn_flexlink.cli.options import add_command, add_force
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain
 
 if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
 
 ENDINGS = (".html", ".htm")
+
+
+def add_report(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "report",
+        report_command,
+        "write the report of a saved run as one page of HTML, which loads nothing else",
+        """\
+        exudyn-flexlink report runs/no_clearance
+        exudyn-flexlink report runs/no_clearance --out strike.html""",
+    )
+    run = parser.add_argument("run", type=Path, metavar="RUN", help="folder that 'simulate' wrote")
+    completes(run, FOLDER)
+    out = parser.add_argument(
+        "--out",
+        type=_page_file,
+        metavar="FILE",
+        help="where to, a file .html; default: report.html in the folder of the run",
+    )
+    completes(out, FILE)
+    add_force(parser, "replace the file also if it is no report, or was changed since")
 
 
 def report_command(options: argparse.Namespace) -> int:
@@ -52,7 +77,7 @@ def reported(result: Result, folder: Path) -> int:
     return DONE
 
 
-def page_file(text: str) -> Path:
+def _page_file(text: str) -> Path:
     """Read the name of a page's file, by whose ending a browser knows it."""
     file = Path(text)
     if file.suffix.lower() not in ENDINGS:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
 from exudyn_flexlink.page.figures import Picture, pictures_of
+from exudyn_flexlink.page.moving import player_of
 from exudyn_flexlink.page.reproducing import command_of, model_text
 from exudyn_flexlink.report import (
     Table,
@@ -37,7 +38,10 @@ MOST_TOUCHES = 200  # folded, until the reader opens them
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page under a heading: texts, then figures, then tables, some of them folded."""
+    """A part of the page under a heading: texts, then figures, then tables, some of them folded.
+
+    `player` is markup of an animation, which paper does not have.
+    """
 
     key: str
     heading: str
@@ -45,10 +49,11 @@ class Section:
     pictures: Sequence[Picture] = ()
     tables: Sequence[Table] = ()
     folded: Sequence[Table] = ()
+    player: str = ""
 
     def __bool__(self) -> bool:
         """Whether there is anything in it."""
-        return any((self.texts, self.pictures, self.tables, self.folded))
+        return any((self.texts, self.pictures, self.tables, self.folded, self.player))
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,7 @@ def contents_of(result: Result) -> Contents:
     pictures = pictures_of(result)
     sections = [
         Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
+        Section("animation", "Animation", player=player_of(result)),
         Section("motion", "Motion", pictures=_of(pictures, "coordinates", "polar")),
         _strikes(result, pictures),
         _touches(result, pictures),

@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from exudyn_flexlink.page.contents import contents_of
+from exudyn_flexlink.page.moving import policy_of
 from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
@@ -16,10 +17,7 @@ from exudyn_flexlink.result import Result
 GENERATOR = "exudyn-flexlink report"
 """How a page says that this program wrote it."""
 
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-"""What a browser lets the page do: it loads nothing, and runs no program, whatever is in it."""
-
-NUMBER = re.compile(rf"[-+]?\d[\d.]*(e[-+]?\d+)?( ({UNITS}))?")
+NUMBER = re.compile(rf"([-+]?\d[\d.]*(?:e[-+]?\d+)?(?: (?:{UNITS})(?![\w/]))?)")
 
 
 def page_of(result: Result) -> str:
@@ -31,13 +29,15 @@ def page_of(result: Result) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.tests["numeric"] = lambda cell: NUMBER.fullmatch(cell) is not None
+    environment.tests["numeric"] = lambda text: NUMBER.fullmatch(text) is not None
+    environment.filters["numbers_apart"] = NUMBER.split  # every second piece is a number
     contents = contents_of(result)
+    players = "".join(section.player for section in contents.sections)
     model = (contents.model or "").encode("utf-8")
     return environment.get_template("page.html").render(
         page=contents,
         generator=GENERATOR,
-        policy=POLICY,
+        policy=policy_of(players),
         name_of_model=MODEL,
         model_link=f"data:text/yaml;base64,{b64encode(model).decode('ascii')}",
         program=_program(),

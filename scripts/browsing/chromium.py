@@ -30,7 +30,7 @@ OPTIONS = (
 )  # fmt: skip
 READS, WRITES = 3, 4  # descriptors that Chromium reads messages from, and writes them to
 ABOVE = 10  # descriptors of pipes begin here, clear of these two
-LONGEST_SILENCE = 300.0  # s: a browser that says nothing for so long hangs
+LONGEST_SILENCE = 60.0  # s: a browser that says nothing for so long hangs
 BAD = ("error", "warning")  # levels of the console that are told
 Message = dict[str, Any]
 
@@ -43,7 +43,7 @@ def program() -> str | None:
 
 
 class Page:
-    """A page in a window of a size in pixels; `asked` are the addresses it loaded, or tried to."""
+    """A page in a window of a size in pixels, and what became of it since it was opened."""
 
     def __init__(self, connection: _Connection, session: str) -> None:
         self._connection, self._session = connection, session
@@ -57,6 +57,7 @@ class Page:
         colours = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         self._ask("Emulation.setEmulatedMedia", features=colours)
         self._resize(height)
+        self._connection.forget()
         self._ask("Page.navigate", url=file.resolve().as_uri())
         self._connection.wait_for("Page.loadEventFired")
 
@@ -71,7 +72,7 @@ class Page:
 
     @property
     def asked(self) -> list[str]:
-        """Addresses that pages loaded, or tried to; data in the page itself are none."""
+        """Addresses that the page loaded, or tried to; data in the page itself are none."""
         found = self._connection.told("Network.requestWillBeSent")
         addresses = [event["request"]["url"] for event in found]
         return [address for address in addresses if not address.startswith(("data:", "blob:"))]
@@ -144,6 +145,10 @@ class _Connection:
     def told(self, event: str) -> list[Message]:
         """Return what all events of a name told so far."""
         return [own["params"] for own in self._events if own.get("method") == event]
+
+    def forget(self) -> None:
+        """Forget the events so far."""
+        self._events.clear()
 
     def _next(self) -> Message:
         while b"\0" not in self._rest:
