@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, completes
 from exudyn_flexlink.cli.options import add_command, add_force
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
 
 if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
@@ -53,7 +53,7 @@ def report_command(options: argparse.Namespace) -> int:
         else:
             write_page(result, file, force=options.force)
     except StorageError as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
     except Exception as error:  # a mistake of the program: the run itself is sound
         return complain(f"no report: {_why_not(error)}; please report it", FAILED)
     print(f"Report written to {file}")

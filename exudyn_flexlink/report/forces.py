@@ -22,7 +22,9 @@ def peak_table(result: Result) -> Table:
     rows = []
     for name, peak in force_peaks(result).items():
         off = [_off_by(known.get(name))] if known else []
-        rows.append([name, f"{peak.value:.4g} {peak.unit}", f"{peak.at:.5f}" if peak.value else "", *off])
+        rows.append(
+            [name, f"{peak.value:.4g} {peak.unit}", f"{peak.at:.5f}" if peak.value else "", *off]
+        )
     head, units = ["", "largest", "at"], ["", "", "s"]
     return Table(
         "Largest forces and torques",
