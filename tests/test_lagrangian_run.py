@@ -135,6 +135,15 @@ def test_free_guide_under_a_torque_turns_like_a_flywheel():
     )
 
 
+def test_turns_clockwise_end_a_run_too():
+    back = ("drives.motor.value=-0.002", "initial={speeds: {guide: -1.5}}")
+    result = simulate(
+        from_text(FLYWHEEL, *back, "run={turns: 1, of: crank, at_most: 9}"), "lagrangian"
+    )
+    assert result.outcome.completed
+    assert result.poses[-1, 0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
+
+
 def test_free_guide_with_a_flexible_link_is_that_of_the_exudyn_engine():
     scene = load_scene(
         MODELS / "smooth.yaml",

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import (
     Ramp,
@@ -91,7 +92,11 @@ def test_a_turn_goal_counts_turns_either_way() -> None:
     assert goal is not None
     assert goal.left([0, 0, 0.5]) == pytest.approx(6 * pi)
     assert goal.left([0, 0, 0.5 + 6 * pi]) == pytest.approx(0)
-    assert goal.rate([0, 0, 3.0]) == 3.0
+    assert goal.left([0, 0, 0.5 - 6 * pi]) == pytest.approx(0)
+    assert goal.left([0, 0, 0.5 + 2 * pi]) == pytest.approx(4 * pi)
+    for way in (1, -1):
+        assert goal.rate([0, 0, 0.5 + way], [0, 0, 3.0]) == way * 3.0
+        assert goal.rate([0, 0, 0.5], [0, 0, way * 3.0]) == 3.0
     assert turn_goal(scene(), assemble_scene(scene())) is None
 
 
@@ -164,3 +169,13 @@ contacts:
     # As the engine: an impact that loses nothing takes twice the 60 steps of others.
     assert contact_step(found, assembly) == pytest.approx(expected / 120)
     assert contact_step(scene(), assemble_scene(scene())) == np.inf
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+@pytest.mark.parametrize("torque", [0.7, -0.7])
+def test_turns_end_a_run_either_way(formulation: str, torque: float) -> None:
+    # from rest at constant torque T: angle T t^2 / (2 J)
+    drive = f"drives.motor={{type: torque, joint: pin, value: {torque}}}"
+    result = simulate(scene(drive, "run.at_most=10", f"solver.formulation={formulation}"))
+    assert result.outcome.completed
+    assert result.time[-1] == pytest.approx((2 * 0.1 * 6 * pi / 0.7) ** 0.5, rel=1e-6)

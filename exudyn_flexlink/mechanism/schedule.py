@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi
+from math import copysign, inf, pi
 
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.build_drives import steady_drives
@@ -15,7 +15,10 @@ from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene
 
 @dataclass(frozen=True)
 class TurnGoal:
-    """Ends a run when the second part has turned by `turned` (rad) from `start` on the first."""
+    """Ends a run when the second part has turned by `turned` (rad, positive) on the first.
+
+    Either way counts, from where it was at the start: the angle `start` (rad).
+    """
 
     first: int
     second: int
@@ -24,13 +27,12 @@ class TurnGoal:
 
     def left(self, q: list[float]) -> float:
         """Angle still to turn, rad, at coordinates of all parts one after the other."""
-        done = self._relative(q) - self.start
-        return abs(self.turned) - (done if self.turned > 0 else -done)
+        return self.turned - abs(self._relative(q) - self.start)
 
-    def rate(self, v: list[float]) -> float:
-        """Speed towards the goal, rad/s."""
-        speed = self._relative(v)
-        return speed if self.turned > 0 else -speed
+    def rate(self, q: list[float], v: list[float]) -> float:
+        """Speed towards the goal, rad/s: away from the start, to the side where the part is."""
+        speed, done = self._relative(v), self._relative(q) - self.start
+        return copysign(1.0, done) * speed if done else abs(speed)
 
     def _relative(self, x: list[float]) -> float:
         second = x[3 * self.second + 2] if self.second != GROUND else 0.0

@@ -66,7 +66,7 @@ class Run(Part):
 
     duration: PositiveDuration | None = Field(None, description="simulated time; or 'turns'")
     turns: Annotated[float, Number(above=0.0)] | None = Field(
-        None, description="turns of the joint 'of'; or 'duration'"
+        None, description="net turns of the joint 'of', either way; or 'duration'"
     )
     of: Name | None = Field(None, description="name of the revolute joint whose turns count")
     at_most: PositiveDuration | None = Field(

@@ -43,7 +43,7 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
         done += q[int(goal[1])]
     if goal[0] >= 0.0:
         done -= q[int(goal[0])]
-    return float(abs(goal[3]) - (done if goal[3] > 0 else -done))
+    return float(goal[3] - abs(done))
 
 
 @inlined

@@ -158,8 +158,7 @@ def _goal(
     start = goal.start - layout.turn(goal.second) + layout.turn(goal.first)
 
     def left(x: FloatArray) -> float:
-        turned = float(row @ x) - start
-        return abs(goal.turned) - (turned if goal.turned > 0 else -turned)
+        return goal.turned - abs(float(row @ x) - start)
 
     return left
 

@@ -269,7 +269,7 @@ class Loop:
                 self.stop_advice = "lengthen the curve, or end the run before"
         step = self._contacts(now, step)
         if self.goal is not None:
-            left, rate = self.goal.left(now.q_list), self.goal.rate(now.v_list)
+            left, rate = self.goal.left(now.q_list), self.goal.rate(now.q_list, now.v_list)
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
             step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
