@@ -169,6 +169,39 @@ def test_an_elliptic_trammel() -> None:
     assert found.state.v[0] == pytest.approx([0.2 * sin(angle) * 3, 0, 3], abs=1e-12)
 
 
+STEPHENSON = """bodies:
+  crank: {type: rigid, mass: 1, inertia: 0.002, points: {A0: [0, 0], A: [0.06, 0]}}
+  coupler: {type: rigid, mass: 2, inertia: 0.02, points: {A: [0, 0], B: [0.18, 0], C: [0.09, 0.08]}}
+  rocker: {type: rigid, mass: 1, inertia: 0.01, points: {B0: [0, 0], B: [0.14, 0]}}
+  link: {type: rigid, mass: 1, inertia: 0.005, points: {C: [0, 0], D: [0.2, 0]}}
+  output: {type: rigid, mass: 2, inertia: 0.02, points: {D0: [0, 0], D: [0.15, 0]}}
+joints:
+""" + "".join(
+    [
+        pin("A0", "ground", "crank.A0", "[0, 0]"),
+        pin("B0", "ground", "rocker.B0", "[0.2, 0]"),
+        pin("D0", "ground", "output.D0", "[0.2, 0.15]"),
+        pin("A", "crank.A", "coupler.A"),
+        pin("B", "coupler.B", "rocker.B"),
+        pin("C", "coupler.C", "link.C"),
+        pin("D", "link.D", "output.D"),
+    ]
+)
+
+
+@pytest.mark.parametrize("crank", [30, 130, 250])
+@pytest.mark.parametrize("guesses", ["{}", "{coupler: 20 deg, rocker: 90 deg}"])
+def test_a_load_at_the_output_of_a_six_bar_leaves_its_angle_open(crank: int, guesses: str) -> None:
+    """The joints can't have the output at 0, where a drive's part stands if it can."""
+    drives = """drives:
+  motor: {type: speed, joint: A0, value: 10}
+  fan: {type: torque, joint: D0, value: -0.05 * speed(D0)}
+"""
+    initial = f"initial: {{angles: {{crank: {crank} deg}}, guesses: {guesses}}}\n"
+    state = assembled(STEPHENSON + drives + initial).state
+    assert state.q[0, 2] == pytest.approx(radians(crank))
+
+
 def test_a_rod_is_a_chord_of_a_ring() -> None:
     slots = "joints:\n  x: {type: slot, point: rod.start, curve: ring}\n"
     slots += "  y: {type: slot, point: rod.end, curve: ring}\n"

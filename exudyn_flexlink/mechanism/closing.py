@@ -29,6 +29,7 @@ CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60
 AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
 KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
+SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
 
 
 class CannotAssembleError(ValueError):
@@ -54,21 +55,26 @@ def positions(
     """Coordinates and slot places that close all joints: bodies straight, or else bent.
 
     Each is searched from the start given and, since parts in one line are a dead end of the search,
-    from a few where those parts are turned whose angle nothing tells. Parts are laid out by more
-    pins than need close, if there are any in `laid_out_by`.
+    from a few where those parts are turned whose angle nothing tells, last by random angles. Parts
+    are laid out by more pins than need close, if there are any in `laid_out_by`. A drive's part
+    stands at 0 if the joints can have that; where they can't, its angle is searched, too.
     """
     held = _held(mechanism, start)
+    freed = _Held(set(start.angles), held.places, held.slides, held.lengths)
     # Bodies bend before they stretch, which would take forces that no start should have. Straight
     # ones move as one: there nothing stretches anyway.
     rods = [joint for joint in inner_joints(mechanism) if isinstance(joint, Slide)]
-    bent = replace(held, rods=rods)
-    flexible = len(mechanism.bodies) < len(mechanism.parts)
+    tries = [(held, True, [_kicked(mechanism, start, x, True) for x in (0.0, *KICKS)])]
+    if len(mechanism.bodies) < len(mechanism.parts):
+        bent = replace(held, rods=rods)
+        tries += [(bent, False, [_kicked(mechanism, start, x, False) for x in (0.0, *KICKS)])]
+    tries += [(freed, True, _shuffled(mechanism, start))]
     errors: list[CannotAssembleError] = []
-    for straight in (True, False) if flexible else (True,):
-        for turned in (0.0, *KICKS):
-            q = lay_out(mechanism, _kicked(mechanism, start, turned, straight), laid_out_by)
+    for kept, straight, starts in tries:
+        for tried in starts:
+            q = lay_out(mechanism, tried, laid_out_by)
             try:
-                return _close(mechanism, q, held if straight else bent, straight)
+                return _close(mechanism, q, kept, straight)
             except CannotAssembleError as error:
                 errors.append(error)
     least = min(errors, key=lambda error: error.gap)
@@ -165,6 +171,21 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
         elif chain[0] not in known:
             guesses |= dict.fromkeys(chain, turned * (-1) ** i)
     return replace(start, guesses={k: x for k, x in guesses.items() if k not in start.angles})
+
+
+def _shuffled(mechanism: Mechanism, start: Start) -> list[Start]:
+    """Guess at random the angles that nothing but a drive tells, if there are two or more."""
+    told = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
+    known = known_angles(replace(mechanism, speed_motors=told, torque_motors=()), start)
+    loose = [chain for chain in mechanism.bodies.values() if chain[0] not in known]
+    random = np.random.default_rng(0)
+    found = []
+    for _ in range(SHUFFLES if len(loose) > 1 else 0):
+        guesses = dict(start.guesses)
+        for chain in loose:
+            guesses |= dict.fromkeys(chain, float(random.uniform(-np.pi, np.pi)))
+        found.append(replace(start, guesses=guesses))
+    return found
 
 
 def _held(mechanism: Mechanism, start: Start) -> _Held:
