@@ -136,6 +136,20 @@ initial: {positions: {cam: [0, 0], pin: [0.5, 0.2]}}
     assert pin.inertia == pytest.approx(pin.mass * pin.reach**2)  # nothing turns it
 
 
+@pytest.mark.parametrize("speed", ["10", "0"])
+def test_a_point_mass_has_no_angular_speed(speed):
+    text = f"""bodies: {{bead: {{type: rigid, mass: 1, inertia: 0}}}}
+initial: {{speeds: {{bead: {speed}}}, velocities: {{bead: [2, 0]}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+    if float(speed):
+        with pytest.raises(SceneError, match="initial.speeds.bead: .*no angular speed"):
+            run(text)
+    else:
+        assert run(text).energy.kinetic == pytest.approx(2.0)  # m v^2/2
+
+
 # --- links that stretch ---------------------------------------------------------------------
 
 STRETCHES = (

@@ -31,7 +31,10 @@ def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
 
 
 def point_masses(look: Lookup) -> Iterator[Mistake]:
-    """Refuse friction around a point mass: what it turns has an inertia, which is not known."""
+    """Refuse friction around a point mass, and that it turns at the start.
+
+    What turns has an inertia, and here none is known.
+    """
     rough = list(_rough(look.parts))
     for name, body in valid(look.parts.bodies):
         if not isinstance(body, RigidBody) or body.inertia > 0:
@@ -42,6 +45,13 @@ def point_masses(look: Lookup) -> Iterator[Mistake]:
                 ("bodies", name, "inertia"),
                 f"friction in '{found}' turns '{name}', which has no inertia",
                 "give its moment of inertia, m r^2/2 of a disc; or take the friction away",
+            )
+        speed = look.parts.initial.speeds.get(name) if look.parts.initial is not None else None
+        if speed and stays_a_point(look.parts, name, body):
+            yield Mistake(
+                ("initial", "speeds", name),
+                f"'{name}' is a point mass, which has no angular speed",
+                "give its speed under 'velocities', or the body an 'inertia'",
             )
 
 
