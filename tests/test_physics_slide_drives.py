@@ -325,7 +325,51 @@ def test_a_link_starts_as_fast_along_its_sleeve_as_it_is_given(play):
     np.testing.assert_allclose(start.v[1], [2 * cos(0.5), 2 * sin(0.5), 0], atol=1e-12)
 
 
+GROOVE = """
+bodies:
+  table: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0]}}
+  bead: {type: rigid, mass: 0.5, inertia: 0, points: {c: [0, 0]}}
+curves: {groove: {type: line, on: table, from: [0.02, 0], to: [1, 0]}}
+joints:
+  pivot: {type: revolute, points: [ground, table.o], at: [0, 0]}
+  way: {type: slot, point: bead.c, curve: groove}
+drives: {spin: {type: speed, joint: pivot, value: -5}}
+initial: {angles: {table: 0}, positions: {bead: [0.1, 0]}, speeds_along: {way: 0.2}}
+run: {duration: 0.3}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@BOTH
+@pytest.mark.parametrize("given", ["speeds_along: {way: 0.2}", "velocities: {bead: [0.2, -0.5]}"])
+def test_a_bead_thrown_along_a_turning_groove_keeps_its_speed_in_the_groove(settings, off, given):
+    """r = r0 cosh(w t) + u/w sinh(w t)."""
+    result = run(GROOVE.replace("speeds_along: {way: 0.2}", given), *settings)
+    t, w = result.time, 5.0
+    out = 0.1 * np.cosh(w * t) + 0.2 / w * np.sinh(w * t)
+    expected = out[:, None] * np.stack([np.cos(w * t), -np.sin(w * t)], axis=-1)
+    np.testing.assert_allclose(where(result, "bead.c"), expected, atol=max(off, 1e-8))
+
+
+@pytest.mark.parametrize("speed", [0.3, -0.3])
+def test_a_speed_along_a_slot_is_that_of_its_curve(speed):
+    """On an ellipse (a cos u, b sin u) the way is (-a sin u, b cos u), counter-clockwise."""
+    text = GROOVE.replace("{type: line, on: table, from: [0.02, 0], to: [1, 0]}", "OVAL").replace(
+        "OVAL", "{type: ellipse, centre: [0, 0], semi_axes: [0.2, 0.1]}"
+    )
+    text = text.replace("[0.1, 0]", f"[{0.2 * cos(0.7)}, {0.1 * sin(0.7)}]")
+    text = text.replace("{way: 0.2}", f"{{way: {speed}}}")
+    way = np.array([-0.2 * sin(0.7), 0.1 * cos(0.7)])
+    start = assemble_scene(scene(text)).state
+    np.testing.assert_allclose(start.v[1, :2], speed * way / np.hypot(*way), atol=1e-9)
+
+
 def test_speeds_along_that_contradict_are_named():
+    driven = GROOVE.replace("speeds_along: {way: 0.2}", "velocities: {bead: [0.3, -0.5]}, SPEED")
+    assert "initial.speeds_along.way: this speed contradicts" in refused(
+        driven.replace("SPEED", "speeds_along: {way: 0.2}")
+    )
+    assert "is of type slot" in refused(driven.replace("SPEED", "along: {way: 0.2}"))
     words = "initial.speeds_along.way: this speed contradicts the joints, the drives"
     assert words in refused(BLOCK + SWAY + "initial: {speeds_along: {way: 0.1}}\n")
     wrong = BLOCK + "initial: {speeds_along: {block: 0.1}}\n"

@@ -15,7 +15,7 @@ from exudyn_flexlink.mechanism.closing import (
     positions,
     scale_roots,
 )
-from exudyn_flexlink.mechanism.constraints import along_slides, constraint_rows
+from exudyn_flexlink.mechanism.constraints import along_slides, along_slots, constraint_rows
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
@@ -67,8 +67,9 @@ class Assembly:
 class CannotMoveError(ValueError):
     """A drive, or a speed at the start, contradicts the joints and those before it.
 
-    `drive` is its name, or `slide` that of the joint along which the speed is, or None; else `part`
-    is the part, and `axis` 0 or 1 for its velocity along x or y and 2 for its angular speed.
+    `drive` is its name, or `slide` that of the joint or slot along which the speed is, or None;
+    else `part` is the part, and `axis` 0 or 1 for its velocity along x or y and 2 for its angular
+    speed.
     """
 
     def __init__(
@@ -213,10 +214,16 @@ class _Moving:
     ) -> None:
         joints = constraints_at(mechanism, q, places)
         along = [(part, axis) for part in start.velocities for axis in (0, 1)]
-        slides = slides_named(mechanism, start.speeds_along)
+        slotted = [k for k, s in enumerate(mechanism.slots) if s.name in start.speeds_along]
+        slots = [mechanism.slots[k] for k in slotted]
+        in_slots = [slot.name for slot in slots]
+        sliding = [name for name in start.speeds_along if name not in in_slots]
+        slides = slides_named(mechanism, sliding)
         self._mechanism, self._q = mechanism, q
         fixed = joints.with_fixed(along)
-        self._constraints = fixed.with_rows(*along_slides(slides, np.zeros(len(slides)), q))
+        self._constraints = fixed.with_rows(
+            *along_slides(slides, np.zeros(len(slides)), q)
+        ).with_rows(*along_slots(slots, q, places[slotted]))
         self._tree = spanning_tree(mechanism)
         self._driven = len(joints) - len(mechanism.speed_motors)
         self.wanted = [
@@ -237,8 +244,8 @@ class _Moving:
                 for i, (part, axis) in enumerate(along)
             ),
             *(
-                _Wanted(speed, CannotMoveError(slide=name), row=len(fixed) + i)
-                for i, (name, speed) in enumerate(start.speeds_along.items())
+                _Wanted(start.speeds_along[name], CannotMoveError(slide=name), row=len(fixed) + i)
+                for i, name in enumerate((*sliding, *in_slots))
             ),
         ]
 

@@ -276,18 +276,33 @@ def _joined(lengths: _Block, angles: _Block) -> _Block:
 def _slotted(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block:
     """Distance of each anchor from its curve, along the curve's normal."""
     normals = np.array([s.curve.normal(u) for s, u in zip(slots, places, strict=True)])
+    return _from_place(slots, q, places, normals.reshape(-1, 2))
+
+
+def along_slots(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block:
+    """How far each anchor is from its place on the curve, along the curve's tangent."""
+    ways = [s.curve.derivatives(np.array([u]))[1][0] for s, u in zip(slots, places, strict=True)]
+    tangents = np.array(ways).reshape(-1, 2)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    return _from_place(slots, q, places, tangents)
+
+
+def _from_place(
+    slots: Sequence[Slot], q: FloatArray, places: FloatArray, directions: FloatArray
+) -> _Block:
+    """Distance of each anchor from its place, along directions in the axes of the curves."""
     points = np.array([s.curve.point(u) for s, u in zip(slots, places, strict=True)])
-    normals, points = normals.reshape(-1, 2), points.reshape(-1, 2)
+    points = points.reshape(-1, 2)
     anchored = _Anchored.of([slot.anchor for slot in slots], q)
     carriers = _Anchored.of([Anchor(slot.carrier, 0.0, 0.0) for slot in slots], q)
     angle = np.append(q[:, 2], 0.0)[carriers.parts]
     from_carrier = anchored.at - carriers.at
-    normals, points = turned(normals, angle), turned(points, angle)
-    slopes = np.stack([-carriers.slopes(normals), anchored.slopes(normals)], axis=1)
-    # Where the carrier turns, the normal turns with it against the point.
-    slopes[:, 0, 2] = normals[:, 0] * from_carrier[:, 1] - normals[:, 1] * from_carrier[:, 0]
+    directions, points = turned(directions, angle), turned(points, angle)
+    slopes = np.stack([-carriers.slopes(directions), anchored.slopes(directions)], axis=1)
+    # Where the carrier turns, the direction turns with it against the point.
+    slopes[:, 0, 2] = directions[:, 0] * from_carrier[:, 1] - directions[:, 1] * from_carrier[:, 0]
     parts = np.stack([carriers.parts, anchored.parts], axis=1)
-    return np.sum(normals * (from_carrier - points), axis=1), parts, slopes
+    return np.sum(directions * (from_carrier - points), axis=1), parts, slopes
 
 
 # --- many instants ----------------------------------------------------------------------------

@@ -27,7 +27,8 @@ class Start:
     """What the scene says of time 0, by part: held and guessed angles, held speeds.
 
     `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
-    far slides are out, by their names, and `speeds_along` (m/s) the rate of that.
+    far slides are out, by their names, and `speeds_along` (m/s) the rate of that, or how fast
+    anchors run along the curves of slots.
     """
 
     angles: Mapping[int, float]

@@ -43,7 +43,8 @@ class Initial(Part):
     speeds_along: Named[Speed] = Field(
         default_factory=FrozenMapping,
         description="how fast second points of prismatic joints move along their lines, away from "
-        "the first, or starts of links along their sleeves",
+        "the first, starts of links along their sleeves, or points of slots along their curves, "
+        "seen from what carries these",
     )
     speeds: Named[AngularSpeed] = Field(
         default_factory=FrozenMapping, description="angular speeds of bodies"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from exudyn_flexlink.scene.base import GROUND
 from exudyn_flexlink.scene.forces import SpeedDrive
-from exudyn_flexlink.scene.joints import RevoluteJoint, WeldJoint
+from exudyn_flexlink.scene.joints import RevoluteJoint, SlotJoint, WeldJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
 from exudyn_flexlink.source import Mistake
 
@@ -19,6 +19,8 @@ def initial(look: Lookup) -> Iterator[Mistake]:
                 yield Mistake(found.path, found.message, found.hint, on_key=True)
     for key in ("along", "speeds_along"):
         for joint in getattr(look.parts.initial, key, ()):
+            if key == "speeds_along" and isinstance(look.get("joints", joint), SlotJoint):
+                continue
             for found in look.sliding(("initial", key, joint), joint, play=True):
                 yield Mistake(found.path, found.message, found.hint, on_key=True)
 

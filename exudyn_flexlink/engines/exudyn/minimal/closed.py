@@ -92,7 +92,7 @@ class ClosedCoordinates:
         self._pieces = [(point.changes, point.piece) for point in self._points]
         self._time = 0.0
         self._y = np.concatenate([start[0], [point.u for point in self._points]])
-        self._v = np.concatenate([start[1], np.zeros(len(self._points))])
+        self._v = np.append(start[1], self._place_rates(start[1]))
         self._a = np.zeros(len(self._y))
         self._split = self._chosen()
         # Instants, independent coordinates and all, at the stages of the last step tried.
@@ -106,6 +106,13 @@ class ClosedCoordinates:
     def points(self) -> Sequence[TrackPoint]:
         """The slots' points, as they are followed."""
         return self._points
+
+    def _place_rates(self, v: FloatArray) -> FloatArray:
+        """Rates of the slots' places at time 0, from the tree's speeds (links,)."""
+        now = np.zeros(1)
+        jacobian = self.closures.jacobian(self.closures.at(now, self._y[None]))[0]
+        passing = jacobian[:, : self._links] @ v + self.closures.rates(now)[0]
+        return np.asarray(np.linalg.lstsq(jacobian[:, self._links :], -passing, rcond=None)[0])
 
     # --- which are independent ----------------------------------------------------------------
 
