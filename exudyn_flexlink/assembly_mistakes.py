@@ -29,6 +29,7 @@ from exudyn_flexlink.source import Mistake
 
 CLOSED = 1e-9  # m or rad: less is not worth a word
 TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
+ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
 
 _OPEN = {
     "slot": (
@@ -142,7 +143,7 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
         # Farther behind than the face is long, it is beside it and may come round its end.
         if pressed and not far_behind(contact, at):
             message = f"starts with a penetration of {-float(at.gap):.3g} m"
-            found.append(Mistake(("contacts", contact.name), message, _apart(contact)))
+            found.append(Mistake(("contacts", contact.name), message, _apart(contact, -at.gap)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
         if gap < -TOUCHING:
@@ -152,12 +153,15 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
     return found
 
 
-def _apart(contact: Contact) -> str:
+def _apart(contact: Contact, depth: float) -> str:
     """What to do about a contact that starts pressed."""
     if isinstance(contact, CircleContact):
         return "move one of the bodies, or make a radius smaller"
     what = "line" if isinstance(contact, FaceContact) else "curve"
-    return f"move the body away, or choose the other 'side' of the {what}"
+    other = f"choose the other 'side' of the {what}"
+    if depth < ROUNDED:
+        return f"what is meant to rest there may start that much above; or {other}"
+    return f"move the body away, or {other}"
 
 
 def pressed_walls(assembly: Assembly) -> list[Mistake]:

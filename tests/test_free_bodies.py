@@ -299,6 +299,11 @@ def test_a_point_deep_behind_its_face_is_refused_by_name():
     assembled(KILOGRAM_PLATE.format(y=0.3))
 
 
+def test_what_should_rest_but_was_typed_with_few_digits_is_told_to_start_above():
+    with pytest.raises(SceneError, match="may start that much above"):
+        assembled(KILOGRAM_PLATE.format(y=-1e-8))
+
+
 def test_a_point_farther_behind_its_face_than_that_is_long_is_told_to_check_and_run():
     """It flies 1.2 m behind a face of 1 m: its contact lets it pass, which no one may overlook."""
     found, assembly = assembled(KILOGRAM_PLATE.format(y=-1.2))

@@ -14,7 +14,9 @@ class ContactLaw(Part):
     """Penalty contact with restitution; see `exudyn_flexlink.laws`."""
 
     type: Literal["penalty"] = "penalty"
-    stiffness: PositiveStiffness = Field(description="force per penetration")
+    stiffness: PositiveStiffness = Field(
+        description="force per penetration at speed; at rest (1 + restitution^2)/2 of it"
+    )
     restitution: Annotated[float, Number(at_least=0.0, at_most=1.0)] = Field(
         description="speed after an impact over speed before, 0 to 1"
     )

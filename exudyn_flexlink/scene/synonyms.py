@@ -24,7 +24,8 @@ OTHER_WORDS: dict[str, str] = {
     "outputs": "results watch sensors",
     # types of bodies and of their sections
     "rod": "link bar thin_rod member",
-    "rigid": "body rigid_body point_mass particle mass disk disc wheel plate block ball",
+    "rigid": "body rigid_body point_mass particle mass disk disc wheel plate block ball "
+    "slider piston cart crank coupler rocker",
     "flexible": "elastic flexible_body flexible_beam beam cable",
     "rectangle": "rect rectangular square box",
     "round": "circle circular",
@@ -43,7 +44,7 @@ OTHER_WORDS: dict[str, str] = {
     "force": "load point_force thrust",
     "motion": "position displacement angle prescribed",
     "point_on_line": "impact stop collision point_line point_segment contact",
-    "point_on_curve": "cam cam_follower point_curve roller_on_curve",
+    "point_on_curve": "cam cam_follower point_curve roller_on_curve wall floor ground",
     "penalty": "compliant spring_damper hertz hunt_crossley kelvin_voigt elastic soft",
     "impulse": "rigid hard impulsive newton nonsmooth",
     # types of curves
