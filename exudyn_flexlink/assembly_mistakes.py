@@ -143,7 +143,9 @@ def penetrations(assembly: Assembly) -> list[Mistake]:
         # Farther behind than the face is long, it is beside it and may come round its end.
         if pressed and not far_behind(contact, at):
             message = f"starts with a penetration of {-float(at.gap):.3g} m"
-            found.append(Mistake(("contacts", contact.name), message, _apart(contact, -at.gap)))
+            found.append(
+                Mistake(("contacts", contact.name), message, _apart(contact, -float(at.gap)))
+            )
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
         if gap < -TOUCHING:
