@@ -141,8 +141,10 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
     joints = {n: j for n, j in scene.joints.items() if not gone & set(_joined(j))}
     initial = scene.initial
     kept = {
-        key: {body: value for body, value in getattr(initial, key).items() if body not in gone}
-        for key in type(initial).model_fields
+        key: {name: each for name, each in value.items() if name not in gone}
+        if isinstance(value, Mapping)
+        else value
+        for key, value in initial
     }
     return {
         "contacts": {},

@@ -8,6 +8,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from exudyn_flexlink.assembly_mistakes import (
     open_mistake,
     penetrations,
@@ -36,6 +39,8 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
+
+FloatArray = NDArray[np.float64]
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
 
@@ -164,8 +169,11 @@ def assemble_scene(scene: Scene) -> Assembly:
 def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:
     """Other ways in which the joints close at time 0, found by a few searches.
 
-    Each is the angle (rad) of every body, of a flexible one that of its first rod.
+    Each is the angle (rad) of every body, of a flexible one that of its first rod. A scene that
+    gives all states means this one way.
     """
+    if scene.initial.states:
+        return []
     mechanism = assembly.mechanism
     found = other_branches(assembly, _start(scene, mechanism))
     bodies = mechanism.bodies.items()
@@ -214,4 +222,30 @@ def _start(scene: Scene, mechanism: Mechanism) -> Start:
         {mechanism.parts_of(body)[0]: x for body, x in initial.positions.items()},
         dict(initial.along),
         dict(initial.speeds_along),
+        _states(scene, mechanism),
+        dict(initial.laps),
     )
+
+
+def _states(scene: Scene, mechanism: Mechanism) -> FloatArray | None:
+    """Coordinates and velocities (parts, 6) of all parts, if the scene gives them.
+
+    Raises:
+        SceneError: a body has more parts, or less, than are given.
+
+    """
+    given = scene.initial.states
+    if not given:
+        return None
+    mistakes = [
+        Mistake(
+            ("initial", "states", body),
+            f"'{body}' has {len(parts)} parts, not {len(given[body])}",
+            "states belong to the model that they came from; leave 'states' out",
+        )
+        for body, parts in mechanism.bodies.items()
+        if len(parts) != len(given[body])
+    ]
+    if mistakes:
+        raise SceneError(scene.document, mistakes)
+    return np.concatenate([np.array(given[body], dtype=float) for body in mechanism.bodies])

@@ -30,6 +30,7 @@ from exudyn_flexlink.observables import (
     perturbation,
     room,
     separations,
+    spectrum,
     struck_bodies,
     watched_point,
 )
@@ -42,10 +43,6 @@ FloatArray = NDArray[np.float64]
 SCATTER = 1.5
 ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 FIT_DECADES = 4  # below the limit: where the parting is fitted
-SEGMENT = 0.5  # of the run: the spectrum's segments, which overlap by half
-MOST_LINES = 3
-WEAK = 0.01  # of the strongest line's power: weaker ones are not named
-FEWEST = 32  # samples of a spectrum
 
 
 @dataclass(frozen=True)
@@ -227,24 +224,6 @@ def _perturbed(result: Result, smooth: Result | None, end: float) -> Perturbed |
     off = perturbation(result, watched_point(result.scene), time, smooth)
     if off is None:
         return None
-    count = max(1, int(SEGMENT * len(time)))
-    resolution = 1 / (count * (time[1] - time[0])) if len(time) > 1 else np.inf
-    x, y = (_lines(time, column) for column in off.T)
-    return Perturbed(
-        np.sqrt(np.mean(off**2, axis=0)), np.abs(off).max(axis=0), (x, y), float(resolution)
-    )
-
-
-def _lines(time: FloatArray, values: FloatArray) -> tuple[float, ...]:
-    """Frequencies (Hz) of the highest peaks of a spectrum, strongest first; none if it is still."""
-    # scipy takes a second to import, which `check` should not wait for
-    from scipy.signal import find_peaks, welch  # noqa: PLC0415
-
-    values = values[:-1]  # the last instant is the run's end, which need not be even with the rest
-    if len(values) < FEWEST or not np.ptp(values):
-        return ()
-    count = int(SEGMENT * len(values))
-    frequencies, power = welch(values, 1 / (time[1] - time[0]), nperseg=count)
-    peaks, _ = find_peaks(power, height=WEAK * power.max())
-    strongest = peaks[np.argsort(power[peaks])[::-1][:MOST_LINES]]
-    return tuple(frequencies[strongest].tolist())
+    x, y = (spectrum(time, column) for column in off.T)
+    rms, peak = np.sqrt(np.mean(off**2, axis=0)), np.abs(off).max(axis=0)
+    return Perturbed(rms, peak, (x.lines, y.lines), x.resolution)

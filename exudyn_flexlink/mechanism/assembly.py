@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
+    closest,
     neighbouring,
     positions,
     scale_roots,
@@ -94,20 +95,27 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     bearing, and moves with it, unless what is given does not allow that. Angles in `start.angles`
     and those of motor-driven parts are held; everything else starts from `start.guesses` (0 where
     nothing is given) and moves as little as the joints demand. A flexible body starts straight and
-    at one angular speed, unless the joints can't have that.
+    at one angular speed, unless the joints can't have that. Where `start.states` gives the state
+    of every part, it is taken as it is, but for what joints and drives demand.
 
     Raises:
         CannotAssembleError: a joint can't close.
         CannotMoveError: a drive or a speed given contradicts the joints.
 
     """
-    q, places = _places(without_play(mechanism, set(start.angles)), start)
+    if start.states is not None:
+        q, places = closest(mechanism, start.states[:, :3], start.laps)
+    else:
+        q, places = _places(without_play(mechanism, set(start.angles)), start)
     mechanism = mechanism.with_springs(
         tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
         tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
     )
-    moved = {*start.speeds, *start.velocities}
-    v = _speeds(without_play(mechanism, moved), q, places, start)
+    if start.states is not None:
+        v = _closest_speeds(mechanism, q, places, start.states[:, 3:])
+    else:
+        moved = {*start.speeds, *start.velocities}
+        v = _speeds(without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
     rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
@@ -270,6 +278,19 @@ class _Moving:
         violated = np.nanmax(np.abs(self._constraints.times(v) - right), initial=0.0)
         largest = max((abs(speed.value) for speed in wanted), default=0.0)
         return v, bool(violated <= 1e-9 * max(1.0, largest))
+
+
+def _closest_speeds(
+    mechanism: Mechanism, q: FloatArray, places: FloatArray, given: FloatArray
+) -> FloatArray:
+    """Velocities (parts, 3) next to those given that joints and motors allow."""
+    joints = constraints_at(mechanism, q, places)
+    right, motors = np.zeros(len(joints)), mechanism.speed_motors
+    right[len(joints) - len(motors) :] = [motor.speed.at(0.0) for motor in motors]
+    roots = scale_roots(mechanism)
+    metric = roots @ roots.transpose(0, 2, 1)
+    motion = LeastMotion(mechanism, joints, spanning_tree(mechanism), roots, Demand(right, {}))
+    return motion.nearest(np.einsum("pij,pj->pi", metric, given))
 
 
 # --- redundant constraints --------------------------------------------------------------------

@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism.model import (
     Turning,
 )
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.prescribed import Formula, Later, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.scene import (
     ForceDrive,
@@ -30,19 +30,21 @@ from exudyn_flexlink.scene import (
     split_point,
 )
 
+Course = Formula | Later | Tabled
+
 
 def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Motor:
     """Return a drive that prescribes how a joint turns or slides."""
-    slide = None
+    slide, clock = None, bodies.scene.initial.clock
     if isinstance(bodies.scene.joints[drive.joint], RevoluteJoint):
         first, second = bodies.joint_parts(drive.joint)
     else:
         slide = bodies.slide(drive.joint)
         first, second = slide.first.part, slide.second.part
     if isinstance(drive, SpeedDrive):
-        course = _number_or_course(drive.value, drive.ramp)
+        course = _number_or_course(drive.value, drive.ramp, clock)
         return Motor(name, first, second, course, slide=slide)
-    motion = _course(_as_expression(drive.value))
+    motion = _course(_as_expression(drive.value), clock)
     return Motor(name, first, second, SpeedOf(motion), motion.at(0.0), slide)
 
 
@@ -80,18 +82,23 @@ def force_of(bodies: Bodies, name: str, drive: ForceDrive) -> PointForce:
 
 def _size(bodies: Bodies, value: Value, ramp: float = 0.0) -> Size:
     sensed = value.sensed if isinstance(value, Expression) else ()
-    return Size(_number_or_course(value, ramp), tuple(_sense(bodies, one) for one in sensed))
+    course = _number_or_course(value, ramp, bodies.scene.initial.clock)
+    return Size(course, tuple(_sense(bodies, one) for one in sensed))
 
 
-def _number_or_course(value: Value, ramp: float) -> Ramp | Formula | Tabled:
-    return Ramp(value, ramp) if isinstance(value, float) else _course(value)
+def _number_or_course(value: Value, ramp: float, clock: float) -> Ramp | Course:
+    """A drive's course; a run that goes on begins after its ramp."""
+    if isinstance(value, float):
+        return Ramp(value, 0.0 if clock > 0 else ramp)
+    return _course(value, clock)
 
 
-def _course(value: Expression | Table) -> Formula | Tabled:
+def _course(value: Expression | Table, clock: float) -> Course:
+    """Course of a drive whose t is `clock` (s) as the run begins."""
     if isinstance(value, Expression):
-        return Formula(value)
+        return Later(Formula(value), clock) if clock > 0 else Formula(value)
     assert value.points is not None  # its file was read
-    return Tabled(value.points, value.rule)
+    return Tabled(value.points, value.rule, clock)
 
 
 def _as_expression(value: Value) -> Expression | Table:

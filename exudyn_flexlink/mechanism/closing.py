@@ -12,7 +12,7 @@ from exudyn_flexlink.mechanism.constraints import Constraints, along_slides, con
 from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, slot_point
 from exudyn_flexlink.mechanism.laying_out import (
     Start,
-    end_of_first_lap,
+    edges_of_lap,
     inner_joints,
     known_angles,
     lay_out,
@@ -30,6 +30,7 @@ ITERATIONS = 60
 AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
 KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
 SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
+NO_LAPS: Mapping[str, int] = {}
 
 
 class CannotAssembleError(ValueError):
@@ -120,6 +121,23 @@ def straight_positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, 
     return _close(mechanism, lay_out(mechanism, start), _held(mechanism, start), straight=True)
 
 
+def closest(
+    mechanism: Mechanism, q: FloatArray, laps: Mapping[str, int]
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and slot places that close all joints, next to those given (parts, 3).
+
+    Angles that a motor drives from the ground stay, but where it tells them itself. `laps` are
+    those of slots, from 1.
+
+    Raises:
+        CannotAssembleError: there are none near.
+
+    """
+    free = tuple(motor for motor in mechanism.speed_motors if motor.start is None)
+    held = _held(replace(mechanism, speed_motors=free), Start({}, {}, {}))
+    return _close(mechanism, q, held, straight=False, laps=laps)
+
+
 def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coordinates and slot places that close all joints, a hundredth of its reach off every part.
 
@@ -203,14 +221,18 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
 
 
 def _close(
-    mechanism: Mechanism, q: FloatArray, held: _Held, straight: bool
+    mechanism: Mechanism,
+    q: FloatArray,
+    held: _Held,
+    straight: bool,
+    laps: Mapping[str, int] = NO_LAPS,
 ) -> tuple[FloatArray, FloatArray]:
     """Gauss-Newton steps of least length until every joint is closed.
 
-    With `straight` the parts of a body move as one.
+    With `straight` the parts of a body move as one. Slots are in their first lap, but for `laps`.
     """
     q = _straightened(mechanism, q) if straight else q
-    places = np.array([_first_place(slot, q) for slot in mechanism.slots])
+    places = np.array([_place_in(slot, laps.get(slot.name, 1), q) for slot in mechanism.slots])
     tree = spanning_tree(mechanism)
     joints = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
@@ -232,9 +254,11 @@ def _close(
             break
     _refuse_open(joints)
     _refuse_moved(mechanism, held, q)
-    return q, np.array(
-        [_in_first_lap(s, q, p) for s, p in zip(mechanism.slots, places, strict=True)]
-    )
+    kept = [
+        _kept_in(slot, laps.get(slot.name, 1), q, place)
+        for slot, place in zip(mechanism.slots, places, strict=True)
+    ]
+    return q, np.array(kept)
 
 
 def _shortened(step: FloatArray) -> FloatArray:
@@ -274,22 +298,23 @@ def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:
             raise CannotAssembleError(slide.name, "along", away, 0.0)
 
 
-def _in_first_lap(slot: Slot, q: FloatArray, place: float) -> float:
-    """Return the place, or that of the same point in the first lap."""
-    return place if slot.curve.start <= place < end_of_first_lap(slot) else _first_place(slot, q)
+def _kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
+    """Return the place, or that of the same point in the slot's lap."""
+    start, end = edges_of_lap(slot, lap)
+    return place if start <= place < end else _place_in(slot, lap, q)
 
 
-def _first_place(slot: Slot, q: FloatArray) -> float:
-    """Place next to the anchor in the first lap of the curve.
+def _place_in(slot: Slot, lap: int, q: FloatArray) -> float:
+    """Place next to the anchor in a lap of the curve, from 1.
 
-    Laps share their meeting point, and often more: there the same point in the first lap is meant.
+    Laps share their meeting point, and often more: there the same point in this lap is meant.
     """
     point = slot_point(slot, q)
-    start, end = slot.curve.start, end_of_first_lap(slot)
+    start, end = edges_of_lap(slot, lap)
     place = float(slot.curve.nearest(point))
-    if place >= end:
+    if not start <= place < end:
         grid = slot.curve.grid()
-        grid = grid[grid <= end]
+        grid = grid[(grid >= start) & (grid <= end)]
         away = np.linalg.norm(slot.curve.point(grid) - point, axis=1)
         place = float(slot.curve.nearest(point, near=float(grid[np.argmin(away)])))
     if abs(place - start) < CLOSED:

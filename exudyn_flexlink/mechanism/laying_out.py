@@ -28,7 +28,8 @@ class Start:
 
     `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
     far slides are out, by their names, and `speeds_along` (m/s) the rate of that, or how fast
-    anchors run along the curves of slots.
+    anchors run along the curves of slots. `states` (parts, 6) are
+    coordinates and velocities of all parts, in place of all others; `laps` those of slots, from 1.
     """
 
     angles: Mapping[int, float]
@@ -38,6 +39,8 @@ class Start:
     positions: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     along: Mapping[str, float] = field(default_factory=dict)
     speeds_along: Mapping[str, float] = field(default_factory=dict)
+    states: FloatArray | None = None
+    laps: Mapping[str, int] = field(default_factory=dict)
 
 
 def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> FloatArray:
@@ -192,15 +195,17 @@ def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
     """Distance from the origin to the slot's first lap in a direction; the nearest ahead, or 0."""
     crossings = ray_crossings(slot.curve, origin, along)
     distances = (slot.curve.point(crossings) - origin) @ along
-    first_lap = crossings <= end_of_first_lap(slot)
+    first_lap = crossings <= edges_of_lap(slot)[1]
     ahead = distances[(distances >= -BEHIND) & first_lap]
     return float(ahead.min()) if len(ahead) else 0.0
 
 
-def end_of_first_lap(slot: Slot) -> float:
-    """Parameter at which the first lap of a slot's curve ends."""
-    laps = getattr(slot.curve, "lap_breaks", None)
-    return float(slot.curve.end if laps is None else laps[1])
+def edges_of_lap(slot: Slot, lap: int = 1) -> tuple[float, float]:
+    """Parameters at which a lap of a slot's curve, from 1, begins and ends."""
+    breaks = getattr(slot.curve, "lap_breaks", None)
+    if breaks is None:
+        return float(slot.curve.start), float(slot.curve.end)
+    return float(breaks[lap - 1]), float(breaks[lap])
 
 
 def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:

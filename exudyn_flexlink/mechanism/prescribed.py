@@ -107,11 +107,52 @@ class Formula:
         return self.expression.bends(end)
 
 
-class Tabled:
-    """Values by time, from a table of the scene: `rule` linear, cubic or step."""
+class Later:
+    """A formula in a run that begins when its t is `clock` (s)."""
 
-    def __init__(self, rows: Sequence[tuple[float, float]], rule: str) -> None:
+    def __init__(self, formula: Formula, clock: float) -> None:
+        self._formula, self._clock = formula, clock
+
+    def at(self, time: float, sensed: Sequence[float] = ()) -> float:
+        """Value at a time (s) and values sensed."""
+        return self._formula.at(time + self._clock, sensed)
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
+        """Values (n,) at instants (n,) s and values sensed."""
+        return self._formula.values(time + self._clock, sensed)
+
+    def rate(self, time: float) -> float:
+        """First time derivative of the value."""
+        return self._formula.rate(time + self._clock)
+
+    def bend(self, time: float) -> float:
+        """Second time derivative of the value."""
+        return self._formula.bend(time + self._clock)
+
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
+        """Derivatives by the values sensed."""
+        return self._formula.slopes(time + self._clock, sensed)
+
+    def integral(self, time: float) -> float:
+        """Integral of the value from 0 to `time` (s)."""
+        whole = self._formula.integral
+        return whole(time + self._clock) - whole(self._clock)
+
+    def knots(self, end: float) -> list[float]:
+        """Instants before `end` (s) at which the value, or a derivative, jumps."""
+        found = self._formula.knots(end + self._clock)
+        return [time - self._clock for time in found if time > self._clock]
+
+
+class Tabled:
+    """Values by time, from a table of the scene: `rule` linear, cubic or step.
+
+    The table's time is `clock` (s) as the run begins.
+    """
+
+    def __init__(self, rows: Sequence[tuple[float, float]], rule: str, clock: float = 0.0) -> None:
         times, values = np.array(rows, dtype=float).T
+        times = times - clock
         self.times: list[float] = times.tolist()
         # Only who has a table waits for SciPy.
         from scipy.interpolate import CubicSpline, PPoly  # noqa: PLC0415

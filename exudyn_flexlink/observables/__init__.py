@@ -53,6 +53,7 @@ from exudyn_flexlink.observables.points import (
     room,
     watched_point,
 )
+from exudyn_flexlink.observables.spectra import Spectrum, spectrum
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
@@ -86,6 +87,7 @@ __all__ = [
     "LeverResponse",
     "PairTotals",
     "PointPath",
+    "Spectrum",
     "State",
     "Strike",
     "Watched",
@@ -127,6 +129,7 @@ __all__ = [
     "separations",
     "settled",
     "sleeves_with_play",
+    "spectrum",
     "strikes",
     "struck_bodies",
     "touching",

@@ -10,6 +10,7 @@ from exudyn_flexlink.quantities import (
     Angle,
     AngularSpeed,
     Coordinate,
+    NonNegativeDuration,
     Number,
     PositiveDuration,
     PositiveLength,
@@ -18,6 +19,7 @@ from exudyn_flexlink.quantities import (
 from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, Point, refuse, require_one
 
 Velocity = tuple[Speed, Speed]
+PartState = tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed]
 FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
 
@@ -53,6 +55,31 @@ class Initial(Part):
         default_factory=FrozenMapping,
         description="[x, y] of bodies: of a rod's start, of a rigid body's own origin",
     )
+    states: Named[tuple[PartState, ...]] = Field(
+        default_factory=FrozenMapping,
+        description="state of another run from which this one goes on, of every body: [x, y, "
+        "angle, and the rates of these] of its part, or of each of its rods; in place of all above",
+    )
+    laps: Named[Annotated[int, Strict(), Field(ge=1)]] = Field(
+        default_factory=FrozenMapping,
+        description="of slots on curves with laps: the lap in which the point is; left out: 1",
+    )
+    clock: NonNegativeDuration = Field(
+        0.0, description="what t is for drives as the run begins: a run that goes on has begun then"
+    )
+
+    @model_validator(mode="after")
+    def _whole_states_alone(self) -> Initial:
+        if self.states:
+            for key in (
+                *("positions", "angles", "guesses", "along"),
+                *("speeds", "velocities", "speeds_along"),
+            ):
+                if getattr(self, key):
+                    refuse("follow from 'states', which give everything", at=key)
+        elif self.laps:
+            refuse("belong to 'states'", "without these slots start in lap 1", at="laps")
+        return self
 
     @model_validator(mode="after")
     def _held_or_guessed(self) -> Initial:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from exudyn_flexlink.scene.base import GROUND
+from exudyn_flexlink.scene.curve_specs import LapsSpec
 from exudyn_flexlink.scene.forces import SpeedDrive
 from exudyn_flexlink.scene.joints import RevoluteJoint, SlotJoint, WeldJoint
 from exudyn_flexlink.scene.lookup import Lookup, valid
@@ -13,7 +14,7 @@ from exudyn_flexlink.source import Mistake
 
 def initial(look: Lookup) -> Iterator[Mistake]:
     """Refuse bodies and joints in initial that are none."""
-    for key in ("positions", "angles", "guesses", "speeds", "velocities"):
+    for key in ("positions", "angles", "guesses", "speeds", "velocities", "states"):
         for body in getattr(look.parts.initial, key, ()):
             for found in look.missing(("initial", key, body), "bodies", body):
                 yield Mistake(found.path, found.message, found.hint, on_key=True)
@@ -23,6 +24,45 @@ def initial(look: Lookup) -> Iterator[Mistake]:
                 continue
             for found in look.sliding(("initial", key, joint), joint, play=True):
                 yield Mistake(found.path, found.message, found.hint, on_key=True)
+
+    yield from _laps(look)
+    yield from _missing_states(look)
+    yield from _unfinished_ramps(look)
+
+
+def _laps(look: Lookup) -> Iterator[Mistake]:
+    """Refuse laps of what is no slot, or of a curve that has fewer."""
+    for joint, lap in (look.parts.initial.laps if look.parts.initial else {}).items():
+        path = ("initial", "laps", joint)
+        yield from look.missing(path, "joints", joint)
+        slot = look.get("joints", joint)
+        if slot is None:
+            continue
+        if not isinstance(slot, SlotJoint):
+            yield Mistake(path, f"'{joint}' is no slot", on_key=True)
+            continue
+        curve = look.get("curves", slot.curve)
+        count = len(curve.curves) if isinstance(curve, LapsSpec) else 1
+        if curve is not None and lap > count:
+            yield Mistake(path, f"the curve '{slot.curve}' has no lap {lap}", f"1 to {count}")
+
+
+def _missing_states(look: Lookup) -> Iterator[Mistake]:
+    """Refuse states of some bodies alone."""
+    given = look.parts.initial.states if look.parts.initial else {}
+    for body in look.parts.bodies or {}:
+        if given and body not in given:
+            yield Mistake(("initial", "states"), f"missing '{body}'", "states are of all bodies")
+
+
+def _unfinished_ramps(look: Lookup) -> Iterator[Mistake]:
+    """Refuse a start in the middle of a drive's ramp."""
+    clock = look.parts.initial.clock if look.parts.initial else 0.0
+    for name, drive in valid(look.parts.drives):
+        ramp = getattr(drive, "ramp", 0.0)
+        if 0 < clock < ramp:
+            message = f"the drive '{name}' comes up to its value until {ramp:g} s"
+            yield Mistake(("initial", "clock"), message, f"0, or at least {ramp:g} s")
 
 
 def run(look: Lookup) -> Iterator[Mistake]:

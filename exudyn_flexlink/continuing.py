@@ -1,0 +1,154 @@
+"""A scene that goes on from where a run was.
+
+The state of a mechanism is where its parts are and how fast they move, in which lap the points in
+slots are, and what time it is for its drives. Contact laws keep no history (see `laws`), but a
+contact that presses has begun: when, where and how fast, and under an impulse law that it lasts. So
+a run goes on from instants at which nothing presses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import Assembly, closest, length_along, motor_place
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import (
+    FrozenMapping,
+    Initial,
+    LapsSpec,
+    LinearSpring,
+    Scene,
+    SlotJoint,
+    Spring,
+    TorsionalSpring,
+)
+
+FloatArray = NDArray[np.float64]
+
+
+class CannotContinueError(ValueError):
+    """A run can't be continued from an instant; the text says why, and from which it can."""
+
+
+def continued(result: Result, at: float | None = None) -> Scene:
+    """Return the scene that begins with the state of a run at its sample next to `at` (s).
+
+    Left out, `at` is the end. All else stays: accuracy, and how long it runs. Times of its runs
+    count from its own begin, which drives know as ``initial.clock``; springs that were at rest as
+    assembled stay at rest there.
+
+    Raises:
+        CannotContinueError: something presses at that instant, or nobody knows where the run was.
+
+    """
+    k = len(result.time) - 1 if at is None else int(np.abs(result.time - at).argmin())
+    time = float(result.time[k])
+    _require_free(result, time)
+    bodies = assemble_scene(result.scene).mechanism.bodies
+    state = state_at(result, time)
+    initial = Initial(
+        states=FrozenMapping({body: _rows(state[list(own)]) for body, own in bodies.items()}),
+        laps=FrozenMapping(_laps(result, time)),
+        clock=result.scene.initial.clock + time,
+    )
+    return result.scene.changed(initial=initial, springs=_as_they_were(result.scene))
+
+
+def moved(scene: Scene, state: FloatArray) -> Scene:
+    """Return a scene that goes on, from `continued`, with another state (parts, 6) at that time.
+
+    Parts move as little as joints and drives demand: what a drive prescribes stays as it was, for
+    a neighbour that were ahead of its drive would stay ahead for ever.
+
+    Raises:
+        CannotAssembleError: the joints do not close near that state.
+
+    """
+    given, assembly = scene.initial, assemble_scene(scene)
+    mechanism, before = assembly.mechanism, assembly.state.q
+    driven = tuple(
+        replace(motor, start=float(motor_place(motor, before))) for motor in mechanism.speed_motors
+    )
+    q, _ = closest(replace(mechanism, speed_motors=driven), state[:, :3], given.laps)
+    whole = np.concatenate([q, state[:, 3:]], axis=-1)
+    states = {body: _rows(whole[list(own)]) for body, own in mechanism.bodies.items()}
+    return scene.changed(initial=given.model_copy(update={"states": FrozenMapping(states)}))
+
+
+def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in state.tolist())
+
+
+def state_at(result: Result, time: float) -> FloatArray:
+    """State (parts, 6) at the sample next to an instant (s)."""
+    k = int(np.abs(result.time - time).argmin())
+    return np.concatenate([result.poses[k], result.rates[k]], axis=-1)
+
+
+def free_spans(result: Result) -> FloatArray:
+    """Begins and ends (K, 2) s of the spans in which nothing presses, up to the run's end."""
+    last = float(result.time[-1])
+    touches = [np.stack([own.begin, own.end]) for own in result.intervals.values()]
+    begin, end = np.concatenate([np.zeros((2, 0)), *touches], axis=1)
+    order = np.argsort(begin)
+    until = np.maximum.accumulate(np.append(0.0, np.where(np.isfinite(end), end, last)[order]))
+    spans = np.stack([until, np.append(begin[order], last)], axis=1)
+    return spans[spans[:, 1] > spans[:, 0]]
+
+
+def _require_free(result: Result, time: float) -> None:
+    """Refuse an instant at which something presses; begins and ends of touches count as such."""
+    pressing = [
+        name
+        for name, own in result.intervals.items()
+        if np.any((own.begin <= time) & (own.end >= time))
+    ]
+    if not pressing:
+        return
+    spans = free_spans(result)
+    before, after = spans[spans[:, 1] <= time], spans[spans[:, 0] >= time]
+    near = [f"from {a:.6g} to {b:.6g} s" for a, b in (*before[-1:], *after[:1])]
+    hint = f"; nothing does {' and '.join(near)}" if near else ""
+    names = ", ".join(f"'{name}'" for name in pressing)
+    raise CannotContinueError(f"{names} presses at {time:.9g} s{hint}")
+
+
+def _laps(result: Result, time: float) -> dict[str, int]:
+    """Lap in which each slot's point is, of slots on curves with laps."""
+    found, scene = {}, result.scene
+    for name, joint in scene.joints.items():
+        curve = scene.curves[joint.curve] if isinstance(joint, SlotJoint) else None
+        if not isinstance(curve, LapsSpec):
+            continue
+        begun = [lap.details["lap"] for lap in result.laps if lap.name == name and lap.time <= time]
+        lap = int(begun[-1]) if begun else scene.initial.laps.get(name, 1)
+        found[name] = (lap - 1) % len(curve.curves) + 1
+    return found
+
+
+def _as_they_were(scene: Scene) -> dict[str, Spring]:
+    """Springs with what was left to the assembly: the angle or length at which they rest."""
+    assembly = assemble_scene(scene)
+    return {name: _resting(spring, name, assembly) for name, spring in scene.springs.items()}
+
+
+def _resting(spring: Spring, name: str, assembly: Assembly) -> Spring:
+    mechanism = assembly.mechanism
+    if isinstance(spring, TorsionalSpring):
+        if spring.rest_angle is not None:
+            return spring
+        angle = next(own.rest_angle for own in mechanism.springs if own.name == name)
+        return spring.model_copy(update={"rest_angle": angle})
+    assert isinstance(spring, LinearSpring)
+    if spring.length is not None:
+        return spring
+    if spring.joint is None:
+        length = next(own.length for own in mechanism.linear_springs if own.name == name)
+    else:
+        slide = next(own for own in mechanism.slides if own.name == spring.joint)
+        length = float(length_along(slide, assembly.state.q))
+    return spring.model_copy(update={"length": length})

@@ -1,0 +1,65 @@
+"""How stable a motion is: whether it repeats itself, whether neighbours part, and how fast.
+
+- `largest_exponent` measures the rate at which neighbours part, of any flow; `exponent_of` of a
+  mechanism, by runs that go on from states of another run.
+- `lap_distances` and `repeating` hold laps against earlier ones.
+- `section_by_crank`, `section_by_time` and `Branches` are Poincare sections and how they branch.
+- `study` does it all for a scene. No engine is known here: who calls says what runs a scene.
+"""
+
+from exudyn_flexlink.stability.exponent import (
+    Exponent,
+    Flow,
+    Neighbours,
+    TooShortError,
+    Trajectory,
+    largest_exponent,
+    trajectory,
+)
+from exudyn_flexlink.stability.laps import LapDistances, Repeating, lap_distances, repeating
+from exudyn_flexlink.stability.neighbours import Simulate, StoppedError, exponent_of
+from exudyn_flexlink.stability.rhythm import NoRhythmError, Rhythm, rhythm_of
+from exudyn_flexlink.stability.sections import (
+    Branches,
+    Section,
+    section_by_crank,
+    section_by_time,
+)
+from exudyn_flexlink.stability.study import (
+    Asked,
+    Stability,
+    Vibration,
+    long_scene,
+    study,
+    vibration,
+)
+
+__all__ = [
+    "Asked",
+    "Branches",
+    "Exponent",
+    "Flow",
+    "LapDistances",
+    "Neighbours",
+    "NoRhythmError",
+    "Repeating",
+    "Rhythm",
+    "Section",
+    "Simulate",
+    "Stability",
+    "StoppedError",
+    "TooShortError",
+    "Trajectory",
+    "Vibration",
+    "exponent_of",
+    "lap_distances",
+    "largest_exponent",
+    "long_scene",
+    "repeating",
+    "rhythm_of",
+    "section_by_crank",
+    "section_by_time",
+    "study",
+    "trajectory",
+    "vibration",
+]

@@ -1,0 +1,54 @@
+"""How long a mechanism takes for a lap, and after how many laps it does the same again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import lcm, pi
+
+from exudyn_flexlink.scene import LapsSpec, RevoluteJoint, Scene, SlotJoint, SpeedDrive
+
+
+class NoRhythmError(ValueError):
+    """Nothing in the scene tells how long a lap takes; the text says what may be given."""
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """A `lap` takes so many s; after `laps` the mechanism is driven the same way again."""
+
+    lap: float
+    laps: int = 1
+
+    @property
+    def cycle(self) -> float:
+        """Time (s) after which the mechanism is driven the same way again."""
+        return self.laps * self.lap
+
+
+def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
+    """Return the rhythm of the first joint that a drive turns at one speed, or of a `lap` (s).
+
+    Curves with laps tell how many laps make a cycle.
+
+    Raises:
+        NoRhythmError: no drive turns a joint at one speed, and no lap is given.
+
+    """
+    turned = [
+        2 * pi / abs(drive.value)
+        for drive in scene.drives.values()
+        if isinstance(drive, SpeedDrive)
+        and isinstance(scene.joints[drive.joint], RevoluteJoint)
+        and isinstance(drive.value, float)
+        and drive.value
+    ]
+    if lap is None and not turned:
+        raise NoRhythmError(
+            "no drive turns a joint at one speed, so that nothing tells what a lap is: say how "
+            "long it takes, such as the period of a force"
+        )
+    found = turned[0] if lap is None else lap
+    curves = [
+        scene.curves[joint.curve] for joint in scene.joints.values() if isinstance(joint, SlotJoint)
+    ]
+    return Rhythm(found, lcm(*(len(own.curves) for own in curves if isinstance(own, LapsSpec))))

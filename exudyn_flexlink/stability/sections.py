@@ -1,0 +1,133 @@
+"""Poincare sections: a point once a lap, and how its places branch as a value is varied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.observables import (
+    between_samples,
+    crank_angle,
+    crank_joint,
+    paths,
+    watched_point,
+)
+from exudyn_flexlink.result import Result
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Section:
+    """The point once a lap: `time` (N,) s, `position` (N, 2) m and `velocity` (N, 2) m/s.
+
+    `phase` is the crank angle (rad), or the part of a lap of its own length (0 to 1), at which it
+    is looked at; `by_crank` tells which.
+    """
+
+    point: str
+    phase: float
+    by_crank: bool
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+
+    def distinct(self, limit: float) -> int:
+        """Number of places that are more than `limit` (m) apart from each other.
+
+        Of a motion that repeats itself every n laps they are n, or less where it passes one place
+        twice.
+        """
+        kept: list[FloatArray] = []
+        for place in self.position:
+            if all(np.linalg.norm(place - other) > limit for other in kept):
+                kept.append(place)
+        return len(kept)
+
+
+def section_by_crank(
+    result: Result, angle: float = 0.0, point: str | None = None, after: float = 0.0
+) -> Section:
+    """Look at a point whenever the crank passes an angle (rad), from `after` (s) on.
+
+    The point is the watched one if left out.
+
+    Raises:
+        ValueError: the scene has no crank, or no such point.
+
+    """
+    joint = crank_joint(result.scene)
+    if joint is None:
+        raise ValueError("the scene has no revolute joint, hence no crank angle")
+    turned = crank_angle(result)
+    low, high = sorted((float(turned[0]), float(turned[-1])))
+    wanted = angle + 2 * pi * np.arange(
+        np.ceil((low - angle) / (2 * pi)), (high - angle) / (2 * pi) + 1e-12
+    )
+    times = np.sort(_passes(result.time, turned, wanted))
+    return _at(result, times[times >= after], angle, point, by_crank=True)
+
+
+def section_by_time(
+    result: Result, lap: float, phase: float = 0.0, point: str | None = None, after: float = 0.0
+) -> Section:
+    """Look at a point once in every lap of its own length (s), from `after` (s) on.
+
+    `phase` (0 to 1) is the part of a lap that is over. For what no crank drives, such as a force
+    with a period.
+
+    Raises:
+        ValueError: the scene has no such point.
+
+    """
+    clock = result.scene.initial.clock
+    times = np.arange(phase, (float(result.time[-1]) + clock) / lap + 1e-12) * lap - clock
+    return _at(result, times[(times >= after) & (times >= 0)], phase, point, by_crank=False)
+
+
+def _at(
+    result: Result, times: FloatArray, phase: float, point: str | None, *, by_crank: bool
+) -> Section:
+    point = watched_point(result.scene) if point is None else point
+    [seen] = paths(result, [point])
+    place = between_samples(seen.time, seen.position, seen.velocity, times)
+    speed = np.stack([np.interp(times, seen.time, own) for own in seen.velocity.T], axis=1)
+    return Section(point, phase, by_crank, times, place, speed)
+
+
+def _passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArray:
+    """First instants (s) at which an angle (N,) passes each of the wanted ones, as it runs on."""
+    way = np.sign(angle[-1] - angle[0]) or 1.0
+    ahead = np.maximum.accumulate(way * angle)
+    found = []
+    for value in (way * wanted).tolist():
+        k = int(np.searchsorted(ahead, value, side="left"))
+        if k == 0 or k == len(ahead):
+            found.append(float(time[min(k, len(time) - 1)]))
+            continue
+        part = (value - ahead[k - 1]) / (ahead[k] - ahead[k - 1])
+        found.append(float(time[k - 1] + part * (time[k] - time[k - 1])))
+    return np.array(found)
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Sections of runs of one scene in which one value is varied: a bifurcation diagram.
+
+    `values` (K,) in SI and a section of each; `path` is that of the value in the model file.
+    """
+
+    path: str
+    values: FloatArray
+    sections: Sequence[Section]
+
+    @property
+    def points(self) -> tuple[FloatArray, FloatArray]:
+        """Value (P,) and place (P, 2) m of every point of the diagram."""
+        counts = [len(own.time) for own in self.sections]
+        places = [own.position for own in self.sections]
+        return np.repeat(self.values, counts), np.concatenate([np.zeros((0, 2)), *places])

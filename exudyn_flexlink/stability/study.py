@@ -1,0 +1,194 @@
+"""All that is told of the stability of a scene's motion, of one long run and its neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, pi
+
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import extent, least_tolerance
+from exudyn_flexlink.observables import (
+    Spectrum,
+    between_samples,
+    common_times,
+    crank_joint,
+    parting_limit,
+    paths,
+    perturbation,
+    spectrum,
+    turns,
+    watched_point,
+)
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Accuracy, Run, Scene
+from exudyn_flexlink.stability.exponent import Exponent
+from exudyn_flexlink.stability.laps import (
+    PHASES,
+    LapDistances,
+    Repeating,
+    lap_distances,
+    repeating,
+)
+from exudyn_flexlink.stability.neighbours import Simulate, StoppedError, exponent_of
+from exudyn_flexlink.stability.rhythm import Rhythm
+from exudyn_flexlink.stability.sections import Section, section_by_crank, section_by_time
+
+FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
+SAMPLES = 4  # between phases at which laps are compared: a thousand in a lap
+TIGHTER = 0.1  # times the tolerance: of a second look, which tells whether it matters
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Spectra (m^2/Hz) of the watched point along x and y.
+
+    With `off_ideal` those of what it is off from where a straight link on its guide's axis would
+    have it (see `observables.perturbation`); where there is no such place, of its motion.
+    """
+
+    x: Spectrum
+    y: Spectrum
+    off_ideal: bool
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What one run of many laps, and its neighbours, tell of a motion.
+
+    `run` is that run, from its start; laps, section, spectrum and exponent count from `after` (s)
+    on, when it has settled. `tighter` is the exponent at a ten times smaller tolerance, None if not
+    asked for; `horizon` (s) is for how long from its
+    start, or from any state, the motion is known instant by instant at the run's tolerance, inf
+    where neighbours do not part: until then laps and section are the motion's own, after it only
+    their statistics are. `repeating` judges laps up to there; None if these are too few.
+    """
+
+    run: Result
+    rhythm: Rhythm
+    after: float
+    exponent: Exponent
+    tighter: Exponent | None
+    laps: LapDistances
+    repeating: Repeating | None
+    section: Section
+    vibration: Vibration
+    horizon: float
+
+    @property
+    def point(self) -> str:
+        """Name of the point that is looked at."""
+        return self.laps.point
+
+    @property
+    def tolerance(self) -> float:
+        """Error (m) that the run may make."""
+        return float(self.run.scene.accuracy.tolerance or inf)
+
+    @property
+    def told(self) -> str:
+        """What the motion does, in words."""
+        if self.exponent.sign > 0:
+            return "neighbours part: the motion never repeats itself"
+        return "too few laps are known" if self.repeating is None else self.repeating.told
+
+
+def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None) -> Scene:
+    """Return the scene with so many laps, at a tolerance (m) that leaves room for neighbours."""
+    assembly = assemble_scene(scene)
+    given = scene.accuracy.tolerance
+    fine = max(FINE * extent(assembly), least_tolerance(assembly) / TIGHTER)
+    asked = tolerance if tolerance is not None else min(fine, given if given is not None else fine)
+    # Phases of a lap are samples, so that nothing is interpolated where laps are compared.
+    run = Run(duration=laps * rhythm.lap, sample=rhythm.lap / (SAMPLES * PHASES))
+    return scene.changed(run=run, accuracy=Accuracy(tolerance=asked))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a study is of: laps of a `rhythm`, from `after` (s) on, and a section.
+
+    The section is at a crank angle (rad) `angle`, or at that part of a lap, a whole one being 2 pi.
+    With `twice` the exponent is made again at a ten times smaller tolerance; without it, whether
+    the tolerance matters is told by the noise of the exponent alone.
+    """
+
+    rhythm: Rhythm
+    after: float = 0.0
+    angle: float = 0.0
+    twice: bool = False
+
+
+def study(
+    scene: Scene,
+    simulate: Simulate,
+    asked: Asked,
+    progress: Callable[[float], None] | None = None,
+) -> Stability:
+    """Run a scene, of many laps (see `long_scene`), and measure how stable its motion is.
+
+    Raises:
+        StoppedError: a run stopped before its end.
+        TooShortError: there are too few laps.
+
+    """
+    rhythm, after = asked.rhythm, asked.after
+    parts = 2 if asked.twice else 1
+    run = _whole(simulate, scene)
+    exponent = exponent_of(run, simulate, rhythm, after, _part(progress, 0, parts))
+    tighter = None
+    if asked.twice:
+        accuracy = Accuracy(tolerance=TIGHTER * float(scene.accuracy.tolerance or inf))
+        again = _whole(simulate, scene.changed(accuracy=accuracy))
+        tighter = exponent_of(again, simulate, rhythm, after, _part(progress, 1, parts))
+    tolerance = float(scene.accuracy.tolerance or inf)
+    horizon = exponent.horizon(tolerance, parting_limit(run)) if exponent.sign > 0 else inf
+    laps = lap_distances(run, rhythm.lap, after=after)
+    return Stability(
+        run,
+        rhythm,
+        after,
+        exponent,
+        tighter,
+        laps,
+        repeating(laps, tolerance, horizon),
+        _section(run, asked),
+        vibration(run, after),
+        horizon,
+    )
+
+
+def _whole(simulate: Simulate, scene: Scene) -> Result:
+    run = simulate(scene)
+    if not run.outcome.completed:
+        told = f"the run stopped at {run.outcome.time:.6g} s: {run.outcome.reason}"
+        raise StoppedError(told)
+    return run
+
+
+def _part(
+    progress: Callable[[float], None] | None, which: int, parts: int
+) -> Callable[[float], None] | None:
+    """Progress of one part of as many."""
+    if progress is None:
+        return None
+    return lambda done: progress((which + done) / parts)
+
+
+def _section(run: Result, asked: Asked) -> Section:
+    if crank_joint(run.scene) is not None and turns(run):
+        return section_by_crank(run, asked.angle, after=asked.after)
+    return section_by_time(run, asked.rhythm.lap, asked.angle / (2 * pi) % 1, after=asked.after)
+
+
+def vibration(result: Result, after: float = 0.0) -> Vibration:
+    """Spectra of the watched point's motion, from `after` (s) on."""
+    point, time = watched_point(result.scene), common_times(result, result)
+    time = time[time >= after]
+    off = perturbation(result, point, time)
+    ideal = off is not None
+    if off is None:
+        [seen] = paths(result, [point])
+        off = between_samples(seen.time, seen.position, seen.velocity, time)
+    x, y = (spectrum(time, column) for column in off.T)
+    return Vibration(x, y, ideal)
