@@ -76,6 +76,13 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
     from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
+    from exudyn_flexlink.api.stability import (
+        Branches,
+        Stability,
+        bifurcation,
+        lyapunov,
+        stability_of,
+    )
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
@@ -87,28 +94,34 @@ if TYPE_CHECKING:
 __all__ = [
     "Animation",
     "CannotStartError",
+    "Branches",
     "Comparison",
     "NotRepresentableError",
     "Result",
     "Scene",
     "SceneError",
     "Simulate",
+    "Stability",
     "StorageError",
     "SweepTable",
     "__version__",
+    "bifurcation",
     "compare",
     "idealise",
     "load",
     "load_scene",
     "load_sweep",
+    "lyapunov",
     "model_names",
     "simulate",
+    "stability_of",
     "standard_row",
     "sweep",
 ]
 
 _HOMES = {
     "Animation": "api.animations",
+    "Branches": "api.stability",
     "CannotStartError": "sweeps",
     "Comparison": "api.comparisons",
     "NotRepresentableError": "engines",
@@ -116,15 +129,19 @@ _HOMES = {
     "Scene": "api.scenes",
     "SceneError": "source",
     "Simulate": "api.sweeps",
+    "Stability": "api.stability",
     "StorageError": "storage",
     "SweepTable": "api.sweeps",
+    "bifurcation": "api.stability",
     "compare": "api.comparisons",
     "idealise": "api.scenes",
     "load": "api.results",
     "load_scene": "api.scenes",
     "load_sweep": "api.sweeps",
+    "lyapunov": "api.stability",
     "model_names": "shipped",
     "simulate": "api.results",
+    "stability_of": "api.stability",
     "standard_row": "sweeps",
     "sweep": "api.sweeps",
 }

@@ -12,14 +12,23 @@ from typing import TYPE_CHECKING
 from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import Plots
-from exudyn_flexlink.api.scenes import own_scene
+from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.showing import page_of_run
 from exudyn_flexlink.api.tables import data_frame, data_set
+from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables import LeverResponse, PointPath, Strike
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Result as PlainResult
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.stability import (
+    LapDistances,
+    Section,
+    Vibration,
+    lap_distances,
+    rhythm_of,
+    section_by_crank,
+    vibration,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -77,6 +86,48 @@ class Result(PlainResult):
         if name not in known:
             raise ValueError(f"nothing touches in '{name}'; there are: {_names(known)}")
         return known[name]
+
+    def continued(self, at: float | None = None) -> Scene:
+        """Return the scene that goes on from this run's sample next to `at` (s), or from its end.
+
+        It runs as long as this one did, by its own clock: ``with_({"run.turns": 1})`` says
+        otherwise. A run can't go on from an instant at which something presses.
+
+        Raises:
+            CannotContinueError: something presses then; the text says when nothing does.
+
+        """
+        return own_scene(continued(self, at))
+
+    def poincare(self, angle: float = 0.0, point: str | None = None, after: float = 0.0) -> Section:
+        """Return where a point is, and how fast, whenever the crank passes an angle (rad).
+
+        The point is the watched one if left out; from `after` (s) on.
+
+        Raises:
+            ValueError: the scene has no crank, or no such point.
+
+        """
+        return section_by_crank(self, angle, point, after)
+
+    def lap_distances(
+        self, lap: float | None = None, point: str | None = None, after: float = 0.0
+    ) -> LapDistances:
+        """Return how far a point is in each lap from where it was one to eight laps before.
+
+        A lap takes `lap` (s), or as long as a drive of one speed takes for a turn. Up to the
+        horizon of the run (`error`) that tells of the motion, after it of the solver, too.
+
+        Raises:
+            NoRhythmError: nothing tells what a lap is.
+            ValueError: the scene has no such point.
+
+        """
+        return lap_distances(self, rhythm_of(self.scene, lap).lap, point, after)
+
+    def vibration(self, after: float = 0.0) -> Vibration:
+        """Return spectra of what the watched point is off its ideal place, from `after` (s) on."""
+        return vibration(self, after)
 
     def to_dataframe(self, name: str) -> DataFrame:
         """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.

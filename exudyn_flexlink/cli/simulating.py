@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -204,15 +206,29 @@ def run(
 
     """
     from exudyn_flexlink import engines
-    from exudyn_flexlink.source import Mistake, SceneError
 
-    try:
+    with refusals(scene, engine, options):
         compiles = "none" if options.quiet else engines.compiles(scene, engine)
         if compiles != "none":
             complain(f"hint: {COMPILING[compiles]}")
         before = "" if compiles == "none" else "compiling"
         with progress_bar(options.quiet, what, before) as progress, ends_runs():
             return engines.simulate(scene, engine, progress, measure=False, retries=retries)
+
+
+@contextmanager
+def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
+    """Show what an engine refuses of a scene where it stands in the file.
+
+    Raises:
+        SceneError: the engine can't represent what the scene asks for.
+
+    """
+    from exudyn_flexlink import engines
+    from exudyn_flexlink.source import Mistake, SceneError
+
+    try:
+        yield
     except engines.NotRepresentableError as error:
         asked = options.impact is not None and error.path[2:] == ("law",)
         why = f"; '--impact {options.impact}' asks for it" if asked else ""

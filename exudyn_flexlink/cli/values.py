@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from math import inf, isfinite
+from math import inf, isfinite, radians
 from pathlib import Path
 
 from exudyn_flexlink.cli.terminal import complain, how_called
@@ -60,6 +60,17 @@ def count(text: str) -> int:
 
 
 count.__name__ = "number"
+
+
+def degrees(text: str) -> float:
+    """Read an angle in degrees; return it in rad."""
+    value = radians(float(text))
+    if not isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+degrees.__name__ = "angle in degrees"
 
 
 def at_least_one(text: str) -> int:

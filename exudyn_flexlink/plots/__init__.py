@@ -16,6 +16,7 @@ from exudyn_flexlink.plots.motion import coordinates, polar
 from exudyn_flexlink.plots.response import lever
 from exudyn_flexlink.plots.saving import FORMATS, figure_bytes, is_figure, save_figure
 from exudyn_flexlink.plots.sleeve import guide_contact
+from exudyn_flexlink.plots.stability import bifurcation, stability
 from exudyn_flexlink.plots.start import start
 from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.plots.sweep import sweep
@@ -29,6 +30,7 @@ __all__ = [
     "SCREEN",
     "STYLES",
     "Style",
+    "bifurcation",
     "comparison",
     "coordinates",
     "differences",
@@ -43,6 +45,7 @@ __all__ = [
     "polar",
     "save_figure",
     "save_figures",
+    "stability",
     "start",
     "styled",
     "sweep",

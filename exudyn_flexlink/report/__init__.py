@@ -21,6 +21,7 @@ from exudyn_flexlink.report.strikes import response_table, strike_table
 from exudyn_flexlink.report.sweep import sweep_text
 from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import listed, number
+from exudyn_flexlink.report.stability import exponent_text, stability_text
 from exudyn_flexlink.report.verification import (
     verification_data,
     verification_markdown,
@@ -38,6 +39,7 @@ __all__ = [
     "error_table",
     "estimated_steps",
     "excess_text",
+    "exponent_text",
     "failure_text",
     "guide_facts",
     "guide_table",
@@ -57,6 +59,7 @@ __all__ = [
     "strike_table",
     "sweep_text",
     "touch_table",
+    "stability_text",
     "verification_data",
     "verification_markdown",
     "verification_text",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, pi
+from math import ceil, inf, pi
 
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import extent, least_tolerance
+from exudyn_flexlink.mechanism import build_mechanism, end_of_run, extent, least_tolerance
 from exudyn_flexlink.observables import (
     Spectrum,
     between_samples,
@@ -22,8 +22,9 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
-from exudyn_flexlink.stability.exponent import Exponent
+from exudyn_flexlink.stability.exponent import FEWEST, SETTLE, Exponent, TooShortError
 from exudyn_flexlink.stability.laps import (
+    ALIKE,
     PHASES,
     LapDistances,
     Repeating,
@@ -86,11 +87,16 @@ class Stability:
         return float(self.run.scene.accuracy.tolerance or inf)
 
     @property
+    def limit(self) -> float:
+        """How far places of a section are apart (m) that count as two."""
+        return max(parting_limit(self.run), ALIKE * self.tolerance)
+
+    @property
     def told(self) -> str:
         """What the motion does, in words."""
         if self.exponent.sign > 0:
-            return "neighbours part: the motion never repeats itself"
-        return "too few laps are known" if self.repeating is None else self.repeating.told
+            return "it never repeats itself, as neighbours part"
+        return "too few laps are known" if self.repeating is None else f"it {self.repeating.told}"
 
 
 def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None) -> Scene:
@@ -119,6 +125,11 @@ class Asked:
     twice: bool = False
 
 
+def least_time(rhythm: Rhythm) -> float:
+    """Shortest time (s) after the motion has settled that tells an exponent."""
+    return (FEWEST / (1 - SETTLE) + 1) * rhythm.cycle
+
+
 def study(
     scene: Scene,
     simulate: Simulate,
@@ -133,6 +144,10 @@ def study(
 
     """
     rhythm, after = asked.rhythm, asked.after
+    whole = end_of_run(scene, build_mechanism(scene)) - after
+    if whole < least_time(rhythm) * (1 - 1e-9):
+        least = ceil((after + least_time(rhythm)) / rhythm.lap - 1e-9)
+        raise TooShortError(f"too few laps to tell an exponent: at least {least}")
     parts = 2 if asked.twice else 1
     run = _whole(simulate, scene)
     exponent = exponent_of(run, simulate, rhythm, after, _part(progress, 0, parts))

@@ -8,7 +8,8 @@ from pathlib import Path
 PROGRAM = "exudyn-flexlink"
 FORMAT = 6
 SUMMARY, ARRAYS = "summary.json", "result.nc"
-COMPARISON, ACCURACY, SWEEP = "comparison.json", "accuracy.json", "sweep.json"
+COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
+STABILITY, SWEEP = "stability.json", "sweep.json"
 MANIFEST = "manifest.json"
 
 

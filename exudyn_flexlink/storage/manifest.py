@@ -21,6 +21,7 @@ from exudyn_flexlink.storage.errors import (
     COMPARISON,
     MANIFEST,
     PROGRAM,
+    STABILITY,
     SUMMARY,
     SWEEP,
 )
@@ -154,6 +155,8 @@ def _content(folder: Path) -> tuple[str, str, bool]:
     if is_regular(folder / SWEEP):
         data = _json(folder / SWEEP)
         return "sweep", data["title"], data["completed"]
+    if is_regular(folder / STABILITY):
+        return "stability", _json(folder / STABILITY)["title"], True
     return "figures", "", False
 
 

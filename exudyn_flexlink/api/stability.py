@@ -1,0 +1,172 @@
+"""How stable a motion is, as a notebook asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from exudyn_flexlink import engines, storage
+from exudyn_flexlink.api.figures import style_of
+from exudyn_flexlink.api.scenes import Scene, own_scene
+from exudyn_flexlink.api.showing import page
+from exudyn_flexlink.report import exponent_text, stability_text
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Run
+from exudyn_flexlink.scene import Scene as PlainScene
+from exudyn_flexlink.stability import (
+    Asked,
+    Exponent,
+    long_scene,
+    rhythm_of,
+    section_by_crank,
+    section_by_time,
+    study,
+)
+from exudyn_flexlink.stability import Branches as PlainBranches
+from exudyn_flexlink.stability import Stability as PlainStability
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LAPS, AFTER = 24, 4
+"""Laps of a study, and those of them in which the motion settles."""
+
+
+@dataclass(frozen=True, repr=False)
+class Stability(PlainStability):
+    """What one run of many laps, and its neighbours, tell of a motion; SI units throughout."""
+
+    def plot(self, style: str = "screen") -> Figure:
+        """Draw growth of neighbours, laps against earlier ones, section and spectrum.
+
+        Raises:
+            ValueError: there is no such style.
+
+        """
+        from exudyn_flexlink import plots
+
+        return plots.stability(self, style=style_of(style))
+
+    def summary(self) -> str:
+        """Return what the command line tells."""
+        return stability_text(self)
+
+    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
+        """Write ``stability.json`` and tables into a folder; return the folder.
+
+        Raises:
+            StorageError: the folder can't be written, or holds what is no study.
+
+        """
+        with storage.staged_folder(Path(folder), force=force) as staged:
+            storage.save_stability(self, self.summary(), staged)
+        return Path(folder)
+
+    def __repr__(self) -> str:
+        """Return one line: the exponent, and what the motion does."""
+        return f"<Stability of {self.point}: {exponent_text(self.exponent)}; {self.told}>"
+
+    def _repr_html_(self) -> str:
+        return page(self.run.scene.title, self.summary(), self.plot())
+
+
+@dataclass(frozen=True, repr=False)
+class Branches(PlainBranches):
+    """Sections of runs in which one value is varied: a bifurcation diagram."""
+
+    def plot(self, axis: str = "y", style: str = "screen") -> Figure:
+        """Draw the place of the point once a lap, x or y, over the value.
+
+        Raises:
+            ValueError: there is no such style or axis.
+
+        """
+        from exudyn_flexlink import plots
+
+        return plots.bifurcation(self, axis=axis, style=style_of(style))
+
+    def __repr__(self) -> str:
+        """Return one line: what is varied, and in how many runs."""
+        return f"<Branches over {self.path}: {len(self.values)} values>"
+
+
+def stability_of(
+    scene: PlainScene,
+    engine: str = "exudyn",
+    *,
+    laps: int = LAPS,
+    after: float = AFTER,
+    lap: float | None = None,
+    angle: float = 0.0,
+    tolerance: float | None = None,
+    twice: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Stability:
+    """Measure how stable a scene's motion is, over so many laps, those `after` the first few.
+
+    A lap is a turn of the joint that a drive turns at one speed, or takes `lap` (s); ``run`` of the
+    scene does not count. The section is at the crank angle `angle` (rad). The tolerance (m) is by
+    default fine enough for neighbours well above it; with `twice` the exponent is made again at a
+    tenth of it.
+
+    Raises:
+        NoRhythmError: nothing tells what a lap is.
+        NotRepresentableError: the engine can't represent a part of the scene.
+        StoppedError: a run stopped before its end.
+        TooShortError: there are too few laps.
+
+    """
+    rhythm = rhythm_of(scene, lap)
+    asked = Asked(rhythm, after * rhythm.lap, angle, twice)
+    found = study(long_scene(scene, rhythm, laps, tolerance), _by(engine), asked, progress)
+    return Stability(**{field.name: getattr(found, field.name) for field in fields(found)})
+
+
+def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> Exponent:
+    """Largest Lyapunov exponent (1/s) of a scene's motion; `more` is as of `stability_of`."""
+    return stability_of(scene, engine, **more).exponent
+
+
+def bifurcation(
+    scene: Scene,
+    path: str,
+    values: Iterable[float],
+    engine: str = "exudyn",
+    *,
+    laps: int = LAPS,
+    after: float = AFTER,
+    lap: float | None = None,
+    angle: float = 0.0,
+) -> Branches:
+    """Look at the watched point once a lap, for values (SI) of what `path` names in the scene.
+
+    Each value starts anew, from the scene's own start. Where a drive's speed is varied, laps are of
+    that speed.
+
+    Raises:
+        NoRhythmError: nothing tells what a lap is.
+        SceneError: the path leads nowhere, or a value can't be.
+
+    """
+    numbers, sections = np.array(list(values), dtype=float), []
+    for value in numbers.tolist():
+        each = scene.with_({path: value})
+        rhythm = rhythm_of(each, lap)
+        each = own_scene(each.changed(run=Run(duration=laps * rhythm.lap)))
+        run = _by(engine)(each)
+        begin = after * rhythm.lap
+        sections.append(
+            section_by_crank(run, angle, after=begin)
+            if lap is None
+            else section_by_time(run, rhythm.lap, after=begin)
+        )
+    return Branches(path, numbers, sections)
+
+
+def _by(engine: str) -> Callable[[PlainScene], Result]:
+    return lambda scene: engines.simulate(scene, engine, measure=False)

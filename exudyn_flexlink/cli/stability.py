@@ -1,0 +1,117 @@
+"""The command `stability`: does a motion repeat itself, do neighbours part, and how fast."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
+from exudyn_flexlink.cli.figures import Look, drawn, look_of
+from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.simulating import (
+    LAGRANGIAN_ALONE,
+    asks_for_lagrangian,
+    hint_at_numba,
+    read_scene,
+    refusals,
+)
+from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    complain,
+    progress_bar,
+    tell,
+)
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.result import Result
+    from exudyn_flexlink.scene import Scene
+    from exudyn_flexlink.stability import Stability
+
+LAPS, AFTER = 24, 4
+"""Laps of a study, and those of them in which the motion settles."""
+UNTOLD = "interrupted before the exponent was known; nothing was written"
+
+
+def stability_command(options: argparse.Namespace) -> int:
+    """Study a model's motion, write and print how stable it is; returns the exit code."""
+    from exudyn_flexlink.loading import ImpossibleLengthError, require_length
+    from exudyn_flexlink.source import SceneError
+    from exudyn_flexlink.stability import NoRhythmError, StoppedError, TooShortError
+    from exudyn_flexlink.storage import StorageError
+
+    place = place_of(options, "-stability")
+    if options.engine == "exudyn" and asks_for_lagrangian(options):
+        return complain(LAGRANGIAN_ALONE, BAD_INPUT)
+    try:
+        scene = read_scene(options, options.impact)
+        require_length("--tolerance", options.tolerance, scene)
+        hint_at_numba(options.engine, options)
+        # The folder is staged first: one that can't be written is no news for the end of a study.
+        with place.written(force=options.force) as folder:
+            found = _studied(scene, options)
+            code = _write(found, folder, options)
+    except (NoRhythmError, TooShortError) as error:
+        return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
+    except (SceneError, StorageError, ImpossibleLengthError) as error:
+        return complain(str(error), BAD_INPUT)
+    except (StoppedError, KeyboardInterrupt) as error:
+        stopped = isinstance(error, StoppedError)
+        return complain(str(error) if stopped else UNTOLD, FAILED if stopped else INTERRUPTED)
+    return place.tell(_tell(found, place, options, place.code(code)))
+
+
+def _advice(error: Exception, options: argparse.Namespace) -> str:
+    from exudyn_flexlink.stability import TooShortError
+
+    if isinstance(error, TooShortError):
+        return f"hint: more than '--laps {options.laps}', or less than '--after {options.after}'"
+    return "hint: '--lap SECONDS'"
+
+
+def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
+    from exudyn_flexlink import engines
+    from exudyn_flexlink.stability import Asked, long_scene, rhythm_of, study
+
+    rhythm = rhythm_of(scene, options.lap)
+    asked = Asked(rhythm, options.after * rhythm.lap, options.at, options.twice)
+    whole = long_scene(scene, rhythm, options.laps, options.tolerance)
+
+    def simulate(each: Scene) -> Result:
+        return engines.simulate(each, options.engine, measure=False)
+
+    with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
+        return study(whole, simulate, asked, bar)
+
+
+def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
+    """Write numbers, which Ctrl-C does not hinder, then the figure; returns the exit code."""
+    from exudyn_flexlink.report import stability_text
+    from exudyn_flexlink.storage import save_stability
+
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
+        save_stability(found, stability_text(found), folder)
+    if ctrl_c.pending or options.no_plots:
+        return INTERRUPTED if ctrl_c.pending else DONE
+    return drawn(folder, lambda: _draw(found, folder, look_of(options)))
+
+
+def _draw(found: Stability, folder: Path, look: Look) -> None:
+    from exudyn_flexlink.plots import stability
+
+    look.save(stability, found, folder, "stability")
+
+
+def _tell(found: Stability, place: Place, options: argparse.Namespace, code: int) -> int:
+    from exudyn_flexlink.report import stability_text
+
+    if not options.quiet:
+        tell(stability_text(found))
+        tell(f"\n{place.told}")
+    if code == INTERRUPTED:
+        return complain("interrupted: the study is whole", INTERRUPTED)
+    return code
