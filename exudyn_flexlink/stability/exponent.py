@@ -22,7 +22,8 @@ Flow = Callable[[FloatArray, float, float], FloatArray]
 """State (n,) at a time, from a state (n,) at an earlier time (s)."""
 
 SETTLE = 0.25  # of the time: until the neighbour lies in the direction that grows most
-FEWEST = 4  # batches: by fewer their scatter is hardly known
+FEWEST = 4  # batches: by fewer their scatter is hardly known,
+ENOUGH = 8  # and if there are more than twice as many, they may as well be longer
 SURE = 0.95  # of the cases the exponent is within its uncertainty
 
 
@@ -161,7 +162,7 @@ def batches(times: FloatArray, batch: float) -> tuple[int, NDArray[np.intp]]:
     """First stretch that counts, and the instants (batches + 1,) between which batches lie.
 
     The last end of batches is that of the times; from there they are counted back, so that what
-    is left over belongs to what does not count.
+    is left over belongs to what does not count. Each is a multiple of `batch` (s).
 
     Raises:
         TooShortError: there are fewer than `FEWEST`.
@@ -174,7 +175,8 @@ def batches(times: FloatArray, batch: float) -> tuple[int, NDArray[np.intp]]:
             f"{whole:.4g} s tell no exponent with its uncertainty: it needs {FEWEST} batches of "
             f"{batch:.4g} s, and a third of that before, {FEWEST * batch / (1 - SETTLE):.4g} s"
         )
-    wanted = times[-1] - batch * np.arange(count, -1, -1)
+    longer = max(1, count // ENOUGH)
+    wanted = times[-1] - longer * batch * np.arange(count // longer, -1, -1)
     edges = np.abs(times[:, None] - wanted).argmin(axis=0)
     return int(edges[0]), edges
 

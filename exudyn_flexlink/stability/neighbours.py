@@ -35,7 +35,7 @@ Simulate = Callable[[Scene], Result]
 STRETCHES = 4  # in a lap: a few, so that neighbours that approach do not vanish in rounding
 ABOVE_ERROR = 1e3  # times the tolerance: how far neighbours are apart, well above its errors
 MOST = 1e-3  # of the parts' reach: neighbours no farther apart, as they stand for infinitely near
-EDGE = 0.05  # of a span free of contact: neighbours touch a little before or after it
+EDGE = 0.01  # of a stretch: so far from any touch
 NEAR = 0.25  # of a stretch: an instant farther from where one is wanted is left out
 
 
@@ -84,17 +84,19 @@ def exponent_of(
 def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
     """Instants (s) about a stretch (s) apart, from `after` on, at which nothing presses.
 
-    Each is a sample in the middle of a span that is free of contact, so that neighbours are free
-    there, too.
+    Each is a sample well inside a span that is free of contact, so that neighbours, which touch a
+    little earlier or later, are free there, too.
 
     Raises:
         TooShortError: there are none.
 
     """
     spans = free_spans(result)
-    inner = spans + EDGE * np.diff(spans, axis=1) * np.array([1.0, -1.0])
+    inner = spans + EDGE * stretch * np.array([1.0, -1.0])
+    inner = inner[inner[:, 1] > inner[:, 0]]
     k = np.searchsorted(inner[:, 0], result.time, side="right") - 1
-    free = result.time[(k >= 0) & (result.time <= inner[np.maximum(k, 0), 1])]
+    ends = np.append(-np.inf, inner[:, 1])
+    free = result.time[result.time <= ends[k + 1]]
     free = free[free >= after]
     wanted = np.arange(after, float(result.time[-1]) + stretch / 2, stretch)
     if not len(free):

@@ -1,0 +1,181 @@
+"""A run goes on from a state of another: the two together are as one run that was never stopped."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_physics_tools import MODELS, STEEL, scene
+
+from exudyn_flexlink.continuing import CannotContinueError, continued, free_spans, moved, state_at
+from exudyn_flexlink.effects import idealise
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.scene import Run
+from exudyn_flexlink.source import SceneError, parse_document
+
+ENGINES = [("lagrangian", ()), ("exudyn", ()), ("exudyn", ("solver.formulation=redundant",))]
+BOTH = pytest.mark.parametrize(
+    ("engine", "settings"), ENGINES, ids=["lagrangian", "minimal", "redundant"]
+)
+
+
+def rest_of(result, at, **more):
+    """Run the rest of a run again, from a state of it."""
+    begun = continued(result, at)
+    left = float(result.time[-1]) - (begun.initial.clock - result.scene.initial.clock)
+    again = simulate(begun.changed(run=Run(duration=left), **more), result.engine, measure=False)
+    assert again.outcome.completed, again.outcome
+    return again
+
+
+def apart(result, again):
+    """Largest difference of the last poses, m or rad."""
+    return float(np.abs(result.poses[-1] - again.poses[-1]).max())
+
+
+@BOTH
+def test_the_papers_mechanism_goes_on_in_its_second_lap(engine, settings):
+    """P is on the egg then, and not on the ellipse; the lever still rings from its strike."""
+    small = ("run.turns=1.2", "bodies.link.rods=3", "accuracy.tolerance=1e-6")
+    model = load_scene(MODELS / "no_clearance.yaml", (*small, *settings))
+    whole = simulate(model, engine, measure=False)
+    again = rest_of(whole, 0.65)
+    assert again.scene.initial.laps == {"pin": 2}
+    assert again.laps == ()
+    # Redundant coordinates only aim at the tolerance: their steps are of order 2.
+    assert apart(whole, again) < (2e-5 if settings else 2e-6)
+    assert np.abs(again.poses[0] - whole.poses[np.abs(whole.time - 0.65).argmin()]).max() < 1e-12
+
+
+def test_a_link_with_clearance_goes_on_between_two_touches():
+    settings = ("run.turns=0.5", "accuracy.tolerance=1e-9", "bodies.link.rods=4")
+    whole = simulate(load_scene(MODELS / "clearance.yaml", settings), "lagrangian", measure=False)
+    touches = whole.intervals["sleeve"]
+    free = next(span for span in free_spans(whole) if span[0] > 0.1)
+    assert apart(whole, rest_of(whole, free.mean())) < 1e-7
+    longest = int(np.argmax(touches.until(float(whole.time[-1])) - touches.begin))
+    pressed = (touches.begin + touches.until(float(whole.time[-1])))[longest] / 2
+    with pytest.raises(CannotContinueError, match=r"'sleeve' presses at .* nothing does from "):
+        continued(whole, pressed)
+
+
+DRIVEN = """
+bodies:
+  rod: {type: rod, length: 0.4, material: steel, section: {width: 20 mm, thickness: 5 mm}}
+  slider: {type: rigid, mass: 1, inertia: 0.1, points: {p: [0, 0]}}
+joints:
+  pivot: {type: revolute, points: [ground, rod.start], at: [0, 0]}
+  rail: {type: prismatic, points: [ground, slider.p], at: [0.5, 0], axis: [1, 0]}
+springs:
+  twist: {type: torsional, joint: pivot, stiffness: 3, damping: 0.05}
+  pull: {type: linear, joint: rail, stiffness: 40}
+  band: {type: linear, points: [rod.end, slider.p], stiffness: 20}
+drives:
+  push: {type: torque, joint: pivot, value: "where(t < 0.9, 2*sin(5*t), 1.5)"}
+  shove: {type: force, point: slider.p, value: [{points: [[0, 0], [0.7, 4], [3, -4]], rule: linear}, 0]}
+gravity: 9.81
+initial: {angles: {rod: 0.3}, speeds: {rod: 1}}
+run: {duration: 1.5}
+accuracy: {tolerance: 1.0e-9}
+"""  # noqa: E501
+
+
+@pytest.mark.parametrize("settings", [(), ("solver.formulation=redundant",)])
+def test_drives_go_on_by_their_clock_and_springs_rest_as_they_did(settings):
+    settings = (*settings, "accuracy.tolerance=1e-6") if settings else ()
+    whole = simulate(scene(STEEL + DRIVEN, *settings), measure=False)
+    again = rest_of(whole, 0.4)
+    assert again.scene.springs["twist"].rest_angle == pytest.approx(0.3)
+    assert again.scene.springs["pull"].length == pytest.approx(0.0, abs=1e-12)
+    assert apart(whole, again) < (2e-4 if settings else 1e-8)
+    third = rest_of(again, 0.3)
+    assert third.scene.initial.clock == pytest.approx(0.7, abs=1e-3)
+    assert apart(whole, third) < (2e-4 if settings else 1e-8)
+
+
+MOTION = """
+bodies:
+  rod: {type: rod, length: 0.4, material: steel, section: {width: 20 mm, thickness: 5 mm}}
+  bob: {type: rod, length: 0.3, material: steel, section: {width: 20 mm, thickness: 5 mm}}
+joints:
+  pivot: {type: revolute, points: [ground, rod.start], at: [0, 0]}
+  elbow: {type: revolute, points: [rod.end, bob.start]}
+drives: {swing: {type: motion, joint: pivot, value: 0.5*sin(3*t)}}
+gravity: 9.81
+run: {duration: 1.2}
+accuracy: {tolerance: 1.0e-9}
+"""
+
+
+def test_a_motion_goes_on_where_it_was():
+    whole = simulate(scene(STEEL + MOTION), measure=False)
+    assert apart(whole, rest_of(whole, 0.5)) < 1e-8
+
+
+def test_a_scene_that_goes_on_is_written_and_read():
+    whole = simulate(scene(STEEL + MOTION), measure=False)
+    begun = continued(whole)
+    text = repr(begun.to_data()).replace("True", "true").replace("False", "false")
+    assert scene_of(parse_document(text, "again.yaml")) == begun
+
+
+def test_a_neighbour_moves_as_joints_and_drives_allow():
+    """Each part is moved by 1e-4; what is left closes the elbow and is not ahead of 'swing'."""
+    whole = simulate(scene(STEEL + MOTION), measure=False)
+    begun = continued(whole, 0.5)
+    off = 1e-4 * np.random.default_rng(2).standard_normal((2, 6))
+    near = assemble_scene(moved(begun, state_at(whole, begun.initial.clock) + off)).state
+    here = assemble_scene(begun).state
+    assert near.q[0] == pytest.approx(here.q[0], abs=1e-12)
+    assert 1e-6 < abs(near.q[1, 2] - here.q[1, 2]) < 1e-3
+    assert 1e-6 < abs(near.v[1, 2] - here.v[1, 2]) < 1e-3
+
+
+def test_what_a_scene_can_not_go_on_with():
+    text = (
+        MOTION
+        + """
+initial:
+  states:
+    rod: [[0, 0, 0, 0, 0, 0]]
+    rob: [[0.4, 0, 0, 0, 0, 0]]
+  speeds: {bob: 1}
+  laps: {elbow: 2, pin: 1}
+"""
+    )
+    with pytest.raises(SceneError) as refused:
+        scene(STEEL + text)
+    told = str(refused.value)
+    assert "initial.speeds: follow from 'states', which give everything" in told
+    text = text.replace("  speeds: {bob: 1}\n", "")
+    with pytest.raises(SceneError) as refused:
+        scene(STEEL + text)
+    told = str(refused.value)
+    for part in (
+        "unknown body 'rob'",
+        "initial.states: missing 'bob'",
+        "initial.laps.elbow: 'elbow' is no slot",
+        "unknown joint 'pin'",
+    ):
+        assert part in told
+
+
+def test_states_are_of_as_many_parts_as_there_are():
+    model = load_scene(MODELS / "smooth.yaml", ("run.turns=0.1", "bodies.link.rods=3"))
+    begun = continued(simulate(model, "lagrangian"))
+    with pytest.raises(SceneError, match="'link' has 1 parts, not 3"):
+        simulate(idealise(begun, ["flexibility"]))
+
+
+def test_no_run_begins_within_a_ramp():
+    settings = ("run.turns=0.3", "bodies.link.rods=2", "drives.motor.ramp=0.1 s")
+    whole = simulate(load_scene(MODELS / "smooth.yaml", settings), "lagrangian")
+    with pytest.raises(SceneError, match=r"the drive 'motor' comes up to its value until 0\.1 s"):
+        continued(whole, 0.05)
+    assert apart(whole, rest_of(whole, 0.15)) < 1e-4
+
+
+def test_effects_keep_the_clock():
+    begun = scene(STEEL + DRIVEN, "initial.clock=0.5 s")
+    assert idealise(begun, ["damping"]).initial.clock == 0.5
+    assert replace(assemble_scene(begun)).mechanism.knots(1.0) == pytest.approx([0.2, 0.4])

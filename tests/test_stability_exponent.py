@@ -1,0 +1,224 @@
+"""The largest Lyapunov exponent: of flows in closed form, of Lorenz, of mechanisms."""
+
+from math import cos, log, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from test_physics_tools import STEEL, scene
+
+from exudyn_flexlink import engines
+from exudyn_flexlink.stability import (
+    Asked,
+    Neighbours,
+    Rhythm,
+    TooShortError,
+    largest_exponent,
+    long_scene,
+    study,
+    trajectory,
+)
+from exudyn_flexlink.stability.neighbours import restarts, scales
+
+LORENZ = 0.9056
+"""1/s, of sigma 10, rho 28, beta 8/3: J. C. Sprott, Chaos and Time-Series Analysis, 2003."""
+G = 9.81
+
+
+def exact(rates):
+    """Flow of ``x' = rate x``, coordinate by coordinate, turned so that directions mix."""
+    turn = np.linalg.qr(np.random.default_rng(1).standard_normal((len(rates), len(rates))))[0]
+    return lambda x, a, b: turn @ (np.exp(np.array(rates) * (b - a)) * (turn.T @ x))
+
+
+def exponent(flow, start, times, distance=1e-6, batch=None, **more):
+    motion = trajectory(flow, np.array(start, float), times)
+    whole = float(times[-1] - times[0])
+    return largest_exponent(flow, motion, Neighbours(distance, batch or whole / 12, **more))
+
+
+@pytest.mark.parametrize("rates", [(0.7, -0.2, -3.0), (-0.4, -3.0), (0.0, -2.5)])
+def test_a_linear_flow_has_its_largest_rate(rates):
+    """Other directions are gone by a factor exp(-2 * 10) or more when growth begins to count."""
+    found = exponent(exact(rates), np.zeros(len(rates)), np.arange(0.0, 40.5, 0.5))
+    assert found.value == pytest.approx(rates[0], abs=1e-6)
+    assert found.uncertainty < 1e-6
+    assert found.noise == 0
+
+
+def test_scales_change_distances_and_not_the_exponent():
+    flow, times = exact((0.5, -1.0)), np.arange(0.0, 40.5, 0.5)
+    found = exponent(flow, [0, 0], times, scales=np.array([1.0, 1e3]))
+    assert found.value == pytest.approx(0.5, abs=1e-6)
+
+
+def test_lorenz_within_its_uncertainty():
+    """`scripts/published_exponents.py` makes it within 5 %, of a longer motion."""
+
+    def rate(_, x):
+        return [10 * (x[1] - x[0]), x[0] * (28 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2]]
+
+    def flow(x, a, b):
+        return solve_ivp(rate, (a, b), x, method="DOP853", rtol=1e-8, atol=1e-8).y[:, -1]
+
+    begin = flow(np.array([1.0, 1.0, 20.0]), 0.0, 20.0)
+    found = exponent(flow, begin, np.arange(0.0, 80.5, 0.5))
+    assert abs(found.value - LORENZ) < found.uncertainty
+    assert found.sign == 1
+
+
+def test_the_error_of_a_solver_shows_as_noise():
+    """A solver off by 1e-9 in each stretch moves the rate by that over the neighbours' distance."""
+    times, off = np.arange(0.0, 40.5, 0.5), np.random.default_rng(0)
+    flow = exact((0.0, -1.0))
+
+    def solved(x, a, b):
+        return flow(x, a, b) + 1e-9 * np.array([off.uniform(), 0.0])
+
+    found = exponent(solved, [0, 0], times, distance=1e-6)
+    assert 0.1e-3 < found.noise < 2e-3
+    assert abs(found.value) < found.noise
+    coarse = exponent(solved, [0, 0], times, distance=1e-8)
+    assert coarse.by_solver or coarse.noise > 20 * found.noise
+
+
+def test_too_few_batches_are_told():
+    with pytest.raises(TooShortError, match=r"it needs 4 batches of 3 s"):
+        exponent(exact((0.1, -1.0)), [0, 0], np.arange(0.0, 10.5, 0.5), batch=3.0)
+
+
+def test_what_a_horizon_is():
+    """An error grows tenfold every ln 10 / rate."""
+    found = exponent(exact((2.0, -1.0)), [0, 0], np.arange(0.0, 40.5, 0.5))
+    assert found.horizon(1e-9, 1e-3) == pytest.approx(6 * log(10) / 2, rel=1e-6)
+    assert found.horizon(1e-2, 1e-3) == 0.0
+
+
+# --- mechanisms -----------------------------------------------------------------------------
+
+ROD = """
+bodies:
+  rod: {type: rod, length: 0.6, material: steel, section: {width: 20 mm, thickness: 5 mm}}
+joints: {pivot: {type: revolute, points: [ground, rod.start], at: [0, 0]}}
+gravity: 9.81
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-9}
+"""
+DAMPER = "springs: {d: {type: torsional, joint: pivot, damping: 0.3}}\n"
+UPRIGHT, HANGING = "initial: {angles: {rod: 90 deg}}\n", "initial: {angles: {rod: -90 deg}}\n"
+
+
+def by(engine):
+    return lambda each: engines.simulate(each, engine, measure=False)
+
+
+def studied(text, rhythm, laps, *settings, after=1.0, engine="exudyn"):
+    whole = long_scene(scene(STEEL + text, *settings), rhythm, laps, 1e-9)
+    return study(whole, by(engine), Asked(rhythm, after * rhythm.lap))
+
+
+def test_an_upright_rod_falls_at_its_rate():
+    """m l^2/3 x'' = m g l/2 x: neighbours of the upright rod part at sqrt(3 g/(2 l))."""
+    rate = sqrt(3 * G / (2 * 0.6))
+    found = studied(ROD + UPRIGHT, Rhythm(0.4), 8).exponent
+    assert abs(found.value - rate) < found.uncertainty + found.noise
+    assert found.uncertainty + found.noise < 0.01 * rate
+    assert found.sign == 1
+
+
+def test_a_hanging_rod_comes_to_rest_at_its_rate():
+    """J x'' + c x' + m g l/2 x = 0: swings fade at c/(2 J)."""
+    mass = 7850 * 0.6 * 0.02 * 0.005
+    inertia = mass * 0.6**2 / 3
+    period = 2 * pi / sqrt(mass * G * 0.3 / inertia - (0.3 / (2 * inertia)) ** 2)
+    found = studied(ROD + DAMPER + HANGING, Rhythm(period), 8).exponent
+    assert abs(found.value + 0.3 / (2 * inertia)) < found.uncertainty + found.noise
+    assert found.uncertainty + found.noise < 0.01 * abs(found.value)
+    assert found.sign == -1
+
+
+E, OMEGA = 0.5, 30.0  # restitution; rad/s of the table
+GAMMA = 1.1  # acceleration of the table over g: the ball bounces once a period
+BALL = f"""
+bodies:
+  ball: {{type: rigid, mass: 1, inertia: 0.1, points: {{p: [0, 0]}}}}
+  table: {{type: rigid, mass: 1, inertia: 0.1, points: {{o: [0, 0], a: [-1, 0], b: [1, 0]}}}}
+joints:
+  fall: {{type: prismatic, points: [ground, ball.p], at: [0, 0], axis: [0, 1]}}
+  rail: {{type: prismatic, points: [ground, table.o], at: [0, 0], axis: [0, 1]}}
+drives:
+  shake: {{type: motion, joint: rail, value: {GAMMA * G / OMEGA**2}*sin({OMEGA}*t)}}
+contacts:
+  bounce:
+    type: point_on_line
+    point: ball.p
+    line: [table.a, table.b]
+    law: {{type: impulse, restitution: {E}}}
+gravity: 9.81
+initial: {{along: {{fall: HEIGHT}}, velocities: {{ball: [0, UP]}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-9}}
+"""
+
+
+def table(t):
+    return GAMMA * G / OMEGA**2 * sin(OMEGA * t)
+
+
+def speed_of_table(t):
+    return GAMMA * G / OMEGA * cos(OMEGA * t)
+
+
+def bounce(t, up):
+    """Next bounce after one at t (s) that sent the ball up: its instant, and the speed after it."""
+
+    def gap(s):
+        return table(t) + up * s - G * s * s / 2 - table(t + s)
+
+    flight = brentq(gap, 0.5 * 2 * up / G, 1.5 * 2 * up / G, xtol=1e-15)
+    at = t + flight
+    return at, (1 + E) * speed_of_table(at) - E * (up - G * flight)
+
+
+def test_a_bouncing_ball_settles_at_its_rate():
+    """Bounces once a period of the table: areas shrink by e^2 at each, neighbours by e.
+
+    The ball's map from bounce to bounce has a Jacobian of determinant e^2 (P. J. Holmes, Journal of
+    Sound and Vibration 84 (1982) 173); where its eigenvalues are complex, each has the size e.
+    """
+    period = 2 * pi / OMEGA
+    first = np.arccos((1 - E) / (1 + E) * pi / GAMMA) / OMEGA
+    up = G * period / 2
+    assert bounce(first, up) == pytest.approx((first + period, up), rel=1e-9)
+    step = 1e-6
+    ahead = [np.array(bounce(first + step, up)), np.array(bounce(first, up + step))]
+    behind = [np.array(bounce(first - step, up)), np.array(bounce(first, up - step))]
+    jacobian = np.array([(a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True)]).T
+    sizes = np.abs(np.linalg.eigvals(jacobian))
+    assert sizes == pytest.approx([E, E], rel=1e-5)
+    start = 0.4 * period  # between two bounces
+    flown = start - first
+    height = table(first) + up * flown - G * flown**2 / 2
+    text = BALL.replace("HEIGHT", repr(float(height))).replace("UP", repr(float(up - G * flown)))
+    text = text.replace("initial: {", f"initial: {{clock: {float(start)!r}, ")
+    found = studied(text, Rhythm(period), 24)
+    assert len(found.run.intervals["bounce"]) == 24
+    rate = log(E) / period
+    assert abs(found.exponent.value - rate) < found.exponent.uncertainty
+    assert found.exponent.value == pytest.approx(rate, rel=0.05)
+    assert found.repeating.laps == 1
+
+
+def test_neighbours_start_where_nothing_presses():
+    text = BALL.replace("HEIGHT", "0.05").replace("UP", "0")
+    run = by("exudyn")(long_scene(scene(STEEL + text), Rhythm(0.2), 5, 1e-9))
+    begins = run.intervals["bounce"].begin
+    assert np.diff(begins).min() < 1e-6  # at last it chatters
+    for time in restarts(run, 0.05, 0.2):
+        assert np.abs(begins - time).min() > 0.01 * 0.05
+
+
+def test_a_distance_counts_angles_by_their_reach():
+    whole = scene(STEEL + ROD + UPRIGHT)
+    assert scales(whole, 2 * pi).tolist() == pytest.approx([1, 1, 1 / 0.6, 1, 1, 1 / 0.6])
