@@ -144,6 +144,27 @@ ITEMS = (
     ),
     Item("paper", "2 min", (script("paper_figures", "--out", OUT),), PAPER),
     Item(
+        "stability",
+        "2 min",
+        (
+            (*PROGRAM, "stability", "models/no_clearance.yaml", "--engine", "lagrangian",
+             "--quiet", "--out", f"{OUT}/stability"),
+        ),  # fmt: skip
+        {"stability.png": "stability/stability.png"},
+    ),
+    Item(
+        "paper_stability",
+        "5 min",
+        (script("paper_stability"),),
+        table="tables/paper_stability.md",
+    ),
+    Item(
+        "published_exponents",
+        "10 min",
+        (script("published_exponents"),),
+        table="tables/published_exponents.md",
+    ),
+    Item(
         "clearance_statements",
         "1 min",
         (script("clearance_statements"),),

@@ -19,8 +19,8 @@ FRICTION = str(MODELS / "clearance_friction.yaml")
 RIGID = str(MODELS / "rigid.yaml")
 SPLINE = str(MODELS / "spline_track.yaml")
 COMMANDS = (
-    *("simulate", "compare", "accuracy", "sweep", "check", "plot", "animate"),
-    *("report", "new", "schema", "completion"),
+    *("simulate", "compare", "accuracy", "stability", "sweep", "check"),
+    *("plot", "animate", "report", "new", "schema", "completion"),
 )
 BARE = {**{key: os.environ.get(key, "") for key in ("PATH", "HOME")}, "PYTHONPATH": str(ROOT)}
 """An environment with nothing that hides a mistake, as PYTHONUNBUFFERED does."""

@@ -193,7 +193,7 @@ def _add_stability(commands: Any) -> None:
         exudyn-flexlink stability no_clearance --engine lagrangian
         exudyn-flexlink stability clearance --engine lagrangian --twice
         exudyn-flexlink stability clearance --engine lagrangian --set joints.sleeve.clearance=1mm
-        exudyn-flexlink stability four_bar --laps 12 --at 90""",
+        exudyn-flexlink stability slider_crank_clearance --laps 40 --at 90""",
     )
     add_model(parser)
     parser.add_argument(
