@@ -49,7 +49,7 @@ title: Ueda's oscillator as a mass on a rail
 bodies: {mass: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}}
 joints: {rail: {type: prismatic, points: [ground, mass.p], at: [0, 0], axis: [1, 0]}}
 springs: {damper: {type: linear, joint: rail, damping: 0.05}}
-drives: {push: {type: force, point: mass.p, value: [7.5*cos(t) - place(rail)^3, 0]}}
+drives: {push: {type: force, point: mass.p, value: [7.5*cos(t) - place(rail)**3, 0]}}
 initial: {along: {rail: 1}}
 run: {duration: 1}
 accuracy: {tolerance: 1.0e-8}

@@ -222,3 +222,45 @@ def test_neighbours_start_where_nothing_presses():
 def test_a_distance_counts_angles_by_their_reach():
     whole = scene(STEEL + ROD + UPRIGHT)
     assert scales(whole, 2 * pi).tolist() == pytest.approx([1, 1, 1 / 0.6, 1, 1, 1 / 0.6])
+
+
+UEDA = """
+bodies: {mass: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}}
+joints: {rail: {type: prismatic, points: [ground, mass.p], at: [0, 0], axis: [1, 0]}}
+springs: {damper: {type: linear, joint: rail, damping: 0.05}}
+drives: {push: {type: force, point: mass.p, value: [7.5*cos(t) - place(rail)**3, 0]}}
+initial: {along: {rail: 1}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def test_a_mechanism_parts_as_its_equations_do():
+    """Ueda's oscillator is a mass on a rail: every stretch of Exudyn grows as SciPy's equations.
+
+    `scripts/published_exponents.py` has the exponent itself, of both.
+    """
+    found = studied(UEDA, Rhythm(2 * pi), 8, after=0.0)
+    run, own = found.run, found.exponent
+
+    for begin, end, growth in zip(own.times[8:-1], own.times[9:], own.rates[8:], strict=True):
+        k = [int(np.abs(run.time - t).argmin()) for t in (begin, end)]
+        start = np.array([run.poses[k[0], 0, 0], run.rates[k[0], 0, 0]])
+        assert ueda(start, begin, end)[0] == pytest.approx(run.poses[k[1], 0, 0], abs=1e-6)
+        tangents = [
+            (ueda(start + off, begin, end) - ueda(start - off, begin, end)) / 2e-5
+            for off in 1e-5 * np.eye(2)
+        ]
+        sizes = np.linalg.svd(np.array(tangents), compute_uv=False)
+        most, least = np.log(sizes) / (end - begin)
+        assert least - 1e-3 < growth < most + 1e-3
+
+
+def ueda(start, begin, end):
+    """State of the oscillator at the end, from one at the begin, by SciPy."""
+
+    def rate(t, x):
+        return [x[1], -0.05 * x[1] - x[0] ** 3 + 7.5 * cos(t)]
+
+    solved = solve_ivp(rate, (begin, end), start, method="DOP853", rtol=1e-11, atol=1e-11)
+    return solved.y[:, -1]
