@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Assembly, closest, length_along, motor_place
+from exudyn_flexlink.mechanism import Assembly, closest, laps_near, length_along, motor_place
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import (
     FrozenMapping,
@@ -28,6 +28,8 @@ from exudyn_flexlink.scene import (
 )
 
 FloatArray = NDArray[np.float64]
+
+ROUNDING = 1e-12  # s, of an instant: a lap that begins as a run goes on has begun
 
 
 class CannotContinueError(ValueError):
@@ -76,7 +78,9 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
     q, _ = closest(replace(mechanism, speed_motors=driven), state[:, :3], given.laps)
     whole = np.concatenate([q, state[:, 3:]], axis=-1)
     states = {body: _rows(whole[list(own)]) for body, own in mechanism.bodies.items()}
-    return scene.changed(initial=given.model_copy(update={"states": FrozenMapping(states)}))
+    laps = laps_near(mechanism, q, assembly.state.places)
+    update = {"states": FrozenMapping(states), "laps": FrozenMapping(laps)}
+    return scene.changed(initial=given.model_copy(update=update))
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -124,7 +128,11 @@ def _laps(result: Result, time: float) -> dict[str, int]:
         curve = scene.curves[joint.curve] if isinstance(joint, SlotJoint) else None
         if not isinstance(curve, LapsSpec):
             continue
-        begun = [lap.details["lap"] for lap in result.laps if lap.name == name and lap.time <= time]
+        begun = [
+            lap.details["lap"]
+            for lap in result.laps
+            if lap.name == name and lap.time <= time + ROUNDING
+        ]
         lap = int(begun[-1]) if begun else scene.initial.laps.get(name, 1)
         found[name] = (lap - 1) % len(curve.curves) + 1
     return found

@@ -1,6 +1,7 @@
 """A run goes on from a state of another: the two together are as one run that was never stopped."""
 
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 import pytest
@@ -129,6 +130,19 @@ def test_a_neighbour_moves_as_joints_and_drives_allow():
     assert near.q[0] == pytest.approx(here.q[0], abs=1e-12)
     assert 1e-6 < abs(near.q[1, 2] - here.q[1, 2]) < 1e-3
     assert 1e-6 < abs(near.v[1, 2] - here.v[1, 2]) < 1e-3
+
+
+@pytest.mark.parametrize(("off", "lap"), [(-1e-6, 2), (0.0, 1), (1e-6, 1)])
+def test_a_neighbour_behind_the_seam_is_in_the_lap_before(off, lap):
+    """P starts at (0.04, 0), where the egg, the second lap, ends and the ellipse begins."""
+    settings = ("run.turns=0.1", "bodies.link.rods=2")
+    begun = continued(simulate(load_scene(MODELS / "clearance.yaml", settings), "lagrangian"), 0.0)
+    state = np.concatenate([np.array(rows) for rows in begun.initial.states.values()])
+    state[1:3, 1] += off
+    near = moved(begun, state)
+    assert near.initial.laps == {"pin": lap}
+    place = float(assemble_scene(near).state.places[0])
+    assert place == pytest.approx((4 * pi if off < 0 else 0.0) + off / 0.03, abs=1e-9)
 
 
 def test_what_a_scene_can_not_go_on_with():
