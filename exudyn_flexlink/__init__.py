@@ -75,7 +75,6 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.comparisons import Comparison, compare
     from exudyn_flexlink.api.results import Result, load, simulate
     from exudyn_flexlink.api.scenes import Scene, idealise, load_scene
-    from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
     from exudyn_flexlink.api.stability import (
         Branches,
         Stability,
@@ -83,6 +82,7 @@ if TYPE_CHECKING:
         lyapunov,
         stability_of,
     )
+    from exudyn_flexlink.api.sweeps import Simulate, SweepTable, load_sweep, sweep
     from exudyn_flexlink.engines import NotRepresentableError
     from exudyn_flexlink.shipped import model_names
     from exudyn_flexlink.source import SceneError
@@ -93,8 +93,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Animation",
-    "CannotStartError",
     "Branches",
+    "CannotStartError",
     "Comparison",
     "NotRepresentableError",
     "Result",

@@ -155,7 +155,7 @@ class Result(PlainResult):
         """The figures, by name: ``result.plot.coordinates()``; ``dir(result.plot)`` lists them."""
         return Plots(self)
 
-    def animate(  # noqa: PLR0913 - each is one thing that a film may have or not
+    def animate(
         self,
         path: str | PathLike[str] | None = None,
         *,

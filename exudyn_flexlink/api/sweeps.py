@@ -88,7 +88,7 @@ class SweepTable(PlainTable):
         return f"<Sweep of {paths}: {', '.join([f'{len(self.rows)} rows', *told])}>"
 
 
-def sweep(  # noqa: PLR0913  (each is one of its own)
+def sweep(
     scene: Scene,
     varied: Mapping[str, Any] | Iterable[Mapping[str, Any]],
     engine: str = "exudyn",

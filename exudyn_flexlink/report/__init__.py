@@ -17,11 +17,11 @@ from exudyn_flexlink.report.run import (
     run_text,
 )
 from exudyn_flexlink.report.sensitivity import sensitivity_text
+from exudyn_flexlink.report.stability import exponent_text, stability_text
 from exudyn_flexlink.report.strikes import response_table, strike_table
 from exudyn_flexlink.report.sweep import sweep_text
 from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import listed, number
-from exudyn_flexlink.report.stability import exponent_text, stability_text
 from exudyn_flexlink.report.verification import (
     verification_data,
     verification_markdown,
@@ -56,10 +56,10 @@ __all__ = [
     "run_force_errors",
     "run_text",
     "sensitivity_text",
+    "stability_text",
     "strike_table",
     "sweep_text",
     "touch_table",
-    "stability_text",
     "verification_data",
     "verification_markdown",
     "verification_text",
