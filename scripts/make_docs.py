@@ -157,6 +157,16 @@ ITEMS = (
         table="tables/paper_stability.md",
     ),
     Item(
+        "stability_map",
+        "10 min",
+        (
+            script("stability_map", "--speeds", "5", "10", "20", "--clearances", "0", "1", "5",
+                   "--hinges", "paper", "--out", OUT, "--work", f"{OUT}/work"),
+        ),
+        {"stability_map.png": "stability_map.png"},
+        "tables/stability_map.md",
+    ),
+    Item(
         "published_exponents",
         "10 min",
         (script("published_exponents"),),
