@@ -31,6 +31,7 @@ SPEEDS = (2.0, 5.0, 10.0, 20.0, 30.0, 40.0)  # rad/s
 CLEARANCES = (0.0, 0.5, 1.0, 2.0, 3.5, 5.0)  # mm on each side
 HINGES = ("paper", "beam")
 LAPS, AFTER = 18, 4
+DARK = 0.6  # of the largest exponent: a field as dark needs white letters
 WORK = Path("runs/stability_map")
 
 Row = dict[str, Any]
@@ -130,9 +131,12 @@ def _panel(axes: Axes, rows: list[Row], most: float) -> Any:
         place = gaps.index(row["gap"]), speeds.index(speed_of(row))
         if row["exponent_per_s"] is not None:
             field[place] = row["exponent_per_s"] * 2 * np.pi / speed_of(row)
-        axes.text(place[1], place[0], word(row), ha="center", va="center", color=BLACK)
     most = float(np.nanmax(np.abs(field))) if np.isfinite(field).any() else most
     image = axes.imshow(field, cmap="RdBu_r", vmin=-most, vmax=most, origin="lower", aspect="auto")
+    for row in rows:
+        y, x = gaps.index(row["gap"]), speeds.index(speed_of(row))
+        dark = abs(field[y, x]) > DARK * most
+        axes.text(x, y, word(row), ha="center", va="center", color="white" if dark else BLACK)
     axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
     axes.set_yticks(range(len(gaps)), [f"{gap:g}" for gap in gaps])
     axes.grid(visible=False)

@@ -28,8 +28,8 @@ class Start:
 
     `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
     far slides are out, by their names, and `speeds_along` (m/s) the rate of that, or how fast
-    anchors run along the curves of slots. `states` (parts, 6) are
-    coordinates and velocities of all parts, in place of all others; `laps` those of slots, from 1.
+    anchors run along the curves of slots. `states` (parts, 6) are coordinates and velocities of all
+    parts, in place of all others; `laps` those of slots, from 1.
     """
 
     angles: Mapping[int, float]
