@@ -34,13 +34,11 @@ from exudyn_flexlink.cli.options import (
 )
 from exudyn_flexlink.cli.reporting import add_report
 from exudyn_flexlink.cli.simulating import simulate_command
-from exudyn_flexlink.cli.stability import AFTER, LAPS, stability_command
+from exudyn_flexlink.cli.stability_options import add_stability
 from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.sweep_options import add_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
 from exudyn_flexlink.cli.values import (
-    count,
-    degrees,
     duration,
     length,
     names,
@@ -67,7 +65,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     _add_simulate(commands)
     _add_compare(commands)
     _add_accuracy(commands)
-    _add_stability(commands)
+    add_stability(commands)
     add_sweep(commands)
     _add_verify(commands)
     _add_check(commands)
@@ -181,64 +179,6 @@ def _add_accuracy(commands: Any) -> None:
     add_impact(parser)
     add_without(parser)
     add_output(parser, "runs/<name of the model>-accuracy")
-
-
-def _add_stability(commands: Any) -> None:
-    parser = add_command(
-        commands,
-        "stability",
-        stability_command,
-        "tell whether a motion repeats itself, and how fast neighbouring motions part",
-        """\
-        exudyn-flexlink stability no_clearance --engine lagrangian
-        exudyn-flexlink stability clearance --engine lagrangian --twice
-        exudyn-flexlink stability clearance --engine lagrangian --set joints.sleeve.clearance=1mm
-        exudyn-flexlink stability slider_crank_clearance --laps 40 --at 90""",
-    )
-    add_model(parser)
-    parser.add_argument(
-        "--laps",
-        type=count,
-        default=LAPS,
-        metavar="N",
-        help=f"laps to run, whatever the model's 'run' says; default: {LAPS}",
-    )
-    parser.add_argument(
-        "--after",
-        type=count,
-        default=AFTER,
-        metavar="N",
-        help=f"laps in which the motion settles, which do not count; default: {AFTER}",
-    )
-    parser.add_argument(
-        "--lap",
-        type=duration,
-        metavar="SECONDS",
-        help="how long a lap is; default: a turn of the joint that a drive turns at one speed",
-    )
-    parser.add_argument(
-        "--at",
-        type=degrees,
-        default=0.0,
-        metavar="DEG",
-        help="crank angle of the Poincare section, in degrees; default: 0",
-    )
-    parser.add_argument(
-        "--tolerance",
-        type=length,
-        metavar="M",
-        help="error that runs may make, in m; default: the model's, or less, so that neighbours "
-        "are well above it",
-    )
-    parser.add_argument(
-        "--twice",
-        action="store_true",
-        help="make the exponent again at a tenth of the tolerance, to see whether that matters",
-    )
-    add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
-    add_impact(parser)
-    add_without(parser)
-    add_output(parser, "runs/<name of the model>-stability")
 
 
 def _add_check(commands: Any) -> None:

@@ -13,7 +13,7 @@ from exudyn_flexlink.mechanism.bodies import beam_of, chain_of, station
 from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
-from exudyn_flexlink.mechanism.closing import closest, laps_near
+from exudyn_flexlink.mechanism.closing import closest
 from exudyn_flexlink.mechanism.constraints import constraint_rows, joint_residuals
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -54,6 +54,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     slot_point,
     turned,
 )
+from exudyn_flexlink.mechanism.laying_out import laps_near
 from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.mobility import moved_by_forces
 from exudyn_flexlink.mechanism.model import (

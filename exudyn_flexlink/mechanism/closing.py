@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.curves import Laps
 from exudyn_flexlink.mechanism.constraints import Constraints, along_slides, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, slot_point
 from exudyn_flexlink.mechanism.laying_out import (
@@ -137,19 +136,6 @@ def closest(
     free = tuple(motor for motor in mechanism.speed_motors if motor.start is None)
     held = _held(replace(mechanism, speed_motors=free), Start({}, {}, {}))
     return _close(mechanism, q, held, straight=False, laps=laps)
-
-
-def laps_near(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
-    """Laps, from 1, of slots on curves with laps, at coordinates near those of known places.
-
-    A point just behind the place where a lap begins is at the end of the lap before.
-    """
-    found = {}
-    for slot, place in zip(mechanism.slots, places, strict=True):
-        if isinstance(slot.curve, Laps):
-            here = slot.curve.nearest(slot_point(slot, q), near=float(place))
-            found[slot.name] = int(slot.curve.lap(here)) % len(slot.curve.curves) + 1
-    return found
 
 
 def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.curves import ray_crossings
+from exudyn_flexlink.curves import Laps, ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
-from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
 from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.spanning import within_body
@@ -206,6 +206,19 @@ def edges_of_lap(slot: Slot, lap: int = 1) -> tuple[float, float]:
     if breaks is None:
         return float(slot.curve.start), float(slot.curve.end)
     return float(breaks[lap - 1]), float(breaks[lap])
+
+
+def laps_near(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
+    """Laps, from 1, of slots on curves with laps, at coordinates near those of known places.
+
+    A point just behind the place where a lap begins is at the end of the lap before.
+    """
+    found = {}
+    for slot, place in zip(mechanism.slots, places, strict=True):
+        if isinstance(slot.curve, Laps):
+            here = slot.curve.nearest(slot_point(slot, q), near=float(place))
+            found[slot.name] = int(slot.curve.lap(here)) % len(slot.curve.curves) + 1
+    return found
 
 
 def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:
