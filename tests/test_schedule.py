@@ -179,3 +179,13 @@ def test_turns_end_a_run_either_way(formulation: str, torque: float) -> None:
     result = simulate(scene(drive, "run.at_most=10", f"solver.formulation={formulation}"))
     assert result.outcome.completed
     assert result.time[-1] == pytest.approx((2 * 0.1 * 6 * pi / 0.7) ** 0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+def test_turns_that_are_never_made_are_counted(formulation: str) -> None:
+    """A free rotor at 2 rad/s makes 1/pi turns in a second; there is no drive to speak of."""
+    found = scene("drives={}", "initial.speeds.rotor=-2", "run.at_most=1",
+                  f"solver.formulation={formulation}")  # fmt: skip
+    outcome = simulate(found).outcome
+    assert outcome.reason == "'at_most' was reached when joint 'pin' had made 0.318 turns of 3"
+    assert outcome.advice == "raise 'at_most'"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite
+from math import inf, isfinite, pi
 from typing import Protocol
 
-from exudyn_flexlink.mechanism import Mechanism, cut_short
+from exudyn_flexlink.mechanism import Mechanism, cut_off
 from exudyn_flexlink.result import Checks, Outcome
 from exudyn_flexlink.scene import Scene
 
@@ -45,23 +45,22 @@ def checks(made: Counted, found: Checked, deepest: float) -> Checks:
     )
 
 
-def of_turns(scene: Scene, mechanism: Mechanism, time: float, reached: bool | None) -> Outcome:
+def of_turns(scene: Scene, mechanism: Mechanism, time: float, left: float | None) -> Outcome:
     """Outcome of a run that came to its end at `time` (s): failed, if turns are still to be made.
 
-    `reached` tells whether they were made; None where the end was known beforehand.
+    `left` is the angle still to turn (rad); None where the end was known beforehand.
     """
-    if cut_short(scene, mechanism) if reached is None else not reached:
-        return turns_missing(scene, time)
-    return Outcome(True, time)
-
-
-def turns_missing(scene: Scene, time: float) -> Outcome:
-    """Outcome of a run that was over at `time` (s), before its turns were made."""
+    missing = cut_off(scene, mechanism) if left is None else left
+    if missing <= 0:
+        return Outcome(True, time)
+    run = scene.run
+    turns = run.turns or 0.0
     return Outcome(
         False,
         time,
-        f"'at_most' was reached before joint '{scene.run.of}' made its turns",
-        "raise 'at_most', or the drive's value",
+        f"'at_most' was reached when joint '{run.of}' had made {turns - missing / (2 * pi):.3g} "
+        f"turns of {turns:g}",
+        "raise 'at_most', or a drive's value" if scene.drives else "raise 'at_most'",
     )
 
 

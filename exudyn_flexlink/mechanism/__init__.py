@@ -95,7 +95,7 @@ from exudyn_flexlink.mechanism.sampling import (
 )
 from exudyn_flexlink.mechanism.schedule import (
     TurnGoal,
-    cut_short,
+    cut_off,
     end_of_run,
     formulation,
     only_minimal,
@@ -159,7 +159,7 @@ __all__ = [
     "contact_length",
     "contact_mass",
     "contact_step",
-    "cut_short",
+    "cut_off",
     "deepest_allowed",
     "drive_mistakes",
     "end_of_run",

@@ -50,10 +50,13 @@ def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
     return min(_turns_made(scene, mechanism), run.at_most or inf)
 
 
-def cut_short(scene: Scene, mechanism: Mechanism) -> bool:
-    """Tell whether `at_most` ends a run before its speed drive has made the turns."""
+def cut_off(scene: Scene, mechanism: Mechanism) -> float:
+    """Angle that a steady speed drive has still to turn when `at_most` ends the run, rad."""
     run = scene.run
-    return run.at_most is not None and run.at_most < _turns_made(scene, mechanism) * (1 - 1e-12)
+    if run.at_most is None or run.at_most >= _turns_made(scene, mechanism) * (1 - 1e-12):
+        return 0.0
+    ramp = steady_drives(scene, mechanism)[run.of or ""]
+    return 2 * pi * (run.turns or 0.0) - abs(ramp.integral(run.at_most))
 
 
 def _turns_made(scene: Scene, mechanism: Mechanism) -> float:

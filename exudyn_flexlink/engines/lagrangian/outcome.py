@@ -150,5 +150,5 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         recorder = prepared.recorder
         gross = recorder.energy_residual > recorder.largest_kinetic_energy
         return Outcome(False, time, complaint, f"{TIGHTEN}{ADVICE}" if gross else ADVICE)
-    reached = None if system.goal is None else system.reached
-    return of_turns(prepared.scene, prepared.model.mechanism, time, reached)
+    left = system.left(time, prepared.problem.state)
+    return of_turns(prepared.scene, prepared.model.mechanism, time, left)

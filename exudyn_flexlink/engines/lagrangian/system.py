@@ -239,6 +239,12 @@ class System:
             speed = abs(self._ramp.value)
         return LARGEST_TURN / speed if speed > 0 else inf
 
+    def left(self, t: float, y: FloatArray) -> float | None:
+        """Angle still to turn, rad; None where time ends the run."""
+        if self.goal is None:
+            return None
+        return 0.0 if self.reached else self._turns_left(self.coordinates(t, y)[0])
+
     def _turns_left(self, q: FloatArray) -> float:
         """Angle that is still to turn; 1 without a goal."""
         if self.goal is None:

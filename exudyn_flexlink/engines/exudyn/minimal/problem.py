@@ -96,6 +96,12 @@ class MinimalProblem:
         """Whether the run ends here."""
         return bool(self.stop_reason) or self.reached
 
+    @property
+    def left(self) -> float | None:
+        """Angle still to turn, rad; None where time ends the run."""
+        left = None if self.goal is None else self.goal(self._finder.x)
+        return 0.0 if self.reached else left
+
     # --- equations ----------------------------------------------------------------------------
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:

@@ -171,5 +171,4 @@ def _outcome(run: MinimalRun, complaint: str, advice: str) -> Outcome:
         return Outcome(False, time, problem.stop_reason, problem.stop_advice)
     if complaint:
         return Outcome(False, time, complaint, advice)
-    reached = None if problem.goal is None else problem.reached
-    return of_turns(run.scene, run.model.assembly.mechanism, time, reached)
+    return of_turns(run.scene, run.model.assembly.mechanism, time, problem.left)

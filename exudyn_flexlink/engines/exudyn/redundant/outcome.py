@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
-from exudyn_flexlink.engines.ending import turns_missing
+from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name
 from exudyn_flexlink.engines.exudyn.reporting import (
@@ -24,7 +24,6 @@ from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import (
     angle_of,
     approach,
-    cut_short,
     force_at,
     line_of,
     sizes_at,
@@ -44,6 +43,8 @@ if TYPE_CHECKING:
     from exudyn_flexlink.engines.exudyn.redundant.run import Prepared
 
 FloatArray = NDArray[np.float64]
+
+ROUNDING = 1e-9  # rad: what the search for the end of a run's turns may leave
 
 
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
@@ -224,18 +225,18 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         return Outcome(False, loop.time, loop.stop_reason, loop.stop_advice)
     if complaint:
         return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
-    if _turns_missing(prepared):
-        return turns_missing(prepared.scene, loop.time)
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
         return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
-    return Outcome(True, loop.time)
+    return of_turns(prepared.scene, prepared.assembly.mechanism, loop.time, _left(prepared))
 
 
-def _turns_missing(prepared: Prepared) -> bool:
+def _left(prepared: Prepared) -> float | None:
+    """Angle still to turn, rad, where that is more than rounding; None where time ends the run."""
     goal = prepared.loop.goal
     if goal is None:
-        return cut_short(prepared.scene, prepared.assembly.mechanism)
-    return goal.left(prepared.recorder.last_positions()) > 1e-9
+        return None
+    left = goal.left(prepared.recorder.last_positions())
+    return left if left > ROUNDING else 0.0
 
 
 def _plain(complaint: str) -> str:
