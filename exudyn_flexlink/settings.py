@@ -18,6 +18,8 @@ def with_settings(
 ) -> Document:
     """Return a copy of a document in which texts such as 'run.turns=2' replace values, or add keys.
 
+    'null' takes a key away that is there; of one that is not, the scene says whether it may be.
+
     A setting also removes the keys that `exclusive` lists for its path, unless another
     setting gives them: else the file would say two contradicting things.
 
@@ -27,7 +29,7 @@ def with_settings(
     """
     given = [_parse_setting(document, text) for text in settings]
     for path, value, text in given:
-        for key in _excluded(path, exclusive):
+        for key in _excluded(path, exclusive) if value is not None else ():
             sibling = (*path[:-1], key)
             if not any(other[: len(sibling)] == sibling for other, _, _ in given):
                 document = _without(document, sibling)
@@ -76,7 +78,10 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
             made[real] = text
         holder[real[-1]] = holder = list(inner) if isinstance(inner, list) else dict(inner)
     real = _step(document, holder, real, str(path[-1]), text, last=True)
-    holder[real[-1]] = value
+    if value is None and isinstance(holder, dict) and real[-1] in holder:
+        del holder[real[-1]]
+    else:
+        holder[real[-1]] = value
     kept = _without(replace(document, data=data), real, keep_data=True)
     return replace(kept, settings={**kept.settings, **made, real: text})
 

@@ -148,6 +148,20 @@ def test_points_of_a_file_stay_where_they_are():
     assert fl.idealise(scene, "flexibility").with_({"run.turns": 2}).curves == scene.curves
 
 
+def test_none_takes_a_key_away():
+    scene = fl.load_scene("rigid", {"initial.guesses": {"lever": 0.1}, "run.sample": "1 ms"})
+    plain = scene.with_({"initial.guesses": None, "run.sample": None})
+    assert plain == fl.load_scene("rigid")
+    assert scene.with_({"initial.guesses.lever": None}).initial.guesses == {}
+    assert not scene.with_({"drives.motor": None, "run.at_most": 1}).drives
+    # A duration that is not given excludes no turns.
+    assert scene.with_({"run.duration": None}).run.turns == scene.run.turns
+    with pytest.raises(fl.SceneError, match="missing 'curve'"):
+        scene.with_({"joints.pin.curve": None})
+    with pytest.raises(fl.SceneError, match="unknown key 'smaple'"):
+        scene.with_({"run.smaple": None})
+
+
 def test_mistakes_have_their_hints():
     scene = fl.load_scene("no_clearance")
     for known in (scene, fl.idealise(scene, "flexibility")):

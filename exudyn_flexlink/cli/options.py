@@ -109,7 +109,8 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="PATH=VALUE",
-        help="replace a value of the model, such as run.turns=2; may be repeated",
+        help="replace a value of the model, such as run.turns=2; null takes a key away that is "
+        "there; may be repeated",
     )
     parser.add_argument(
         "--watch",
