@@ -138,7 +138,16 @@ def test_the_same_command_again_says_how_to_go_on(capsys: Capture) -> None:
     assert main([*SWEEP, "--no-plots"]) == 2
     assert "2 of the 3 rows of this very sweep; resume it" in capsys.readouterr().err
     assert main([*SWEEP, "--no-plots", "--resume"]) == 0
-    assert "2 of 3 rows are there" in capsys.readouterr().err
+    assert "2 of 3 rows are there; going on with the rest" in capsys.readouterr().err
+    assert [row["run"] for row in table()] == ["1", "2", "3"]
+    assert main([*SWEEP, "--no-plots", "--resume"]) == 0
+    assert "3 of 3 rows are there; none is missing" in capsys.readouterr().err
+
+
+def test_a_sweep_that_has_no_row_yet_begins_without_being_resumed() -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    Path("out/journal.jsonl").write_text("")
+    assert main([*SWEEP, "--no-plots", "--quiet"]) == 0
     assert [row["run"] for row in table()] == ["1", "2", "3"]
 
 

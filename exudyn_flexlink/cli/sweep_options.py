@@ -45,7 +45,7 @@ def add_sweep(commands: Any) -> None:
         default=[],
         metavar="PATH=VALUES",
         help="values of the model, start:stop:count such as 'run.turns=1:3:5' or a list such as "
-        "'joints.sleeve.clearance=0, 1, 2 mm'; may be repeated: each value with every other",
+        "'joints.sleeve.clearance=0.5, 1, 2 mm'; may be repeated: each value with every other",
     )
     add_changes(parser)
     add_engine(parser, "what solves the equations of motion; default: exudyn, or the study's", None)

@@ -148,7 +148,8 @@ def _swept(
     with open_journal(folder, plan, resume=options.resume, force=options.force) as journal:
         told = _Telling(len(plan), journal.known.values())
         if journal.known and not options.quiet:
-            complain(f"{len(journal.known)} of {len(plan)} rows are there; going on with the rest")
+            rest = "going on with the rest" if len(journal.known) < len(plan) else "none is missing"
+            complain(f"{len(journal.known)} of {len(plan)} rows are there; {rest}")
         with progress_bar(options.quiet, told.what, _compiles(plan, options)) as bar:
             engines.compile_once(plan.scene, plan.engine)
 

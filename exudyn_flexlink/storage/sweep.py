@@ -245,6 +245,8 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
         count = 0
         with suppress(OSError, ValueError):
             count = len(list(_lines((folder / JOURNAL).read_bytes())))
+        if count == 0:  # interrupted before the first run had ended: nothing to lose
+            return plan
         raise StorageError(
             f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
             "force it, which begins anew",
