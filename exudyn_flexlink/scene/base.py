@@ -7,10 +7,10 @@ from typing import Annotated, Any, NoReturn, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Strict
 from pydantic.functional_serializers import WrapSerializer
-from pydantic.functional_validators import AfterValidator
+from pydantic.functional_validators import AfterValidator, BeforeValidator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from exudyn_flexlink.quantities import Coordinate
+from exudyn_flexlink.quantities import Coordinate, in_words
 
 GROUND = "ground"
 TAG = "\0"  # marks a union's branch in pydantic's error location; no YAML text can contain it
@@ -153,6 +153,12 @@ def _is_moving_point(text: str) -> str:
     return text
 
 
+def _listed_pair(value: Any) -> Any:
+    if not isinstance(value, list | tuple):
+        refuse(f"expected [x, y], got {in_words(value)}")
+    return value
+
+
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
 Name = Annotated[str, Strict()]
@@ -163,4 +169,5 @@ PointName = Annotated[
 MovingPointName = Annotated[
     str, Strict(), AfterValidator(_is_moving_point), Field(description="'body.point'")
 ]
-Point = Annotated[tuple[Coordinate, Coordinate], Field(description="[x, y], metres")]
+XY = BeforeValidator(_listed_pair)
+Point = Annotated[tuple[Coordinate, Coordinate], XY, Field(description="[x, y], metres")]

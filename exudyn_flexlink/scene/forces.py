@@ -24,6 +24,7 @@ from exudyn_flexlink.quantities import (
 )
 from exudyn_flexlink.scene.base import (
     GROUND,
+    XY,
     ByType,
     MovingPointName,
     Name,
@@ -59,7 +60,7 @@ def _as_vector(value: Any) -> Any:
 
 
 _DOWN = Quantity(Dimension.ACCELERATION)
-Gravity = Annotated[tuple[Acceleration, Acceleration], _DownOrVector()]
+Gravity = Annotated[tuple[Acceleration, Acceleration], XY, _DownOrVector()]
 """Acceleration of weight, [x, y] in m/s^2."""
 
 

@@ -16,9 +16,18 @@ from exudyn_flexlink.quantities import (
     PositiveLength,
     Speed,
 )
-from exudyn_flexlink.scene.base import FrozenMapping, Name, Named, Part, Point, refuse, require_one
+from exudyn_flexlink.scene.base import (
+    XY,
+    FrozenMapping,
+    Name,
+    Named,
+    Part,
+    Point,
+    refuse,
+    require_one,
+)
 
-Velocity = tuple[Speed, Speed]
+Velocity = Annotated[tuple[Speed, Speed], XY]
 PartState = tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed]
 FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
