@@ -204,8 +204,20 @@ def test_a_failed_run_does_not_fail_the_sweep_but_all_of_them_do(
                  "--no-plots"]) == 1  # fmt: skip
 
 
+def test_series_that_are_wanted_later_are_made() -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    before = table()
+    assert main([*SWEEP, "--no-plots", "--resume", "--series", "--quiet"]) == 0
+    for row in table():
+        assert load(Path("out/series") / row["id"]).outcome.completed
+    again = [{key: v for key, v in row.items() if key != "wall_s"} for row in table()]
+    assert again == [{key: v for key, v in row.items() if key != "wall_s"} for row in before]
+
+
 def test_series_are_saved_whole() -> None:
     assert main([*SWEEP, "--no-plots", "--series", "--quiet"]) == 0
+    with pytest.raises(StorageError, match="holds a sweep, no run"):
+        load(Path("out"))
     row = table()[1]
     end = load(Path("out/series") / row["id"]).outcome.time
     assert end == pytest.approx(float(row["end_s"]), rel=1e-11)

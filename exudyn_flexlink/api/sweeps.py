@@ -164,7 +164,7 @@ def sweep(
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
     engines.compile_once(scene, engine)
-    with _journal(plan, place, resume=resume, force=force) as journal:
+    with _journal(plan, place, resume=resume, force=force, series=series) as journal:
 
         def told(found: Row, count: int) -> None:
             if journal is not None:
@@ -277,7 +277,7 @@ def _check(
 
 @contextmanager
 def _journal(
-    plan: Sweep, folder: Path | None, *, resume: bool, force: bool
+    plan: Sweep, folder: Path | None, *, resume: bool, force: bool, series: bool
 ) -> Iterator[storage.Journal | None]:
     """Open the journal in a folder, if there is one.
 
@@ -291,5 +291,5 @@ def _journal(
     if folder is None:
         yield None
         return
-    with storage.open_journal(folder, plan, resume=resume, force=force) as journal:
+    with storage.open_journal(folder, plan, resume=resume, force=force, series=series) as journal:
         yield journal

@@ -145,7 +145,9 @@ def _swept(
         OneRun(standard_row),
         SeriesKeeper(folder.resolve()) if options.series else None,
     )  # fmt: skip
-    with open_journal(folder, plan, resume=options.resume, force=options.force) as journal:
+    with open_journal(
+        folder, plan, resume=options.resume, force=options.force, series=options.series
+    ) as journal:
         told = _Telling(len(plan), journal.known.values())
         if journal.known and not options.quiet:
             rest = "going on with the rest" if len(journal.known) < len(plan) else "none is missing"

@@ -11,7 +11,7 @@ from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import told_fields
 from exudyn_flexlink.storage.checking import check_count, check_names, check_result
-from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, StorageError
+from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import digest
 from exudyn_flexlink.storage.netcdf import Read, read_netcdf
 from exudyn_flexlink.storage.plain import from_plain
@@ -65,6 +65,8 @@ def read_summary(folder: Path) -> dict[str, Any]:
         summary = json.loads(file.read_bytes().decode("utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         found = "is no folder" if not Path(folder).is_dir() else f"has no {SUMMARY}"
+        if (Path(folder) / SWEEP).is_file():
+            found = "holds a sweep, no run"
         raise StorageError(f"{folder} {found}; give the folder of a finished run") from None
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error

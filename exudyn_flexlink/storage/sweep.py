@@ -26,7 +26,7 @@ from exudyn_flexlink.storage.manifest import read_manifest
 from exudyn_flexlink.storage.plain import from_plain, plain
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
-from exudyn_flexlink.sweeps import Row, Scalar, Sweep, SweepTable, Varied, versions
+from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
 
 if sys.platform != "win32":
     import fcntl
@@ -80,11 +80,12 @@ class SeriesKeeper:
 
 @contextmanager
 def open_journal(
-    folder: Path, sweep: Sweep, *, resume: bool = False, force: bool = False
+    folder: Path, sweep: Sweep, *, resume: bool = False, force: bool = False, series: bool = False
 ) -> Iterator[Journal]:
     """Begin a sweep in a folder, or go on with it; two processes never work in one.
 
-    `force` begins anew, whatever stands there.
+    `force` begins anew, whatever stands there. With `series` runs are wanted whole: a row whose run
+    was not saved is made again.
 
     Raises:
         StorageError: the folder holds something else, or rows of this sweep without `resume`; it
@@ -105,6 +106,8 @@ def open_journal(
     with stream:
         _lock(stream, folder)
         known = {} if there is None else _rows(stream, sweep)
+        if series:
+            known = {name: row for name, row in known.items() if _has_series(folder, row)}
         if there is None:
             stream.truncate(0)
         yield Journal(stream, known)
@@ -315,6 +318,11 @@ def _rows(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
     stream.truncate(content.rfind(b"\n") + 1)
     stream.seek(0, os.SEEK_END)
     return rows
+
+
+def _has_series(folder: Path, row: Row) -> bool:
+    """Tell whether the run of a row is there whole; one that failed may have none."""
+    return row.status == FAILED or (folder / SERIES / row.id).is_dir()
 
 
 def _lines(content: bytes) -> Iterator[Row]:
