@@ -139,6 +139,7 @@ def test_python_says_what_cannot_be(run):
     for arguments, told in (
         ({"begin": 9.0}, "the begin 9 s is not within"),
         ({"slow": "strike:x"}, "no name, nor a name and a number"),
+        ({"speed": -1.0}, "a speed of -1: it is a number of more than 0"),
         ({"path": "s.avi"}, "no format 'avi'"),
         ({"path": "s"}, "no format ''"),
     ):

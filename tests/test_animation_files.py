@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 from io import BytesIO
 
@@ -144,4 +145,17 @@ def test_a_video_has_its_frames_and_shows_the_run(run, tmp_path):
 def test_what_ffmpeg_says_is_handed_on(run, monkeypatch):
     monkeypatch.setattr(writing_room, "ffmpeg", lambda: shutil.which("false"))
     with pytest.raises(FilmError, match="ffmpeg made no video: it did not say why"):
+        film_bytes(film_of(run, window=(0, 0.1)), "mp4", Filming(width=200))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell stands in for ffmpeg")
+def test_a_video_that_ffmpeg_left_unfinished_is_none(run, monkeypatch, tmp_path):
+    program = tmp_path / "ffmpeg"
+    program.write_text(
+        "#!/bin/sh\ncat > /dev/null\nfor file; do :; done\n"
+        'echo half > "$file"\necho no space left >&2\nexit 1\n'
+    )
+    program.chmod(0o755)
+    monkeypatch.setattr(writing_room, "ffmpeg", lambda: str(program))
+    with pytest.raises(FilmError, match="ffmpeg made no video: no space left"):
         film_bytes(film_of(run, window=(0, 0.1)), "mp4", Filming(width=200))

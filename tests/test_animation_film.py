@@ -17,6 +17,7 @@ from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import anchor_position, build_mechanism
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
+from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.shipped import model_file
 
 TURN = 2 * pi / results.SPEED  # s
@@ -51,6 +52,18 @@ def test_two_runs_have_the_colours_of_their_engines_and_end_together(run):
     alike = film_of(run, run)
     assert len({take.colour for take in alike.takes} - set(ENGINE_COLOURS.values())) == 2
     assert [take.name for take in alike.takes] == ["exudyn (first)", "exudyn (second)"]
+
+
+def test_of_two_runs_the_nearer_horizon_counts(run):
+    def known_until(instant):
+        error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, exceeds_from=instant)
+        return replace(run, error=error)
+
+    assert film_of(run).horizon is None
+    assert film_of(run, known_until(0.7)).horizon == (
+        0.7, "beyond the horizon:\nnot within 0.001 mm",
+    )  # fmt: skip
+    assert film_of(known_until(1.5), known_until(0.7)).horizon[0] == 0.7
 
 
 def test_all_mistakes_are_told_at_once(run):

@@ -3,23 +3,18 @@
 import base64
 import json
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 import results
+from browsing.chromium import browser, program
 
 from exudyn_flexlink.animation import Slow, film_of, page, player
 from exudyn_flexlink.animation.data import film_data, row
 from exudyn_flexlink.mechanism import Anchor, anchor_position
-
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
-FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-         "--disable-background-networking", "--disable-component-update", "--disable-sync",
-         "--virtual-time-budget=2000", "--dump-dom")  # fmt: skip
+from exudyn_flexlink.result import MeasuredError
 
 
 @pytest.fixture(scope="module")
@@ -127,28 +122,33 @@ def test_a_long_run_stays_within_a_few_megabytes():
     assert len(page(film_of(made))) < 12e6
 
 
-def in_browser(text, program, tmp_path):
+@pytest.fixture(scope="module")
+def window():
+    if program() is None:
+        pytest.skip("no Chromium, to look at pages with")
+    with browser() as opened:
+        yield opened
+
+
+def seen_in(window, text, tmp_path, looks, width=1280):
     """What a program, which sees the players of a page, returns in a browser; errors fail."""
-    check = f"""<script>
-const players = [...document.querySelectorAll(".flexlink-player")].map((own) => own.flexlinkPlayer);
-document.body.innerHTML = "<pre>" + JSON.stringify((() => {{ {program} }})()) + "</pre>";
-</script></body>"""
     file = tmp_path / "page.html"
-    file.write_text(text.replace("</body>", check), encoding="utf-8")
-    profile = f"--user-data-dir={tmp_path / 'profile'}"
-    ended = subprocess.run(
-        [BROWSER, *FLAGS, profile, file.as_uri()], capture_output=True, text=True, timeout=120,
-        check=True,
-    )  # fmt: skip
-    return json.loads(re.search("<pre>(.*)</pre>", ended.stdout, re.DOTALL)[1])
+    file.write_text(text, encoding="utf-8")
+    window.open(file, width, 844)
+    told = window.value(
+        "(() => { const players = [...document.querySelectorAll('.flexlink-player')]"
+        f".map((own) => own.flexlinkPlayer); {looks} }})()"
+    )
+    assert window.complaints == []
+    assert window.asked == [file.as_uri()]
+    return told
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium on the path")
-def test_a_browser_shows_where_things_are(run, tilting, tmp_path):
+def test_a_browser_shows_where_things_are(run, tilting, window, tmp_path):
     film, link = film_of(run), film_of(tilting)
     instants = [0.0, 0.1234, 0.7, 2.5]
     text = f"<body>{player(film)}{player(link)}</body>"
-    told = in_browser(text, f"""
+    told = seen_in(window, text, tmp_path, f"""
         const [one, two] = players;
         const places = {instants}.map((t) => {{
           one.go(t);
@@ -161,7 +161,7 @@ def test_a_browser_shows_where_things_are(run, tilting, tmp_path):
         one.look(7, [0, 0]); one.play(); one.pause();
         return {{places, force: force(1.1), ends: one.t, count: players.length,
                  words: one.root.innerText, slider: one.line.getAttribute("aria-valuetext")}};
-    """, tmp_path)  # fmt: skip
+    """)  # fmt: skip
     assert told["count"] == 2
     s = film.takes[0].watched
     exact = anchor_position(s, film.takes[0].poses(np.array(instants)))
@@ -175,14 +175,28 @@ def test_a_browser_shows_where_things_are(run, tilting, tmp_path):
     assert "crank" in told["slider"]
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium on the path")
-def test_a_browser_slows_down_at_strikes(run, tmp_path):
+def test_a_browser_slows_down_at_strikes(run, window, tmp_path):
     film = film_of(run, slow=Slow("strike", 1))
     [own] = film.slow
-    told = in_browser(page(film), """
+    told = seen_in(window, page(film), tmp_path, """
         const [one] = players;
         return [one.paceAt(0), one.paceAt(0.315), one.slows];
-    """, tmp_path)  # fmt: skip
+    """)  # fmt: skip
     assert told[1] == pytest.approx((own.end - own.begin) / 4.0)
     assert told[0] > told[1]
     assert told[2] is True
+
+
+def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, window, tmp_path):
+    error = MeasuredError(("link.end",), limit=1e-6, largest=2e-3, exceeds_from=0.7)
+    both = film_of(run, replace(run, error=error))
+    for width in (390, 1280):
+        told = seen_in(window, page(both), tmp_path, """
+            const [one] = players;
+            one.pause();
+            const words = [0.6, 0.8].map((t) => { one.go(t); return one.told.innerText; });
+            return [document.documentElement.scrollWidth, ...words];
+        """, width)  # fmt: skip
+        assert told[0] == width
+        assert "horizon" not in told[1]
+        assert "beyond the horizon: not within 0.001 mm" in told[2]

@@ -21,7 +21,7 @@ from exudyn_flexlink.animation.touches import Touching, strength, touching_of
 from exudyn_flexlink.mechanism import Anchor, pair_sides
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.outline import Line, link_line, walled
-from exudyn_flexlink.plots.panels import horizon, length_unit
+from exudyn_flexlink.plots.panels import length_unit
 
 FloatArray = NDArray[np.float64]
 
@@ -30,6 +30,7 @@ def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
     """Return what the player shows of a film, at first at `speed`, s of the run in a second."""
     low, high = film.box
     factor, unit = length_unit(film.size)
+    beyond = film.horizon
     return {
         "title": film.takes[-1].result.scene.title,
         "box": [*low.tolist(), *high.tolist()],
@@ -37,6 +38,7 @@ def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
         "end": film.end,
         "speed": speed or usual_speed(film),
         "unit": {"factor": factor, "name": unit},
+        "horizon": None if beyond is None else {"from": beyond[0], "words": beyond[1]},
         "slow_seconds": SLOW_SECONDS,
         "slow": [_stretch(own) for own in film.slow],
         "strikes": [_stretch(own) for own in film.strikes],
@@ -55,8 +57,8 @@ def _stretch(own: Stretch) -> list[float]:
 
 
 def _take(film: Film, take: Take) -> dict[str, Any]:
-    times, off = kept_instants(film, take)
-    crank, beyond = take.crank(times), horizon(take.result)
+    times, _ = kept_instants(film, take)
+    crank = take.crank(times)
     lines = [
         {"kind": drawn.kind, "colour": drawn.colour, **_line(drawn.line)}
         for drawn in drawn_lines(take)
@@ -65,13 +67,11 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
         "name": take.name,
         "engine": take.result.engine,
         "colour": take.colour,
-        "off": off,
         "parts": len(take.model.parts),
         "time": row(times, "f8"),
         "poses": row(take.poses(times)),
         "crank": None if crank is None else row(crank, "f8"),
         "turns": turns(take.result),
-        "horizon": None if beyond is None else {"from": beyond[0], "words": beyond[1]},
         "lines": lines,
         "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in drawn_marks(take)],
         "points": {name: _anchor(at) for name, at in named_points(take).items()},

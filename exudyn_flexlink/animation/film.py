@@ -26,6 +26,7 @@ from exudyn_flexlink.plots.outline import (
     rings,
     spring_lines,
 )
+from exudyn_flexlink.plots.panels import horizon
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN
 from exudyn_flexlink.result import Result
 
@@ -105,6 +106,12 @@ class Film:
         size = float(np.max(high - low)) or 1.0
         thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
         return low - thin - MARGIN * size, high + thin + MARGIN * size
+
+    @cached_property
+    def horizon(self) -> tuple[float, str] | None:
+        """Instant (s) from which on one of the runs is not known well enough, and why."""
+        found = [beyond for take in self.takes if (beyond := horizon(take.result)) is not None]
+        return min(found, default=None)
 
     @property
     def size(self) -> float:

@@ -15,7 +15,7 @@ from exudyn_flexlink.animation.look import INK, PALE, TOUCH
 from exudyn_flexlink.animation.shots import Shots, largest_of
 from exudyn_flexlink.animation.speed import Frames
 from exudyn_flexlink.animation.touches import strength
-from exudyn_flexlink.plots.panels import BEYOND, horizon
+from exudyn_flexlink.plots.panels import BEYOND
 from exudyn_flexlink.plots.style import BLUE
 
 EDGE = 0.02  # of the width, beside the line
@@ -35,9 +35,8 @@ class Timeline:
         axes.set_xlim(film.begin - margin, film.end + margin)
         axes.set_ylim(0, 1)
         axes.fill_between([film.begin, film.end], BOTTOM, TOP, color=PALE, alpha=0.12, linewidth=0)
-        beyond = horizon(film.takes[0].result)
-        if beyond is not None and beyond[0] < film.end:
-            begin = max(beyond[0], film.begin)
+        if film.horizon is not None and film.horizon[0] < film.end:
+            begin = max(film.horizon[0], film.begin)
             axes.fill_between([begin, film.end], BOTTOM, TOP, zorder=1, **BEYOND)
         for slow in film.slow:
             axes.fill_between(

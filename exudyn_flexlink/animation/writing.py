@@ -142,8 +142,8 @@ def video(film: Film, filming: Filming, progress: Progress | None = None) -> byt
             "-movflags", "+faststart", "-metadata", f"comment={GENERATOR}", str(file),
         ]  # fmt: skip
         with told.open("wb") as errors:
-            _pipe(command, errors.fileno(), _counted(picture, progress))
-        if not file.exists() or not file.stat().st_size:
+            code = _pipe(command, errors.fileno(), _counted(picture, progress))
+        if code or not file.exists() or not file.stat().st_size:
             reason = told.read_text(encoding="utf-8", errors="replace").strip()
             raise FilmError(f"ffmpeg made no video: {reason or 'it did not say why'}")
         return file.read_bytes()
@@ -160,8 +160,8 @@ def ffmpeg() -> str | None:
         return None
 
 
-def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> None:
-    """Hand frames to a program, which ends with them, or before."""
+def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
+    """Hand frames to a program, which ends with them, or before; return its exit code."""
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
     ) as program:
@@ -177,6 +177,7 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> None:
         finally:
             with suppress(BrokenPipeError):
                 program.stdin.close()
+    return program.returncode
 
 
 def _counted(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:

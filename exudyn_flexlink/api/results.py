@@ -184,11 +184,13 @@ class Result(PlainResult):
             ValueError: what is asked for can't be shown, or not in that format.
 
         """
-        from exudyn_flexlink.animation import Filming, Slow, film_of
+        from exudyn_flexlink.animation import FilmError, Filming, Slow, film_of
 
-        asked = None if slow is None else Slow.of(slow)
+        asked, filming = None if slow is None else Slow.of(slow), Filming(fps, speed, width)
         film = film_of(self, other, names=names, window=(begin, end), slow=asked)
-        found = Animation(film, Filming(fps, speed, width))
+        if mistakes := filming.mistakes("html"):  # a notebook could not tell them
+            raise FilmError("\n".join(mistakes))
+        found = Animation(film, filming)
         if path is not None:
             found.save(path, force=force, progress=progress)
         return found

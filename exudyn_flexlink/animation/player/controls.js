@@ -255,7 +255,7 @@ class Player {
     if (angle !== null) rows.push(`crank ${((angle * 180) / Math.PI).toFixed(1)}°`.replace("-", "\u2212"));
     if (speed < this.speed) rows.push(`slow motion, ${told(speed)} × real time`);
     if (this.takes.length > 1) rows.push(`S apart by ${this.apart()}`);
-    const beyond = take.data.horizon;
+    const beyond = this.data.horizon;
     if (beyond !== null && this.t >= beyond.from) rows.push(beyond.words.replace("\n", " "));
     rows.forEach((row, i) => {
       const span = this.told.children[i] || make(this.told, "span", "row");

@@ -3,14 +3,13 @@
 const EDGE = 10; // pixels beside the line
 
 function drawTimeline(pen, player) {
-  const { begin, end } = player.data;
+  const { begin, end, horizon: beyond } = player.data;
   const put = (t) => EDGE + ((pen.width - 2 * EDGE) * (t - begin)) / (end - begin);
   const [top, bottom] = [4, pen.height - 16];
   const all = (colour, from, to, alpha, high = top) =>
     pen.fill([[from, high], [to, high], [to, bottom], [from, bottom]], colour, alpha);
   all(PALE, put(begin), put(end), 0.12);
   const [take] = player.takes;
-  const beyond = take.data.horizon;
   if (beyond !== null && beyond.from < end) all("#8A63B0", put(Math.max(beyond.from, begin)), put(end), 0.25);
   if (player.slows) for (const [from, to] of player.stretches) all("#0072B2", put(from), put(to), 0.22);
   all("#0072B2", put(begin), put(player.t), 0.18);
