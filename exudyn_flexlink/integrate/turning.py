@@ -81,10 +81,11 @@ class StepPolynomial:
         `values` and `slopes` per step are (m, n, c). Returns the quantity's number, the instant (s)
         and the value of every turn, (k,) each.
         """
-        step, piece, which = np.nonzero(slopes[:, :-1] * slopes[:, 1:] < 0)
+        signs = np.sign(slopes)  # products of slopes may overflow
+        step, piece, which = np.nonzero(signs[:, :-1] * signs[:, 1:] < 0)
         own = values[step, :, which], slopes[step, :, which]
         found = self.coefficients(*own)
-        sign = np.sign(slopes[step, piece, which])[:, None]
+        sign = signs[step, piece, which][:, None]
         ends = self.nodes[piece], self.nodes[piece + 1]
         part = highest(lambda at: sign * self.value(found, at), *ends)
         return (which, time[step] + part * length[step], self.value(found, part[:, None])[:, 0])
