@@ -246,7 +246,7 @@ ITEMS = (
          table="tables/told_errors.md"),
     Item(
         "hard_cases",
-        "20 min",
+        "5 min",
         (script("hard_cases", "--quick"),),
         table="tables/hard_cases.md",
         sample=script("hard_cases", "--quick", "--only", "tip", "two_contacts"),
