@@ -159,7 +159,7 @@ def test_a_tolerance_must_be_a_positive_length(tolerance: str, capsys: Capture) 
     with pytest.raises(SystemExit) as ended:
         main(["compare", NO_CLEARANCE, f"--tolerance={tolerance}"])
     assert ended.value.code == 2
-    assert "invalid length in m value" in capsys.readouterr().err
+    assert "expected a length in m of more than 0, got" in capsys.readouterr().err
 
 
 def test_compare_keeps_and_explains_a_failed_run(

@@ -81,7 +81,10 @@ def test_retries_are_a_number(value: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["simulate", RIGID, f"--retries={value}"])
     assert stop.value.code == 2
-    assert f"argument --retries: invalid number value: '{value}'" in capsys.readouterr().err
+    assert (
+        f"argument --retries: expected a whole number of at least 0, got '{value}'"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])

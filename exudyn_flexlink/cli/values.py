@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from contextlib import suppress
 from math import inf, isfinite, radians
 from pathlib import Path
+from typing import TypeVar
 
 from exudyn_flexlink.cli.terminal import complain, how_called
 
@@ -13,75 +15,36 @@ EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
 
 
-def duration(text: str) -> float:
-    """Read a time, s, of more than 0."""
-    return length(text)
+Number = TypeVar("Number", int, float)
 
 
-duration.__name__ = "time in s"
+def _number(
+    what: str, read: Callable[[str], Number], fits: Callable[[Number], bool]
+) -> Callable[[str], Number]:
+    """Return what reads a number that `fits`; `what` is what a complaint says was expected."""
+
+    def value_of(text: str) -> Number:
+        with suppress(ValueError):
+            value = read(text)
+            if fits(value):
+                return value
+        raise argparse.ArgumentTypeError(f"expected {what}, got '{text}'")
+
+    return value_of
 
 
-def length(text: str) -> float:
-    """Read a length, m, of more than 0."""
-    value = float(text)
-    if not 0 < value < inf:
-        raise ValueError(text)
-    return value
+def _positive(value: float) -> bool:
+    return 0 < value < inf
 
 
-length.__name__ = "length in m"  # what argparse calls it in its complaint
-
-
-def instant(text: str) -> float:
-    """Read an instant of a run, s."""
-    value = float(text)
-    if not isfinite(value):
-        raise ValueError(text)
-    return value
-
-
-instant.__name__ = "time in s"
-
-
-def rate(text: str) -> float:
-    """Read how often something is in a second, of more than 0."""
-    return length(text)
-
-
-rate.__name__ = "number of more than 0"
-
-
-def count(text: str) -> int:
-    """Read a whole number, 0 or more."""
-    value = int(text)
-    if value < 0:
-        raise ValueError(text)
-    return value
-
-
-count.__name__ = "number"
-
-
-def degrees(text: str) -> float:
-    """Read an angle in degrees; return it in rad."""
-    value = radians(float(text))
-    if not isfinite(value):
-        raise ValueError(text)
-    return value
-
-
-degrees.__name__ = "angle in degrees"
-
-
-def at_least_one(text: str) -> int:
-    """Read a whole number, 1 or more."""
-    value = int(text)
-    if value < 1:
-        raise ValueError(text)
-    return value
-
-
-at_least_one.__name__ = "number of at least 1"
+duration = _number("a time in s of more than 0", float, _positive)
+length = _number("a length in m of more than 0", float, _positive)
+rate = _number("a number of more than 0", float, _positive)
+instant = _number("a time in s", float, isfinite)
+degrees = _number("an angle in degrees", lambda text: radians(float(text)), isfinite)
+"""Read in degrees, told in rad."""
+count = _number("a whole number of at least 0", int, lambda value: value >= 0)
+at_least_one = _number("a whole number of at least 1", int, lambda value: value >= 1)
 
 
 def names(text: str) -> list[str]:
