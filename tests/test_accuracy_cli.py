@@ -55,7 +55,7 @@ def test_bad_options_are_told(option, capsys):
     with pytest.raises(SystemExit) as stop:
         accuracy(option)
     assert stop.value.code == 2
-    assert f"argument {option.split('=')[0]}: invalid" in capsys.readouterr().err
+    assert f"argument {option.split('=')[0]}: expected " in capsys.readouterr().err
 
 
 def test_a_bad_model_is_told(capsys):

@@ -182,7 +182,7 @@ def test_bad_input_is_told(tmp_path, capsys):
         with pytest.raises(SystemExit) as stop:
             main(["stability", str(file), option])
         assert stop.value.code == 2
-        assert f"argument {option.split('=')[0]}: invalid" in capsys.readouterr().err
+        assert f"argument {option.split('=')[0]}: expected " in capsys.readouterr().err
 
 
 def test_from_python():
