@@ -47,6 +47,11 @@ def test_a_run_is_animated_in_its_folder(saved, capsys):
     assert fl.load("run").outcome.completed
 
 
+def test_formats_add_up(saved, capsys):
+    code, out, _ = said(capsys, "run", "--format", "gif,gif", "--format", "html,gif", *FEW)
+    assert (code, out) == (0, "Written to run/: animation.gif, animation.html\n")
+
+
 def test_without_ffmpeg_a_gif_and_a_page_are_written(saved, capsys, monkeypatch):
     monkeypatch.setattr(writing_room, "ffmpeg", lambda: None)
     code, out, _ = said(capsys, "run", "--out", "films", *FEW)

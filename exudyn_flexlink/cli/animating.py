@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FOLDER, completes
-from exudyn_flexlink.cli.figures import why_not
+from exudyn_flexlink.cli.figures import add_formats, why_not
 from exudyn_flexlink.cli.options import add_command, add_force, add_out
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -18,7 +18,7 @@ from exudyn_flexlink.cli.terminal import (
     progress_bar,
     refuse,
 )
-from exudyn_flexlink.cli.values import count, instant, names_of, rate
+from exudyn_flexlink.cli.values import count, instant, rate
 
 if TYPE_CHECKING:
     from exudyn_flexlink.animation import Film, Filming
@@ -62,12 +62,7 @@ def add_animate(commands: Any) -> None:
         "--from", dest="begin", type=instant, metavar="S", help="begin at this instant, in s"
     )
     parser.add_argument("--to", dest="end", type=instant, metavar="S", help="end there")
-    parser.add_argument(
-        "--format",
-        type=names_of(FORMATS, "format"),
-        metavar="FORMAT[,FORMAT]",
-        help=f"formats: {', '.join(FORMATS)}; default: mp4, or gif without ffmpeg, and html",
-    )
+    add_formats(parser, FORMATS, "formats", "mp4, or gif without ffmpeg, and html")
     parser.add_argument(
         "--speed",
         type=rate,

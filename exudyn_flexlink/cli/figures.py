@@ -46,18 +46,40 @@ class Look:
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how figures look."""
-    parser.add_argument(
-        "--format",
-        type=names_of(FIGURE_FORMATS, "format"),
-        metavar="FORMAT[,FORMAT]",
-        help=f"formats of figures: {', '.join(FIGURE_FORMATS)}; default: {FIGURE_FORMATS[0]}",
-    )
+    add_formats(parser, FIGURE_FORMATS, "formats of figures", FIGURE_FORMATS[0])
     parser.add_argument(
         "--style",
         choices=FIGURE_STYLES,
         help="how figures look: print is one column of a page wide, 86 mm, without titles; "
         f"default: {FIGURE_STYLES[0]}",
     )
+
+
+def add_formats(
+    parser: argparse.ArgumentParser, known: tuple[str, ...], about: str, default: str
+) -> None:
+    """Add the option that names formats of files; `default` says in words which are usual."""
+    parser.add_argument(
+        "--format",
+        type=names_of(known, "format"),
+        action=_Adding,
+        metavar="FORMAT[,FORMAT]",
+        help=f"{about}: {', '.join(known)}; default: {default}; may be repeated",
+    )
+
+
+class _Adding(argparse.Action):
+    """An option that may be repeated: its names add up, each once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        before = getattr(namespace, self.dest) or ()
+        setattr(namespace, self.dest, tuple(dict.fromkeys((*before, *values))))
 
 
 def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:

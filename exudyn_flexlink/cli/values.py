@@ -63,10 +63,10 @@ def effects(text: str) -> list[str]:
 
 
 def names_of(known: tuple[str, ...], what: str) -> Callable[[str], tuple[str, ...]]:
-    """Return what reads names separated by commas, each once, of those that are `known`."""
+    """Return what reads names separated by commas, of those that are `known`."""
 
     def read(text: str) -> tuple[str, ...]:
-        names = tuple(dict.fromkeys(name.strip().lower() for name in text.split(",")))
+        names = tuple(name.strip().lower() for name in text.split(","))
         for name in names:
             if name not in known:
                 listed = ", ".join(known)
