@@ -61,9 +61,10 @@ def _energy(result: Result) -> str:
 
 
 def _forces(result: Result) -> str:
-    peaks = (f"{name} {peak.value:.4g} {peak.unit}" for name, peak in force_peaks(result).items())
-    unbound = [name for name in forces_of(result) if name not in force_peaks(result)]
-    return f"Lines over the run, with the largest of each: {', '.join([*peaks, *unbound])}."
+    peaks = force_peaks(result)
+    told = [f"{name} {peak.value:.4g} {peak.unit}" for name, peak in peaks.items()]
+    unbound = [name for name in forces_of(result) if name not in peaks]
+    return f"Lines over the run, with the largest of each: {', '.join([*told, *unbound])}."
 
 
 def _parts(scene: Scene) -> str:
