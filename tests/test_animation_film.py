@@ -1,5 +1,6 @@
 """What an animation shows: which instants, how fast, which runs, where things are and touch."""
 
+import json
 from dataclasses import replace
 from math import pi
 
@@ -7,7 +8,8 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.animation import FilmError, Slow, film_of
+from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
+from exudyn_flexlink.animation.cast import drawn_lines
 from exudyn_flexlink.animation.look import GLOW_SECONDS
 from exudyn_flexlink.animation.samples import kept_instants, straightened
 from exudyn_flexlink.animation.shots import Shots, largest_of
@@ -233,6 +235,18 @@ def test_an_impact_is_told_by_its_impulse(run):
     at = int(np.searchsorted(shots.frames.times, 0.3)) + 1
     [glow] = shots.glows(at, largest_of([shots]))
     assert (glow.text, glow.strength) == ("0.0100 N s", 1.0)
+
+
+def test_walls_of_every_link_in_one_guide_are_drawn(tilting):
+    """Links in one guide may have different clearances."""
+    data = tilting.scene.to_data()
+    data["bodies"]["second"] = data["bodies"]["link"]
+    data["joints"]["wider"] = {**data["joints"]["sleeve"], "link": "second", "clearance": 2e-3}
+    both = replace(tilting, scene=results.scene_from(json.dumps(data)))
+    lines = drawn_lines(Take(both, "", None))
+    walls = [line.line for line in lines if line.kind == "wall"]
+    assert [wall.places[0, 1] for wall in walls] == pytest.approx([1e-3, -1e-3, 2e-3, -2e-3])
+    assert {line.line.name for line in lines if line.kind != "wall"} == {"link", "second"}
 
 
 def test_forces_of_walls_are_those_of_the_run(tilting):

@@ -58,11 +58,11 @@ def _lines(take: Take) -> Iterator[tuple[str, str, Line]]:
     )
     for kind, colour, lines in simple:
         yield from ((kind, colour, line) for line in lines)
-    with_play = {model.parts[channel.guide.part].body: channel for channel in walled(model)}
+    walls = [wall for channel in walled(model) for wall in wall_lines(model, channel)]
+    yield from (("wall", WALL_COLOUR, wall) for wall in walls)
+    with_walls = {wall.name for wall in walls}
     for i, body in enumerate(scene.bodies):
-        if body in with_play:
-            walls = wall_lines(model, with_play[body])
-            yield from (("wall", WALL_COLOUR, wall) for wall in walls)
+        if body in with_walls:
             continue
         colour, kind = body_colour(i), "link" if is_flexible(scene, body) else "bar"
         if body in guides(scene):
