@@ -15,6 +15,7 @@ from PIL import Image
 
 from exudyn_flexlink.animation import FilmError, Filming, film_bytes, film_of, is_animation
 from exudyn_flexlink.animation import writing as writing_room
+from exudyn_flexlink.animation.look import HALO, thickness
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.speed import frames_of
 from exudyn_flexlink.mechanism import Anchor, anchor_position
@@ -55,6 +56,15 @@ def test_a_frame_has_everything_where_it_is(run):
         assert pixel(picture, shown, p) == pytest.approx(WHITE, abs=8)
         assert pixel(picture, shown, p + 0.052 * along) == pytest.approx(rgb(BLUE), abs=8)
         assert pixel(picture, shown, [-0.13, 0.09]) == pytest.approx(WHITE, abs=8)
+
+
+@pytest.mark.parametrize("width", [320, 640, 1280])
+def test_the_length_to_read_sizes_by_stands_below_the_mechanism(width):
+    film = film_of(results.pendulum())
+    picture = Picture(film, frames_of(film, 10, 0.2), width)
+    _, low = picture.axes.transData.transform(film.takes[0].box(film.begin, film.end)[0])
+    [told] = [text for text in picture.axes.texts if text.get_text() == "20 mm"]
+    assert told.get_window_extent().y1 < low - HALO / 2 * thickness(width)
 
 
 def test_frames_do_not_depend_on_those_before(run):

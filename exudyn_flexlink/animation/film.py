@@ -34,6 +34,7 @@ FloatArray = NDArray[np.float64]
 
 LOOKS = 400  # instants at which the room that a mechanism takes is looked at
 MARGIN = 0.05  # of the picture's size, around what is shown
+BELOW = 0.1  # of it, below: there stands a length that sizes are read by
 THINNEST = 0.3  # of its width: a mechanism that moves along a line needs some height
 
 
@@ -105,7 +106,8 @@ class Film:
         high = np.max([corner[1] for corner in corners], axis=0)
         size = float(np.max(high - low)) or 1.0
         thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
-        return low - thin - MARGIN * size, high + thin + MARGIN * size
+        below = np.array([MARGIN, BELOW]) * size
+        return low - thin - below, high + thin + MARGIN * size
 
     @cached_property
     def horizon(self) -> tuple[float, str] | None:
