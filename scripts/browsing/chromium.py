@@ -85,6 +85,13 @@ class Page:
         said = [str(entry["text"]) for entry in entries if entry["level"] in BAD]
         return [*said, *(str(event["exceptionDetails"]) for event in errors)]
 
+    def drag(self, *places: tuple[float, float]) -> None:
+        """Press the mouse at the first place, x and y in pixels, and let it go at the last."""
+        kinds = ["mousePressed", *["mouseMoved"] * (len(places) - 2), "mouseReleased"]
+        for kind, (x, y) in zip(kinds, places, strict=True):
+            pressed = {"button": "left", "buttons": int(kind != "mouseReleased"), "clickCount": 1}
+            self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, **pressed)
+
     def picture(self, *, whole: bool = True) -> bytes:
         """Return a PNG of the window, or of the whole page."""
         if whole:  # images below the window are drawn when they come near it
@@ -138,9 +145,9 @@ class _Connection:
             return found
 
     def wait_for(self, event: str) -> None:
-        """Wait for an event that was not told before."""
-        while (told := self._next()).get("method") != event:
-            self._events.append(told)
+        """Wait for an event that was not told since the others were forgotten."""
+        while not self.told(event):
+            self._events.append(self._next())
 
     def told(self, event: str) -> list[Message]:
         """Return what all events of a name told so far."""

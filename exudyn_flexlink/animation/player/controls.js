@@ -45,10 +45,9 @@ class Player {
     this.picture.setAttribute("aria-label", `Animation: ${data.title}`);
     this.whole = button(this.stage, "whole", "whole view", () => this.look(1, null));
     this.pens = [new Pen(this.picture)];
-    this.guides = this.takes[0].guides.map((_, number) => {
-      const pen = new Pen(make(box, "canvas", "guide"));
-      return { pen, number };
-    });
+    const every = this.takes.flatMap((take) => take.guides);
+    const guides = every.filter((own, i) => every.findIndex((one) => one.name === own.name) === i);
+    this.guides = guides.map((guide) => ({ pen: new Pen(make(box, "canvas", "guide")), guide }));
     this.line = make(box, "canvas", "line");
     this.line.tabIndex = 0;
     for (const [name, value] of [["role", "slider"], ["aria-label", "time"],
@@ -93,10 +92,17 @@ class Player {
   }
 
   switch(name) {
-    this[name] = !this[name];
-    this.flags[name].setAttribute("aria-pressed", this[name]);
-    if (name === "follows") this.look(1, null);
-    this.draw();
+    if (name === "follows") {
+      this.look(1, null, !this.follows);
+    } else {
+      this.set(name, !this[name]);
+      this.draw();
+    }
+  }
+
+  set(name, on) {
+    this[name] = on;
+    this.flags[name].setAttribute("aria-pressed", on);
   }
 
   listen() {
@@ -209,17 +215,23 @@ class Player {
     this.draw();
   }
 
-  look(zoom, centre) {
+  // A reader who looks elsewhere follows S no longer.
+  look(zoom, centre, follows = false) {
     this.zoom = Math.min(Math.max(zoom, 1), 500);
     this.centre = this.zoom > 1 ? centre : null;
-    if (this.zoom > 1 && this.follows) this.follows = false;
+    this.set("follows", follows);
     this.draw();
+  }
+
+  // How many times larger than the whole view the picture is.
+  get larger() {
+    return this.follows ? FOLLOWED : this.zoom;
   }
 
   view() {
     const { part, x, y } = this.takes[0].data.points.S;
-    if (this.follows) return viewOf(this.pens[0], this.data.box, FOLLOWED, this.takes[0].at(part, x, y));
-    return viewOf(this.pens[0], this.data.box, this.zoom, this.centre);
+    const centre = this.follows ? this.takes[0].at(part, x, y) : this.centre;
+    return viewOf(this.pens[0], this.data.box, this.larger, centre);
   }
 
   draw() {
@@ -238,9 +250,9 @@ class Player {
     drawPoints(pen, view, this.takes[0]);
     this.takes.forEach((take, rank) => drawTouches(pen, view, take, this, rank));
     drawScale(pen, view, this.data.unit);
-    for (const { pen: own, number } of this.guides) {
+    for (const { pen: own, guide } of this.guides) {
       own.begin(dark);
-      drawGuide(own, this.takes, number, this.largest, this.t);
+      drawGuide(own, this.takes, guide, this.largest, this.t);
     }
     line.begin(dark);
     drawTimeline(line, this);
@@ -267,6 +279,7 @@ class Player {
     this.line.setAttribute("aria-valuenow", this.t);
     this.line.setAttribute("aria-valuetext", rows.join(", "));
     this.whole.hidden = this.zoom === 1;
+    this.picture.classList.toggle("flexlink-larger", this.zoom > 1);
   }
 
   apart() {

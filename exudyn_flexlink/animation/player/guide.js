@@ -1,7 +1,6 @@
 // The link in a guide with clearance, seen from the guide and drawn larger across than along.
 
-function drawGuide(pen, takes, number, largest, t) {
-  const own = takes[0].guides[number];
+function drawGuide(pen, takes, own, largest, t) {
   const [margin, top] = [12, 20];
   const whole = (1 + 2 * LOOK.beside) * own.length;
   const across = (pen.height - top) / (2 * LOOK.room * own.clearance);

@@ -78,6 +78,7 @@ class PointerWatch {
   }
 
   begin(event) {
+    this.player.picture.setPointerCapture(event.pointerId); // it may be let go beside the picture
     this.down.set(event.pointerId, this.place(event));
     this.moved = this.down.size > 1;
   }
@@ -100,11 +101,10 @@ class PointerWatch {
     const { player } = this;
     const view = player.view();
     const under = view.back(from);
-    const zoom = Math.min(Math.max(player.zoom * factor, 1), 500);
-    const scale = (view.scale * zoom) / player.zoom;
+    const zoom = Math.min(Math.max(player.larger * factor, 1), 500);
+    const scale = (view.scale * zoom) / player.larger;
     const { width, height } = player.pens[0];
     player.look(zoom, [under[0] - (to[0] - width / 2) / scale, under[1] + (to[1] - height / 2) / scale]);
-    player.picture.classList.toggle("flexlink-larger", player.zoom > 1);
   }
 
   end(event) {
