@@ -268,6 +268,17 @@ def test_peaks_are_told_beyond_the_data(rigid):
             assert box.y0 >= high or box.y1 <= low
 
 
+@pytest.mark.parametrize("turns", [0.7, 0.8, 0.9, 1.0, 1.3, 1.6])
+def test_peaks_are_told_within_the_axes(turns):
+    """Wherever in the run they are: the strike is half a turn from its begin."""
+    whole = lever(results.rigid_link(turns=turns, samples=401), style=PRINT).axes[0]
+    whole.figure.draw_without_rendering()
+    assert len(whole.texts) == 2
+    for text in whole.texts:
+        box = text.get_window_extent()
+        assert whole.bbox.x0 <= box.x0 < box.x1 <= whole.bbox.x1
+
+
 def test_texts_do_not_lie_on_each_other(rigid):
     for style in (SCREEN, PRINT):
         for name in ("lever", "energy", "forces", "coordinates"):

@@ -127,7 +127,7 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
         if tip_of:
             moved = told(factor * float(tip_of(angle)), off and factor * off, signed=True)
             text += f" ({moved} {unit})"
-        late, above = time > 0.55 * response.time[-1], angle == response.greatest[0]
+        third, above = int(3 * time / response.time[-1]), angle == response.greatest[0]
         axes.plot(time, angle, ".", color=BLACK, markersize=sized(5))
         axes.annotate(
             text,
@@ -135,7 +135,8 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
             # Beyond an extreme there is nothing that the text could cover.
             xytext=(0, 4 if above else -4),
             textcoords="offset points",
-            ha="right" if late else "left",
+            # In print a text may be two thirds as wide as the axes, beside which numbers stand.
+            ha=("left", "center", "right")[min(third, 2)],
             va="bottom" if above else "top",
             fontsize=mpl.rcParams["legend.fontsize"],
         )
