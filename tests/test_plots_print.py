@@ -359,6 +359,13 @@ def test_no_more_digits_than_are_known(value, error, text):
     assert told(value, error) == text
 
 
+def test_a_peak_of_which_no_digit_is_known_is_not_told(rigid):
+    """The lever's tip moves by 5 mm, at 30 mm from its pivot."""
+    for largest, count in ((2e-3, 2), (2e-2, 0)):
+        error = MeasuredError(("link.end",), limit=1e-6, largest=largest, exceeds_from=0.1)
+        assert len(lever(replace(rigid, error=error)).axes[0].texts) == count
+
+
 def test_a_coarser_run_is_told_with_fewer_digits(rigid):
     def peaks(tolerance):
         accuracy = rigid.scene.accuracy.model_copy(update={"tolerance": tolerance})

@@ -122,13 +122,16 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
     tip_of = _tip_of_angle(response)
     arm = float(np.max(np.abs(response.tip_displacement)) / np.max(np.abs(response.angle)))
     for angle, time in (response.least, response.greatest):
+        axes.plot(time, angle, ".", color=BLACK, markersize=sized(5))
         off = position_error(result, time)
-        text = told(angle, off / arm if off is not None and arm > 0 else None, signed=True) + " rad"
+        turned = off / arm if off is not None and arm > 0 else None
+        if turned is not None and 0 < abs(angle) <= turned:
+            continue  # no digit of it is known
+        text = told(angle, turned, signed=True) + " rad"
         if tip_of:
             moved = told(factor * float(tip_of(angle)), off and factor * off, signed=True)
             text += f" ({moved} {unit})"
         third, above = int(3 * time / response.time[-1]), angle == response.greatest[0]
-        axes.plot(time, angle, ".", color=BLACK, markersize=sized(5))
         axes.annotate(
             text,
             (time, angle),
