@@ -149,8 +149,8 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
         facts = replace(guide_facts(result, joint), caption=f"Depth and duration in '{joint}'")
         tables += [guide_table(result, joint), facts, pair_table(result, joint, MOST_PAIRS)]
         folded.append(touch_table(result, joint, MOST_TOUCHES))
-    pictures_ = _of(pictures, "guide_contact") if joints else []
-    return Section("touches", "Touches", [], pictures_, _filled(tables), _filled(folded))
+    drawn = _of(pictures, "guide_contact")
+    return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))
 
 
 def _forces(result: Result, pictures: Mapping[str, Picture]) -> Section:
