@@ -84,7 +84,7 @@ def animate_command(options: argparse.Namespace) -> int:
     from exudyn_flexlink.animation import FilmError, Filming, usual_formats
     from exudyn_flexlink.storage import StorageError, staged_files
 
-    formats = options.format or usual_formats()
+    formats = tuple(dict.fromkeys(options.format or usual_formats()))
     filming = Filming(options.fps, options.speed, options.width)
     folder: Path = options.out or options.run
     mistakes = _idle(options, formats)

@@ -62,24 +62,10 @@ def add_formats(
     parser.add_argument(
         "--format",
         type=names_of(known, "format"),
-        action=_Adding,
+        action="extend",
         metavar="FORMAT[,FORMAT]",
         help=f"{about}: {', '.join(known)}; default: {default}; may be repeated",
     )
-
-
-class _Adding(argparse.Action):
-    """An option that may be repeated: its names add up, each once."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> None:
-        before = getattr(namespace, self.dest) or ()
-        setattr(namespace, self.dest, tuple(dict.fromkeys((*before, *values))))
 
 
 def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:
@@ -118,7 +104,8 @@ def _figure_file(text: str) -> Path:
 def look_of(options: argparse.Namespace) -> Look:
     """Return how figures shall look."""
     usual = Look()
-    return Look(options.format or usual.formats, options.style or usual.style)
+    formats = tuple(dict.fromkeys(options.format or usual.formats))
+    return Look(formats, options.style or usual.style)
 
 
 def idle_options(options: argparse.Namespace) -> str:
