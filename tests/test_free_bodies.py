@@ -198,7 +198,7 @@ def test_gravity_is_a_value_downwards_or_a_vector(given, vector):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("[1]", "gravity: expected 2 entries"),
+        ("[1]", "gravity: expected [x, y], got a list of 1"),
         ("down", "gravity: expected an acceleration"),
         ("9.81 m/s", "gravity: expected an acceleration"),
         ("{x: 1}", "gravity: expected [x, y], got a mapping"),

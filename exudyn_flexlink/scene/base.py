@@ -153,10 +153,15 @@ def _is_moving_point(text: str) -> str:
     return text
 
 
-def _listed_pair(value: Any) -> Any:
-    if not isinstance(value, list | tuple):
-        refuse(f"expected [x, y], got {in_words(value)}")
-    return value
+def listed(*entries: str) -> BeforeValidator:
+    """Refuse what is no list of these entries; the message shows how the list is written."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or len(value) != len(entries):
+            refuse(f"expected [{', '.join(entries)}], got {in_words(value)}")
+        return value
+
+    return BeforeValidator(check)
 
 
 Flag = Annotated[bool, Strict()]
@@ -169,5 +174,6 @@ PointName = Annotated[
 MovingPointName = Annotated[
     str, Strict(), AfterValidator(_is_moving_point), Field(description="'body.point'")
 ]
-XY = BeforeValidator(_listed_pair)
+XY = listed("x", "y")
+TwoPoints = Annotated[tuple[PointName, PointName], listed("body.point", "body.point")]
 Point = Annotated[tuple[Coordinate, Coordinate], XY, Field(description="[x, y], metres")]

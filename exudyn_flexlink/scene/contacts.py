@@ -16,6 +16,7 @@ from exudyn_flexlink.scene.base import (
     Part,
     Point,
     PointName,
+    listed,
     refuse,
     split_point,
 )
@@ -27,8 +28,8 @@ class PointOnLine(Part):
 
     type: Literal["point_on_line"] = "point_on_line"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
-    line: tuple[MovingPointName, MovingPointName] = Field(
-        description="two points of the struck body"
+    line: Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")] = (
+        Field(description="two points of the struck body")
     )
     side: Literal["left", "right"] = Field(
         "left", description="which side of the line, from its first to its second point, is free"
@@ -87,7 +88,9 @@ class CircleOnCircle(Part):
     """Two circles of two bodies can't cross: outside each other, or one inside the other."""
 
     type: Literal["circle_on_circle"] = "circle_on_circle"
-    circles: tuple[Circle, Circle] = Field(description="two circles of different bodies")
+    circles: Annotated[tuple[Circle, Circle], listed("circle", "circle")] = Field(
+        description="two circles of different bodies"
+    )
     law: Law = Field(description="force of the contact, or its impulse")
 
     @property

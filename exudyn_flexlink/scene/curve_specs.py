@@ -9,7 +9,17 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from exudyn_flexlink.quantities import Angle, PositiveLength
-from exudyn_flexlink.scene.base import ByType, Flag, Name, Part, Point, Text, refuse, require_one
+from exudyn_flexlink.scene.base import (
+    ByType,
+    Flag,
+    Name,
+    Part,
+    Point,
+    Text,
+    listed,
+    refuse,
+    require_one,
+)
 
 FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, however it was rounded
 FEWEST_POINTS = 4
@@ -49,7 +59,9 @@ class EllipseSpec(_Arc):
 
     type: Literal["ellipse"] = "ellipse"
     centre: Point = Field(description="[x, y], metres")
-    semi_axes: tuple[PositiveLength, PositiveLength] = Field(description="[a, b], metres")
+    semi_axes: Annotated[tuple[PositiveLength, PositiveLength], listed("a", "b")] = Field(
+        description="[a, b], metres"
+    )
     rotation: Angle = Field(0.0, description="of the first axis from +x, counter-clockwise")
 
 

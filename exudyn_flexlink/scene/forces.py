@@ -30,7 +30,7 @@ from exudyn_flexlink.scene.base import (
     Name,
     Part,
     Point,
-    PointName,
+    TwoPoints,
     refuse,
     refuse_place,
     refuse_two,
@@ -101,7 +101,7 @@ class LinearSpring(Part):
     """A spring, a damper or both, between two points, or along a prismatic joint."""
 
     type: Literal["linear"] = "linear"
-    points: tuple[PointName, PointName] | None = Field(
+    points: TwoPoints | None = Field(
         None, description="two points 'body.point', of which one may be 'ground'; or 'joint'"
     )
     at: Point | None = Field(
@@ -208,7 +208,7 @@ class ForceDrive(Part):
 
     type: Literal["force"] = "force"
     point: MovingPointName = Field(description="point 'body.point' at which the force acts")
-    value: tuple[ForceValue, ForceValue] = Field(
+    value: Annotated[tuple[ForceValue, ForceValue], XY] = Field(
         description="[x, y] along the axes, each of time and state"
     )
     axes: Name = Field(

@@ -10,13 +10,14 @@ from pydantic import Field, field_validator, model_validator
 from exudyn_flexlink.quantities import Angle, NonNegativeLength, PositiveLength, Ratio
 from exudyn_flexlink.scene.base import (
     GROUND,
+    XY,
     ByType,
     Flag,
     MovingPointName,
     Name,
     Part,
     Point,
-    PointName,
+    TwoPoints,
     refuse,
     refuse_place,
     split_point,
@@ -29,9 +30,7 @@ _EXAMPLE = "e.g. law: {stiffness: 1.0e5, restitution: 0.5}"
 class PointsJoint(Part):
     """A joint of two points, which says where it sits if one of them is the ground."""
 
-    points: tuple[PointName, PointName] = Field(
-        description="two points 'body.point'; one may be 'ground'"
-    )
+    points: TwoPoints = Field(description="two points 'body.point'; one may be 'ground'")
     at: Point | None = Field(None, description="where the joint sits on the ground, [x, y], metres")
 
     @property
@@ -106,7 +105,7 @@ class PrismaticJoint(PointsJoint):
     """The second point slides on a straight line through the first; no body turns on the other."""
 
     type: Literal["prismatic"] = "prismatic"
-    axis: tuple[Ratio, Ratio] = Field(
+    axis: Annotated[tuple[Ratio, Ratio], XY] = Field(
         description="direction [x, y] of the line, of any length, in the first body's axes; the "
         "ground's if that is 'ground'"
     )

@@ -23,12 +23,16 @@ from exudyn_flexlink.scene.base import (
     Named,
     Part,
     Point,
+    listed,
     refuse,
     require_one,
 )
 
 Velocity = Annotated[tuple[Speed, Speed], XY]
-PartState = tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed]
+PartState = Annotated[
+    tuple[Coordinate, Coordinate, Angle, Speed, Speed, AngularSpeed],
+    listed("x", "y", "angle", "vx", "vy", "angular speed"),
+]
 FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer are no contact at all
 
 

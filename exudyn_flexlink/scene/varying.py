@@ -19,10 +19,13 @@ from exudyn_flexlink.expressions import (
     parse_expression,
 )
 from exudyn_flexlink.quantities import NUMBER, UNIT, Number, Quantity
-from exudyn_flexlink.scene.base import TAG, Part, Text, refuse, require_one
+from exudyn_flexlink.scene.base import TAG, Part, Text, listed, refuse, require_one
 from exudyn_flexlink.units import Dimension
 
-Row = tuple[Annotated[float, Quantity(Dimension.TIME)], Annotated[float, Number()]]
+Row = Annotated[
+    tuple[Annotated[float, Quantity(Dimension.TIME)], Annotated[float, Number()]],
+    listed("time", "value"),
+]
 
 
 class Table(Part):

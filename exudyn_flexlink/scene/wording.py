@@ -40,7 +40,7 @@ def mistakes_of(
             mistake = unknown_key(path, keys, elsewhere if path[:-1] == at else _NOWHERE)
             found.append(mistake)
             suggested |= {(path[:-1], key) for key in keys if f"'{key}'?" in mistake.message}
-        elif item["type"] == "missing" and not isinstance(path[-1], int):
+        elif item["type"] == "missing":
             missing.append(Mistake(path[:-1], f"missing '{path[-1]}'", on_key=True))
         else:
             found.append(_reworded(path, dict(item)))
@@ -102,8 +102,6 @@ def _reworded(path: KeyPath, error: dict[str, Any]) -> Mistake:
         return Mistake((*path, *context["at"]), message, hint, on_key=on_key)
     if kind.startswith("union_tag"):
         return _wrong_type(path, error)
-    if kind == "missing":  # an entry of a list of fixed length, all of which are pairs
-        return Mistake(path[:-1], f"expected 2 entries, got {got}")
     if kind in _WORDS:
         return Mistake(path, _WORDS[kind](context, got))
     return Mistake(path, error["msg"])
@@ -149,6 +147,5 @@ _WORDS: dict[str, Callable[[dict[str, Any], str], str]] = {
     "greater_than_equal": lambda context, _: f"must be {context['ge']} or greater",
     "less_than_equal": lambda context, _: f"must be {context['le']} or less",
     "too_short": lambda context, _: f"needs at least {_entries(context['min_length'])}",
-    "too_long": lambda context, got: f"expected {_entries(context['max_length'])}, got {got}",
 }
 """What is said of pydantic's other errors, from their context and the value."""

@@ -21,6 +21,7 @@ from exudyn_flexlink.scene.base import (
     Name,
     Part,
     Text,
+    listed,
     refuse,
     require_one,
 )
@@ -114,7 +115,9 @@ class PublishedFrequency(_Number):
     type: Literal["frequency"] = "frequency"
     point: MovingPointName = Field(description="'body.point'")
     axis: Literal["x", "y"] = Field(description="coordinate that vibrates")
-    between: tuple[AngularSpeed, AngularSpeed] = Field(description="[lowest, highest] of the band")
+    between: Annotated[tuple[AngularSpeed, AngularSpeed], listed("lowest", "highest")] = Field(
+        description="[lowest, highest] of the band"
+    )
     value: AngularSpeed = Field(description="published value")
 
     @model_validator(mode="after")
