@@ -149,11 +149,8 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        metadata = import_module("importlib.metadata")
-        try:
-            return metadata.version("exudyn-flexlink")
-        except metadata.PackageNotFoundError:
-            return "not installed"  # run from its source
+        own = import_module(f"{__name__}.versions")
+        return own.version_of(own.THIS)
     if name not in _HOMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

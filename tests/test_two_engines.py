@@ -6,6 +6,7 @@ Short runs; scripts/promises.py measures the same over two turns.
 from __future__ import annotations
 
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,11 @@ def test_smooth_motions_agree_to_1e_8_and_with_the_step_squared() -> None:
     coarse, fine = (against_lagrangian(SMOOTH, step).deviation.largest for step in steps)
     assert fine < 1e-8
     assert coarse / fine == pytest.approx(4, abs=0.4)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_result_says_by_which_version_of_this_program_it_was_made(engine: str) -> None:
+    assert run(engine, *SMOOTH).versions["exudyn-flexlink"] == metadata.version("exudyn-flexlink")
 
 
 def test_strikes_agree_at_tight_settings() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from importlib import import_module
 from typing import Literal
 
@@ -15,6 +16,7 @@ from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.engines.interrupts import LateInterruptError, deferrable_interrupts
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Run, Scene
+from exudyn_flexlink.versions import THIS, version_of
 
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
@@ -67,6 +69,7 @@ def simulate(
     with deferrable_interrupts() as ctrl_c, threadpool_limits(limits=1, user_api="blas"):
         result, interrupted = retried(run(scene, progress), lambda x: run(x, progress), retries)
     result = unmeasured(diagnosed(result))
+    result = replace(result, versions={THIS: version_of(THIS), **result.versions})
     if (ctrl_c.pending or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
     return measured(result, progress).result if measure and result.error else result

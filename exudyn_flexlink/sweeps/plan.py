@@ -7,7 +7,6 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import PackageNotFoundError, version
 
 from exudyn_flexlink.loading import document_of
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
@@ -15,9 +14,10 @@ from exudyn_flexlink.source import Document, KeyPath, Mistake, SceneError, dotte
 from exudyn_flexlink.sweeps.designs import Design, Told
 from exudyn_flexlink.sweeps.dimensions import column_of, si_unit
 from exudyn_flexlink.sweeps.values import Value, in_si, setting_text, unit_of
+from exudyn_flexlink.versions import THIS, version_of
 
 DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
-PACKAGES = ("exudyn-flexlink", "exudyn", "numpy", "scipy")  # on whose versions numbers depend
+PACKAGES = (THIS, "exudyn", "numpy", "scipy")  # on whose versions numbers depend
 
 
 @dataclass(frozen=True)
@@ -127,14 +127,7 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
 
 def versions() -> dict[str, str]:
     """Versions of the packages on which numbers depend."""
-    return {name: _version(name) for name in PACKAGES}
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:  # run from its source
-        return "not installed"
+    return {name: version_of(name) for name in PACKAGES}
 
 
 def _id(base: str, settings: Sequence[str]) -> str:
