@@ -22,6 +22,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import estimated_steps, idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
+from exudyn_flexlink.storage import load, save
 
 MODELS = Path(__file__).parents[1] / "models"
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
@@ -64,6 +65,13 @@ def test_settings_without_a_use_are_named() -> None:
     names = [[text.split("'")[1] for text in idle_settings(r)] for r in (tree, joints, local)]
     both = ["solver.spectral_radius", "solver.integrator"]
     assert names == [both, both[1:], both[:1]]
+
+
+def test_a_saved_run_had_no_settings_without_a_use(tmp_path: Path) -> None:
+    """Its scene says all defaults, which nobody gave."""
+    run = replace(rigid_link(), settings={"formulation": "minimal"})
+    save(run, tmp_path)
+    assert idle_settings(load(tmp_path)) == []
 
 
 def test_check_says_what_a_rigid_model_leaves_out(capsys: Capture) -> None:
