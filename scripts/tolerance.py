@@ -11,9 +11,10 @@ Usage:
 `coast_N` the guide is pushed and no drive holds its speed. Errors are the largest of all named
 points, and of the lever's tip by its angle, m, over the run, against the Lagrangian at 1e-11 m by
 its implicit method. Scenes with clearance go on for less than half a turn. Flagged are errors above
-the tolerance, with the run's first warning if it says anything, and where both are more than a
-hundred times below it. Seconds are of processor time, the least of some solves. At the end the
-larger of both errors is printed as a table.
+the tolerance, with the run's first warning if it has one, and where both are more than a hundred
+times below it. No neighbouring run is made here, so that warnings which need one are missing:
+`told_errors.py` counts these. Seconds are of processor time, the least of some solves. At the end
+the larger of both errors is printed as a table.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class Point:
     def flag(self, tolerance: float) -> str:
         """What is wrong with the errors, by the tolerance."""
         if self.largest > tolerance:
-            return f"ABOVE, told: {self.told}" if self.told else "ABOVE, silently"
+            return f"ABOVE; {self.told}" if self.told else "ABOVE"
         return "far below" if self.largest < tolerance / FARTHEST_BELOW else ""
 
 

@@ -125,7 +125,7 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
     allowed = _stated(result)
     if case.truth is not None:
         found = case.truth(result)
-        if engine_of(str(result.settings.get("formulation", LAGRANGIAN))) and not _judged(case):
+        if not _judged(case):
             return found, allowed, []
     else:
         found = 0.0

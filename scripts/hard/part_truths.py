@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import acos, cos, pi, sin, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
-from hard.truths import EXACT
+from hard.truths import EXACT, pressed_back
 
 FloatArray = NDArray[np.float64]
 
@@ -91,7 +90,7 @@ def micron_bearing(result: Result) -> float:
         push = np.zeros(2)
         if touching:
             far = np.hypot(x, y)
-            push = -_press(law, far - play, (x * u + y * v) / far) / far * np.array([x, y])
+            push = -pressed_back(law, far - play, (x * u + y * v) / far) / far * np.array([x, y])
         c, d = cos(angle), sin(angle)
         bend = -arm * (c * push[1] - d * push[0]) / rod.inertia  # about the centre of mass
         linear = push / rod.mass + [0, -G]
@@ -120,7 +119,7 @@ def grazing_circles(result: Result) -> float:
     def rates(_: float, s: FloatArray, touching: bool) -> FloatArray:
         x, y, u, v = s
         far = np.hypot(x, y)
-        press = _press(contact.law, reach - far, -(x * u + y * v) / far) if touching else 0.0
+        press = pressed_back(contact.law, reach - far, -(x * u + y * v) / far) if touching else 0.0
         return np.array([u, v, press * x / far / reduced, press * y / far / reduced])
 
     def gap(s: FloatArray) -> float:
@@ -204,13 +203,6 @@ def _off(result: Result, expected: FloatArray) -> float:
 def _states(rates: Callable[..., FloatArray], start: list[float], time: FloatArray) -> FloatArray:
     """States (N, n) at instants (N,) s, of smooth equations."""
     return np.asarray(solve_ivp(rates, (0.0, time[-1]), start, **EXACT).sol(time).T)
-
-
-def _press(law: Any, depth: float, rate: float) -> float:
-    """Force (N) of a penetration (m) that grows at a rate (m/s): docs/modelling.md."""
-    e2 = law.restitution**2
-    share = (1 + e2) / 2 + (1 - e2) / 2 * np.tanh(rate / law.transition_speed)
-    return float(law.stiffness * max(depth, 0.0) * share)
 
 
 def _touching(

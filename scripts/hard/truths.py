@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,13 @@ FloatArray = NDArray[np.float64]
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15, "dense_output": True}
 FREE_STEP = 2e-4  # s: a free flight is looked at so often
 MOST_PHASES = 5000
+
+
+def pressed_back(law: Any, depth: float, rate: float) -> float:
+    """Force (N) of a penetration (m) that grows at a rate (m/s): docs/modelling.md."""
+    e2 = law.restitution**2
+    share = (1 + e2) / 2 + (1 - e2) / 2 * np.tanh(rate / law.transition_speed)
+    return float(law.stiffness * max(depth, 0.0) * share)
 
 
 class Hammer:
@@ -61,9 +69,7 @@ class Hammer:
         for (r, law), acts in zip(self.points, pressed, strict=True):
             if acts:
                 depth, going_in = -r * np.sin(phi), -r * np.cos(phi) * rate
-                e2 = law.restitution**2
-                share = (1 + e2) / 2 + (1 - e2) / 2 * np.tanh(going_in / law.transition_speed)
-                total += law.stiffness * max(depth, 0.0) * share * r * np.cos(phi)
+                total += pressed_back(law, depth, going_in) * r * np.cos(phi)
         return float(total)
 
     def angles(self, time: FloatArray) -> FloatArray:
