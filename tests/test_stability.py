@@ -193,6 +193,7 @@ def test_from_python():
     assert fl.simulate(again.with_({"run.turns": 0.1}), "lagrangian").outcome.completed
     assert result.poincare(0.5).distinct(1.0) == 1
     assert result.lap_distances().largest.shape == (0, 1)
+    assert result.lap_distances(after=10.0).largest.shape == (0, 0)
     assert result.vibration().off_ideal
 
 

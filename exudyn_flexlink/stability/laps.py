@@ -77,7 +77,7 @@ def lap_distances(
     """
     point = watched_point(result.scene) if point is None else point
     [seen] = paths(result, [point])
-    count = int((float(seen.time[-1]) - after) / lap * (1 + 1e-9))
+    count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))
     phases = np.arange(PHASES) / PHASES
     times = after + lap * (np.arange(count)[:, None] + phases)
     places = between_samples(seen.time, seen.position, seen.velocity, times.ravel())
