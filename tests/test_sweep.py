@@ -118,6 +118,14 @@ def test_all_mistakes_come_at_once() -> None:
         assert words in told
 
 
+def test_a_range_after_one_with_a_mistake_is_named_by_its_own_path() -> None:
+    mistakes: list[Mistake] = []
+    made = random({LENGTH: "1:2 mmm:3", ANGLE: "0:90 kg"}, 5, 0, (), mistakes)
+    with pytest.raises(fl.SceneError) as error:
+        planned(scene_from(PENDULUM), made, Document("test"), mistakes=mistakes)
+    assert f"{ANGLE}: expected an angle" in str(error.value)
+
+
 def test_files_that_vary_are_those_beside_the_model() -> None:
     found = table(plan_of({"curves.track.file": ["track_points.csv"]},
                           fl.load_scene("spline_track")), lambda *_: {})  # fmt: skip

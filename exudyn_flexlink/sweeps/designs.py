@@ -139,11 +139,10 @@ def _within(
         tuple(kind.at(part) for kind, part in zip(kinds, row, strict=True)) for row in rows
     )
     # Where the least and the greatest value of a path are allowed, those between are.
-    ends = [(min, i) for i in range(len(kinds))] + [(max, i) for i in range(len(kinds))]
     told = {
         Told(pick(range(count), key=lambda k: rows[k][i]), i, (*at, path))
-        for pick, i in ends
-        for path in [tuple(ranges)[i]]
+        for i, path in enumerate(read)
+        for pick in (min, max)
     }
     return Design(tuple(read), points, tuple(sorted(told, key=lambda one: (one.path, one.point))))
 
