@@ -26,6 +26,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.stability import Asked, long_scene, rhythm_of, study
+from exudyn_flexlink.sweeps import DOUBTFUL
 
 SPEEDS = (2.0, 5.0, 10.0, 20.0, 30.0, 40.0)  # rad/s
 CLEARANCES = (0.0, 0.5, 1.0, 2.0, 3.5, 5.0)  # mm on each side
@@ -93,10 +94,20 @@ def speed_of(row: Row) -> float:
     return float(next(value for key, value in row.items() if key.startswith("drives.motor")))
 
 
+def per_lap(row: Row) -> float:
+    """Largest exponent, per lap; nan where the study failed."""
+    value = row.get("exponent_per_s")
+    return np.nan if value is None else float(value) * 2 * np.pi / speed_of(row)
+
+
 def word(row: Row) -> str:
-    """What S does, in a word or two."""
+    """What S does, in a word or two; a star where a run warned."""
     if row.get("sign") is None:
         return "failed"
+    return _told(row) + ("*" if row["status"] == DOUBTFUL else "")
+
+
+def _told(row: Row) -> str:
     if row["sign"] > 0:
         return "never"
     if row["repeats_after_laps"]:
@@ -111,8 +122,8 @@ def mapped(maps: Mapping[str, list[Row]], *, style: Style = SCREEN) -> Figure:
     figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
     shape = (len(maps), 1) if style.narrow else (1, len(maps))
     panels = figure.subplots(*shape, squeeze=False, sharey=True).ravel()
-    known = [row["exponent_per_s"] for rows in maps.values() for row in rows]
-    most = max((abs(value) for value in known if value is not None), default=1.0)
+    known = [abs(per_lap(row)) for rows in maps.values() for row in rows]
+    most = max((value for value in known if np.isfinite(value)), default=1.0)
     for axes, (hinges, rows) in zip(panels, maps.items(), strict=True):
         image = _panel(axes, rows, most)
         axes.set_title(f"hinges '{hinges}'")
@@ -123,15 +134,13 @@ def mapped(maps: Mapping[str, list[Row]], *, style: Style = SCREEN) -> Figure:
 
 
 def _panel(axes: Axes, rows: list[Row], most: float) -> Any:
-    """One rule: a field for each point, with a word in it."""
+    """One rule: a field for each point, with a word in it; colours reach from -`most` to `most`."""
     speeds = sorted({speed_of(row) for row in rows})
     gaps = sorted({row["gap"] for row in rows})
     field = np.full((len(gaps), len(speeds)), np.nan)
     for row in rows:
         place = gaps.index(row["gap"]), speeds.index(speed_of(row))
-        if row["exponent_per_s"] is not None:
-            field[place] = row["exponent_per_s"] * 2 * np.pi / speed_of(row)
-    most = float(np.nanmax(np.abs(field))) if np.isfinite(field).any() else most
+        field[place] = per_lap(row)
     image = axes.imshow(field, cmap="RdBu_r", vmin=-most, vmax=most, origin="lower", aspect="auto")
     for row in rows:
         y, x = gaps.index(row["gap"]), speeds.index(speed_of(row))
@@ -163,9 +172,12 @@ def main() -> None:
     for hinges, rows in maps.items():
         for row in sorted(rows, key=lambda row: (speed_of(row), row["gap"])):
             told = "-"
-            if row["exponent_per_s"] is not None:
+            if row.get("exponent_per_s") is not None:
                 told = f"{row['exponent_per_s']:.2f} +- {row['uncertainty_per_s']:.2f}"
             print(f"| {hinges} | {speed_of(row):g} | {row['gap']:g} | {told} | {word(row)} |")
+    reasons = {row["reason"] for rows in maps.values() for row in rows if row["status"] == DOUBTFUL}
+    if reasons:
+        print(f"\n\\* a run of this study warned: {'; '.join(sorted(reasons))}")
 
 
 if __name__ == "__main__":
