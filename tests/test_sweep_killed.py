@@ -1,11 +1,13 @@
 """Processes of a sweep that are killed: what they had made stays, nothing is made twice."""
 
+import json
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from results import PENDULUM, scene_from
@@ -13,6 +15,7 @@ from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.storage import load_sweep
+from exudyn_flexlink.storage import sweep as stored
 from exudyn_flexlink.sweeps import Executor, LocalProcesses, SweepTable, carried_out
 from exudyn_flexlink.sweeps.cluster import DaskCluster
 
@@ -20,6 +23,7 @@ COUNT = 8
 SCRIPT = f"""
 import sys
 from pathlib import Path
+from typing import Any
 sys.path[:0] = [{str(Path(__file__).parent)!r}]
 from results import PENDULUM, scene_from
 from sweep_runs import LENGTH, Length
@@ -128,3 +132,21 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_no_row(cluster: str, tmp_pat
     assert observe.asked().count(3) == 2
     observe = Length(tmp_path / "second", deadly=3, times=99)
     check_killed_always(swept(executor, observe), observe)
+
+
+def test_of_two_sweeps_begun_together_none_works_under_the_plan_of_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other one writes its plan after this one did, before this one locks the folder."""
+    folder, locked = tmp_path / "swept", stored._lock
+
+    def late(*arguments: Any) -> None:
+        (folder / "sweep.json").write_text(json.dumps(stored._plan(plan_of(COUNT + 1))))
+        locked(*arguments)
+
+    monkeypatch.setattr(stored, "_lock", late)
+    with (
+        pytest.raises(fl.StorageError, match="another process began a sweep"),
+        stored.open_journal(folder, plan_of(COUNT)),
+    ):
+        raise AssertionError("two sweeps in one folder")

@@ -105,6 +105,7 @@ def open_journal(
         raise StorageError(cannot_write(folder / JOURNAL, error)) from error
     with stream:
         _lock(stream, folder)
+        _require_own(folder, sweep)
         known = {} if there is None else _rows(stream, sweep)
         if series:
             known = {name: row for name, row in known.items() if _has_series(folder, row)}
@@ -282,6 +283,18 @@ def _require_free(folder: Path) -> None:
     """
     with suppress(OSError), (folder / JOURNAL).open("rb") as stream:
         _lock(stream, folder)
+
+
+def _require_own(folder: Path, sweep: Sweep) -> None:
+    """Look whether the plan in a folder that is locked is still the one this process wrote.
+
+    Raises:
+        StorageError: another process, begun at the same moment, has put its own there.
+
+    """
+    plan = _read_plan(folder)
+    if plan is None or plan.get("digest") != sweep.digest:
+        raise StorageError(f"another process began a sweep in {folder} at the same moment")
 
 
 def _lock(stream: IO[bytes], folder: Path) -> None:
