@@ -25,6 +25,7 @@ SETTLE = 0.25  # of the time: until the neighbour lies in the direction that gro
 FEWEST = 4  # batches: by fewer their scatter is hardly known,
 ENOUGH = 8  # and if there are more than twice as many, they may as well be longer
 SURE = 0.95  # of the cases the exponent is within its uncertainty
+MOST_CORRELATED = 0.95  # batches that follow one another: the mean of more tells nothing
 
 
 class TooShortError(ValueError):
@@ -101,9 +102,8 @@ class Neighbours:
     """How neighbours are made, and how far they are apart.
 
     They are put back to `distance`, which is Euclidean in states divided by `scales` (n,), ones if
-    None. The first is in a random direction of `seed`. Means over a time `batch` (s) count as
-    independent of each other: it must be longer than what correlates, and whole periods of what is
-    periodic.
+    None. The first is in a random direction of `seed`. The uncertainty is told by means over a time
+    `batch` (s), whole periods of what is periodic; see `half_width`.
     """
 
     distance: float
@@ -155,7 +155,7 @@ def largest_exponent(
     )
     grown = np.append(0.0, np.cumsum(spans * rates))
     means = np.diff(grown[edges]) / np.diff(motion.times[edges])
-    return Exponent(value, _doubt(means), motion.times, rates, settled, means, distance, noise)
+    return Exponent(value, half_width(means), motion.times, rates, settled, means, distance, noise)
 
 
 def batches(times: FloatArray, batch: float) -> tuple[int, NDArray[np.intp]]:
@@ -181,9 +181,26 @@ def batches(times: FloatArray, batch: float) -> tuple[int, NDArray[np.intp]]:
     return int(edges[0]), edges
 
 
-def _doubt(means: FloatArray) -> float:
-    """Half width (1/s) of the interval that holds the mean with probability `SURE`."""
+def half_width(means: FloatArray) -> float:
+    """Half width of the interval that holds the mean of batches with probability `SURE`.
+
+    Batches that follow one another may still correlate, by r from one to the next. The correlation
+    of n means, taken about their own mean, is too small by (1 + 4 r)/n: F. H. C. Marriott and J. A.
+    Pope, Bias in the estimation of autocorrelations, Biometrika 41 (1954) 390. If it falls as r^k
+    over k batches, n of them tell no more than n (1 - r)/(1 + r) that are independent.
+
+    Of eight batches the interval holds the mean in 97 % of the cases if r = 0, 87 % if r = 0.6: so
+    few do not tell how much they correlate.
+    """
     from scipy.special import stdtrit  # noqa: PLC0415 - takes a second, which `check` saves
 
-    student = float(stdtrit(len(means) - 1, (1 + SURE) / 2))
-    return float(student * means.std(ddof=1) / sqrt(len(means)))
+    count = len(means)
+    off = means - means.mean()
+    whole = float(off @ off)
+    if whole == 0:
+        return 0.0
+    found = float(off[1:] @ off[:-1]) / whole
+    correlation = min(max(found + (1 + 4 * found) / count, 0.0), MOST_CORRELATED)
+    independent = max(count * (1 - correlation) / (1 + correlation), 2.0)
+    student = float(stdtrit(independent - 1, (1 + SURE) / 2))
+    return student * sqrt(whole / (count - 1) / independent)
