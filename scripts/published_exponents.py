@@ -45,7 +45,6 @@ UEDA = 0.0999
 Y. Ueda, Journal of Statistical Physics 20 (1979) 181."""
 E, OMEGA, GAMMA, G = 0.5, 30.0, 1.1, 9.81  # restitution, rad/s and acceleration over g of a table
 UEDA_SCENE = """
-title: Ueda's oscillator as a mass on a rail
 bodies: {mass: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}}
 joints: {rail: {type: prismatic, points: [ground, mass.p], at: [0, 0], axis: [1, 0]}}
 springs: {damper: {type: linear, joint: rail, damping: 0.05}}
@@ -53,6 +52,29 @@ drives: {push: {type: force, point: mass.p, value: [7.5*cos(t) - place(rail)**3,
 initial: {along: {rail: 1}}
 run: {duration: 1}
 accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def ball_scene(clock: float, height: float, speed: float) -> str:
+    """A ball over a table that shakes as ``sin(OMEGA t)``: in SI, at t = clock."""
+    return f"""
+bodies:
+  ball: {{type: rigid, mass: 1, inertia: 0.1, points: {{p: [0, 0]}}}}
+  table: {{type: rigid, mass: 1, inertia: 0.1, points: {{o: [0, 0], a: [-1, 0], b: [1, 0]}}}}
+joints:
+  fall: {{type: prismatic, points: [ground, ball.p], at: [0, 0], axis: [0, 1]}}
+  rail: {{type: prismatic, points: [ground, table.o], at: [0, 0], axis: [0, 1]}}
+drives: {{shake: {{type: motion, joint: rail, value: {GAMMA * G / OMEGA**2}*sin({OMEGA}*t)}}}}
+contacts:
+  bounce:
+    type: point_on_line
+    point: ball.p
+    line: [table.a, table.b]
+    law: {{type: impulse, restitution: {E}}}
+gravity: 9.81
+initial: {{clock: {clock}, along: {{fall: {height}}}, velocities: {{ball: [0, {speed}]}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-9}}
 """
 
 
@@ -103,7 +125,7 @@ def exponent_of(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float) -> Ex
 
 def ueda_mechanism(part: float) -> Exponent:
     """The same oscillator as a mechanism."""
-    scene = scene_of(parse_document(UEDA_SCENE, "ueda.yaml"))
+    scene = scene_of(parse_document(f"title: a mass on a rail\n{UEDA_SCENE}", "ueda.yaml"))
     return exponent_of(scene, Rhythm(2 * pi), round(2000 * part), 1e-9)
 
 
@@ -113,29 +135,7 @@ def bouncing_ball(_: float) -> Exponent:
     first, start = acos((1 - E) / (1 + E) * pi / GAMMA) / OMEGA, 0.4 * period
     flown, up, high = start - first, G * period / 2, GAMMA * G / OMEGA**2
     height = high * sin(OMEGA * first) + up * flown - G * flown**2 / 2
-    text = f"""
-title: a ball on a shaken table
-bodies:
-  ball: {{type: rigid, mass: 1, inertia: 0.1, points: {{p: [0, 0]}}}}
-  table: {{type: rigid, mass: 1, inertia: 0.1, points: {{o: [0, 0], a: [-1, 0], b: [1, 0]}}}}
-joints:
-  fall: {{type: prismatic, points: [ground, ball.p], at: [0, 0], axis: [0, 1]}}
-  rail: {{type: prismatic, points: [ground, table.o], at: [0, 0], axis: [0, 1]}}
-drives: {{shake: {{type: motion, joint: rail, value: {high}*sin({OMEGA}*t)}}}}
-contacts:
-  bounce:
-    type: point_on_line
-    point: ball.p
-    line: [table.a, table.b]
-    law: {{type: impulse, restitution: {E}}}
-gravity: 9.81
-initial:
-  clock: {start}
-  along: {{fall: {height}}}
-  velocities: {{ball: [0, {up - G * flown}]}}
-run: {{duration: 1}}
-accuracy: {{tolerance: 1.0e-9}}
-"""
+    text = f"title: a ball on a table\n{ball_scene(start, height, up - G * flown)}"
     return exponent_of(scene_of(parse_document(text, "ball.yaml")), Rhythm(period), 60, 1e-9)
 
 

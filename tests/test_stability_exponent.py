@@ -4,6 +4,7 @@ from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from published_exponents import GAMMA, LORENZ, OMEGA, UEDA_SCENE, E, G, ball_scene
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_physics_tools import STEEL, scene
@@ -21,10 +22,6 @@ from exudyn_flexlink.stability import (
 )
 from exudyn_flexlink.stability.exponent import half_width
 from exudyn_flexlink.stability.neighbours import restarts, scales
-
-LORENZ = 0.9056
-"""1/s, of sigma 10, rho 28, beta 8/3: J. C. Sprott, Chaos and Time-Series Analysis, 2003."""
-G = 9.81
 
 
 def exact(rates):
@@ -169,30 +166,6 @@ def test_a_hanging_rod_comes_to_rest_at_its_rate():
     assert found.sign == -1
 
 
-E, OMEGA = 0.5, 30.0  # restitution; rad/s of the table
-GAMMA = 1.1  # acceleration of the table over g: the ball bounces once a period
-BALL = f"""
-bodies:
-  ball: {{type: rigid, mass: 1, inertia: 0.1, points: {{p: [0, 0]}}}}
-  table: {{type: rigid, mass: 1, inertia: 0.1, points: {{o: [0, 0], a: [-1, 0], b: [1, 0]}}}}
-joints:
-  fall: {{type: prismatic, points: [ground, ball.p], at: [0, 0], axis: [0, 1]}}
-  rail: {{type: prismatic, points: [ground, table.o], at: [0, 0], axis: [0, 1]}}
-drives:
-  shake: {{type: motion, joint: rail, value: {GAMMA * G / OMEGA**2}*sin({OMEGA}*t)}}
-contacts:
-  bounce:
-    type: point_on_line
-    point: ball.p
-    line: [table.a, table.b]
-    law: {{type: impulse, restitution: {E}}}
-gravity: 9.81
-initial: {{along: {{fall: HEIGHT}}, velocities: {{ball: [0, UP]}}}}
-run: {{duration: 1}}
-accuracy: {{tolerance: 1.0e-9}}
-"""
-
-
 def table(t):
     return GAMMA * G / OMEGA**2 * sin(OMEGA * t)
 
@@ -231,9 +204,7 @@ def test_a_bouncing_ball_settles_at_its_rate():
     start = 0.4 * period  # between two bounces
     flown = start - first
     height = table(first) + up * flown - G * flown**2 / 2
-    text = BALL.replace("HEIGHT", repr(float(height))).replace("UP", repr(float(up - G * flown)))
-    text = text.replace("initial: {", f"initial: {{clock: {float(start)!r}, ")
-    found = studied(text, Rhythm(period), 24)
+    found = studied(ball_scene(start, height, up - G * flown), Rhythm(period), 24)
     assert len(found.run.intervals["bounce"]) == 24
     rate = log(E) / period
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
@@ -242,7 +213,7 @@ def test_a_bouncing_ball_settles_at_its_rate():
 
 
 def test_neighbours_start_where_nothing_presses():
-    text = BALL.replace("HEIGHT", "0.05").replace("UP", "0")
+    text = ball_scene(0.0, 0.05, 0.0)
     run = by("exudyn")(long_scene(scene(STEEL + text), Rhythm(0.2), 5, 1e-9))
     begins = run.intervals["bounce"].begin
     assert np.diff(begins).min() < 1e-6  # at last it chatters
@@ -255,23 +226,12 @@ def test_a_distance_counts_angles_by_their_reach():
     assert scales(whole, 2 * pi).tolist() == pytest.approx([1, 1, 1 / 0.6, 1, 1, 1 / 0.6])
 
 
-UEDA = """
-bodies: {mass: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}}
-joints: {rail: {type: prismatic, points: [ground, mass.p], at: [0, 0], axis: [1, 0]}}
-springs: {damper: {type: linear, joint: rail, damping: 0.05}}
-drives: {push: {type: force, point: mass.p, value: [7.5*cos(t) - place(rail)**3, 0]}}
-initial: {along: {rail: 1}}
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
 def test_a_mechanism_parts_as_its_equations_do():
     """Ueda's oscillator is a mass on a rail: every stretch of Exudyn grows as SciPy's equations.
 
     `scripts/published_exponents.py` has the exponent itself, of both.
     """
-    found = studied(UEDA, Rhythm(2 * pi), 8, after=0.0)
+    found = studied(UEDA_SCENE, Rhythm(2 * pi), 8, after=0.0)
     run, own = found.run, found.exponent
 
     for begin, end, growth in zip(own.times[8:-1], own.times[9:], own.rates[8:], strict=True):
