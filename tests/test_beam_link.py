@@ -18,6 +18,7 @@ from test_physics_tools import (
 )
 
 from exudyn_flexlink.chain import cantilever_roots
+from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.source import SceneError
@@ -341,6 +342,14 @@ def test_what_is_no_beam_is_refused_by_name(settings, place):
     with pytest.raises(NotRepresentableError) as caught:
         simulate(found)
     assert caught.value.path == place
+
+
+def test_a_beam_goes_on_from_no_bent_state():
+    """The chords of the rods do not tell how the beam bends between them."""
+    begun = continued(run_model("smooth.yaml", "run.turns=0.1", BEAM))
+    with pytest.raises(NotRepresentableError, match="a beam starts straight") as caught:
+        simulate(begun)
+    assert caught.value.path == ("bodies", "link")
 
 
 PENDULUM = f"""
