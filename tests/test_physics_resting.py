@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from test_physics_impulse import LEVER, balanced
-from test_physics_tools import FLOOR, alone, angle, arm_and_ball, scene, where
+from test_physics_tools import FLOOR, alone, angle, arm_and_ball, scene, speed, where
 
 from exudyn_flexlink.engines.exudyn.minimal.shapes import shape_of
 from exudyn_flexlink.loading import assemble_scene
@@ -108,6 +108,77 @@ def test_a_ball_slides_down_and_off_the_end_of_a_chute():
     expected = end * (1 + v * fall) + [0, -0.5 * G * fall**2]
     assert where(result, "ball.c")[-1] == pytest.approx(expected, abs=1e-8)
     assert balanced(result)
+
+
+# --- springs that are just unloaded -------------------------------------------------------------
+
+BUFFER = """
+bodies:
+  bar:
+    type: rigid
+    mass: 2
+    inertia: 0.02
+    centre_of_mass: [0.4, 0]
+    points: {pivot: [0, 0], tip: [0.5, 0]}
+  bumper:
+    type: rigid
+    mass: 1.0e-3
+    inertia: 1.0e-9
+    points: {low: [0, -0.05], mid: [0, 0], high: [0, 0.05]}
+joints:
+  pivot: {type: revolute, points: [ground, bar.pivot], at: [0, 0]}
+  way: {type: prismatic, points: [ground, bumper.mid], at: [0, -0.5], axis: [1, 0]}
+springs: {buffer: {type: linear, joint: way, stiffness: 20 N/mm, length: 0}}
+contacts:
+  hit:
+    type: point_on_line
+    point: bar.tip
+    line: [bumper.low, bumper.high]
+    side: right
+    law: {type: impulse, restitution: 0}
+gravity: 9.81
+initial: {angles: {bar: 0}, along: {way: 0}}
+run: {duration: 0.45}
+accuracy: {tolerance: 3.0e-7}
+"""
+
+
+@pytest.mark.parametrize("begin", [-20, -40, -60])
+def test_a_bar_that_hangs_straight_presses_a_light_bumper_that_is_just_unloaded(begin):
+    """Nothing but rounding accelerates the gap as it closes; then the spring presses, and lets go.
+
+    It lets go where it is unloaded again, at the speed that the impact left. Energy gives the time
+    until then: ``(I + m l^2 cos^2 a) a'^2 / 2`` at the bar's angle a from where it hangs.
+    """
+    result = alone(BUFFER, f"initial.angles.bar={begin} deg")
+    inertia, light, length, stiffness = 0.02 + 2 * 0.4**2, 1e-3, 0.5, 2e4
+    before = sqrt(2 * 2 * G * 0.4 * (1 + sin(radians(begin))) / inertia)
+    after = before * inertia / (inertia + light * length**2)
+    impact, lasting = result.intervals["hit"]
+    assert impact.impulse == pytest.approx(light * length * after, rel=1e-5)
+    lost = 0.5 * inertia * before * (before - after)
+    assert impact.energy_lost == pytest.approx(lost, rel=1e-5)
+    assert lasting.energy_lost == pytest.approx(0, abs=1e-7)
+
+    def left(a):
+        lifted = 2 * G * 0.4 * (1 - cos(a)) + 0.5 * stiffness * (length * sin(a)) ** 2
+        return 0.5 * (inertia + light * length**2) * after**2 - lifted
+
+    turn = brentq(left, 0, 0.5)
+    parts = (np.arange(200) + 0.5) * np.pi / 400  # a = turn sin(part) takes the root's end away
+    angles = turn * np.sin(parts)
+    speeds = [
+        sqrt(2 * left(a) / (inertia + light * (length * cos(a)) ** 2)) for a in angles.tolist()
+    ]
+    pressed = 2 * np.sum(turn * np.cos(parts) / speeds) * np.pi / 400
+    assert lasting.begin == pytest.approx(impact.begin, abs=1e-9)
+    assert lasting.end - lasting.begin == pytest.approx(pressed, abs=1e-6)
+    back = result.time > lasting.end + 0.01
+    hanging = angle(result, "bar")[back] + np.pi / 2
+    energy = 0.5 * inertia * after**2 - 2 * G * 0.4 * (1 - np.cos(hanging))
+    assert speed(result, "bar")[back] == pytest.approx(np.sqrt(2 * energy / inertia), abs=1e-6)
+    # What the spring stores is off by no more than its largest force times the tolerance.
+    assert result.checks.energy_residual < stiffness * length * sin(turn) * 3e-7
 
 
 # --- drives ---------------------------------------------------------------------------------

@@ -211,9 +211,11 @@ class Impacts:
         free = gaps.free @ now + gaps.bend
         moved = mobility(gaps, at.mass)[1]
         press = complementary(moved, free)
-        # A gap that falls though nothing accelerates it yet will be pressed.
+        # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
+        # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
-        still = free + moved @ press <= UNMOVED * parts
+        soonest = free if struck is None else np.minimum(free, self._free_soon(time, resting))
+        still = soonest + moved @ press <= UNMOVED * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
             contact = self._contacts[k]
@@ -237,9 +239,21 @@ class Impacts:
 
     def _look(self, time: float, which: Sequence[int]) -> tuple[Evaluation, Gaps]:
         """Look at the present state, and the gaps of some contacts in it."""
-        at = self.model.evaluate(time, *self.model.coordinates.state())
+        return self._look_at(time, *self.model.coordinates.state(), which)
+
+    def _look_at(
+        self, time: float, z: FloatArray, v: FloatArray, which: Sequence[int]
+    ) -> tuple[Evaluation, Gaps]:
+        at = self.model.evaluate(time, z, v)
         gaps = self.model.rigid.gaps(which, at.kept.held.pick(None), self._reach(at))
         return at, gaps.pick(0)
+
+    def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:
+        """Accelerations (m/s^2) of gaps without force, as late as counts as the same instant."""
+        moment = AT_ONCE * instant(time, EVENT_TIME)
+        z, v = self.model.coordinates.state()
+        at, gaps = self._look_at(time + moment, z + moment * v, v, which)
+        return np.asarray(gaps.free @ self.model.accelerations(at) + gaps.bend)
 
     def _reach(self, at: Evaluation) -> FloatArray:
         return self.model.reach(at.kept.held)
