@@ -119,3 +119,9 @@ def test_only_a_tolerance_that_can_be_tightened_is_to_be() -> None:
         "loosen the tolerance: 1e-12 m is near what rounding allows; else soften"
     )
     assert no_solution_advice(assembly, None).startswith("shorten the step, soften")
+
+
+def test_what_has_no_stiffness_is_not_to_be_softened() -> None:
+    law = "contacts.strike.law={type: impulse, restitution: 0.5}"
+    told = no_solution_advice(assemble_scene(load_scene(NO_CLEARANCE, [law])), 1e-6)
+    assert told.startswith("tighten the tolerance, give the contact a law with stiffness, or look")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.engine import version
+from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Assembly, Mechanism, least_tolerance
 from exudyn_flexlink.result import (
     Checks,
@@ -73,10 +74,12 @@ def no_solution_advice(
         knob = f"loosen the tolerance: {tolerance:g} m is near what rounding allows; else "
     else:
         knob = "tighten the tolerance, "
-    return (
-        f"{knob}soften the contact (less stiffness or friction, or a larger transition_speed), or "
-        "look at the mechanism there: it may be about to lock"
-    )
+    contacts = assembly.mechanism.contacts
+    if contacts and all(isinstance(contact.law, Impulse) for contact in contacts):
+        soften = "give the contact a law with stiffness"
+    else:
+        soften = "soften the contact (less stiffness or friction, or a larger transition_speed)"
+    return f"{knob}{soften}, or look at the mechanism there: it may be about to lock"
 
 
 def result_of(
