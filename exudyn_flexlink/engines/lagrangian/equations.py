@@ -106,16 +106,8 @@ def _mass(axes: Turned, point: TrackPoint, c: Constants) -> FloatArray:
     return mass
 
 
-@compiled
-def quadratic_terms(q: FloatArray, v: FloatArray, point: TrackPoint, c: Constants) -> FloatArray:
-    """Terms h (N,) of the squares of the speeds."""
-    terms = np.zeros(len(q))
-    _take_quadratic_terms(turned(q), v, point, c, terms)
-    return -terms
-
-
 @inlined
-def _take_quadratic_terms(
+def take_quadratic_terms(
     axes: Turned, v: FloatArray, point: TrackPoint, c: Constants, right: FloatArray
 ) -> None:
     """Take the terms of the squares of the speeds from the right side (N,)."""
@@ -274,7 +266,7 @@ def accelerations(
     axes = turned(state.q)
     mass = _mass(axes, state.point, c)
     right = _torques(state, axes, c)
-    _take_quadratic_terms(axes, state.v, state.point, c, right)
+    take_quadratic_terms(axes, state.v, state.point, c, right)
     for j in range(len(right)):
         right[j] += drive.torques[j]
     states, gradients = _push(state, acting, c, (forces, drags), right)
