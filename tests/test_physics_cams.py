@@ -115,3 +115,10 @@ def test_without_impact_the_contact_goes_and_the_cam_stays():
     assert not without.contacts
     assert set(without.bodies) == {"cam", "follower"}
     assert build_mechanism(without).contacts == ()
+
+
+@pytest.mark.parametrize(("speed", "lasts"), [("468.5 rpm", True), ("468.6 rpm", False)])
+def test_the_benchmark_jumps_above_the_published_jump_speed(speed: str, lasts: bool) -> None:
+    """Of 468.54 rpm: sqrt((P + 2 k e)/(m e)), with P = 2.5 N, k = 1 N/mm, e = 15 mm, m = 0.9 kg."""
+    result = run_model("benchmarks/cam_jump.yaml", f"drives.motor.value={speed}")
+    assert next(iter(result.intervals["lift"])).lasts == lasts
