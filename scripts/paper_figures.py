@@ -1,12 +1,14 @@
-"""Draw the paper's Fig. 3, 4 and 5 again: (a) without and (b) with clearance, side by side.
+"""Draw the paper's Fig. 3, 4 and 5 again: (a) without and (b) with clearance.
 
   .venv/bin/python scripts/paper_figures.py
-  .venv/bin/python scripts/paper_figures.py --out docs --engine exudyn --tolerance 1e-6 --turns 2
+  .venv/bin/python scripts/paper_figures.py --engine exudyn --tolerance 1e-6 --turns 2
   .venv/bin/python scripts/paper_figures.py --out paper --format pdf --style print
 
 Writes paper_fig3 (coordinates of S), paper_fig4 (the "divergence" in both readings of the paper:
 the struck lever's response, and how far runs part whose links start 1e-6 rad apart, or lap pairs
-that follow each other) and paper_fig5 (S in polar form).
+that follow each other) and paper_fig5 (S in polar form): (a) beside (b), and each panel in a file
+of its own, paper_fig3a to paper_fig5b, on the same scales. With `--style print` there are only the
+panels, each as wide as one column of a page, which has no room for two.
 
 With clearance, differences multiply from touch to touch, those that the solver makes, too. A third
 run, of the same start but ten times the tolerance, tells how far these may be: from where it is as
@@ -17,17 +19,19 @@ shaded. At the models' own tolerances that is from the start on. Takes two minut
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene, simulate
-from exudyn_flexlink.cli.figures import add_figures, look_of
+from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import (
@@ -40,24 +44,26 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
 from exudyn_flexlink.plots.motion import X_COLOURS, draw_radius, radial_scale
 from exudyn_flexlink.plots.panels import BEYOND, columns_of
-from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
+from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
 
 MODELS = Path(__file__).parent.parent / "models"
-SCENES = {"(a) without clearance": "no_clearance", "(b) clearance 5 mm": "clearance"}
+SCENES = {"a": ("no_clearance", "without clearance"), "b": ("clearance", "clearance 5 mm")}
 START = 1e-6  # rad, of every rod of the link: a neighbouring start
 LAPS = 2  # after which the mechanism does the same again
 SAMPLE = "run.sample=0.2 ms"
 TOLERANCE = 1e-12  # m: the solver's error stays below what two starts make, for most of four turns
+MARGIN = 0.05  # of what is shown, above and below it
 LOOSER = 10.0  # times the tolerance: such a run is no less far away than the first one's error
 
 
 @dataclass(frozen=True)
 class Case:
-    """A run, its neighbour, and S at even instants."""
+    """A run, its neighbour, and S at even instants; `letter` is that of its panels."""
 
+    letter: str
     name: str
     result: Result
     time: FloatArray
@@ -84,24 +90,28 @@ class Case:
         """S (samples, 2) at the run's own samples, mm."""
         return 1e3 * path(self.result, "link.end").position
 
+    @property
+    def radius(self) -> FloatArray:
+        """Distance (samples,) of S from O at the run's own samples, mm."""
+        return np.asarray(np.linalg.norm(self.position, axis=1))
+
 
 def main() -> None:
     """Run both scenes three times, and draw."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--out", type=Path, default=MODELS.parent / "docs")
+    parser.add_argument("--out", type=Path, default=MODELS.parent / "runs" / "paper")
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of all runs, m")
     parser.add_argument("--turns", type=float, default=4.0)
     add_figures(parser)
     options = parser.parse_args()
-    cases = [case(name, model, options) for name, model in SCENES.items()]
+    cases = [case(letter, *scene, options) for letter, scene in SCENES.items()]
     options.out.mkdir(parents=True, exist_ok=True)
-    for number, draw in {3: coordinates, 4: divergence, 5: polar}.items():
-        look_of(options).save(draw, cases, options.out, f"paper_fig{number}")
-        print(f"written: {options.out / f'paper_fig{number}'}")
+    for name in save_all(cases, options.out, look_of(options)):
+        print(f"written: {options.out / name}")
 
 
-def case(name: str, model: str, options: argparse.Namespace) -> Case:
+def case(letter: str, model: str, name: str, options: argparse.Namespace) -> Case:
     """Run a model, once more from a neighbouring start, and once more at a looser tolerance."""
     scenes = [
         load_scene(
@@ -119,9 +129,10 @@ def case(name: str, model: str, options: argparse.Namespace) -> Case:
     end = end_of(result, time)
     unsure = np.linalg.norm(end_of(check, time) - end, axis=1)
     lever = lever_response(result, "strike")
-    seen = Case(name, result, time, end, end_of(other, time), unsure, lever)
+    seen = Case(letter, name, result, time, end, end_of(other, time), unsure, lever)
     print(
-        f"{name}: links start {START:.0e} rad apart, S at most {seen.apart.max():.1e} m apart; "
+        f"({letter}) {name}: links start {START:.0e} rad apart, "
+        f"S at most {seen.apart.max():.1e} m apart; "
         f"told until {seen.told_until or seen.time[-1]:.3g} s of {seen.time[-1]:.3g} s"
     )
     return seen
@@ -133,60 +144,72 @@ def end_of(result: Result, time: FloatArray) -> FloatArray:
     return between_samples(seen.time, seen.position, seen.velocity, time)
 
 
-def panels(
-    cases: list[Case], rows: int, height: float, style: Style, **more: Any
-) -> tuple[Figure, NDArray[Any]]:
-    """Two columns of axes, one for each case, which they name."""
-    size = style.width, (0.75 if style.narrow else 1.0) * height
-    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
-    axes = figure.subplots(rows, len(cases), sharey="row", squeeze=False, **more)
-    for column, seen in zip(axes.T, cases, strict=True):
-        column[0].set_title(seen.name, loc="left")
-    return figure, axes
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of the paper: a column of axes for each case, with a label for each row.
+
+    `draw` fills the column of a case, on scales that fit all cases, `height` is in inches on a
+    screen.
+    """
+
+    draw: Callable[[Sequence[Axes], Case, Sequence[Case]], None]
+    labels: Sequence[str]
+    height: float
+    projection: str | None = None
+
+    @styled
+    def figure(
+        self, shown: Sequence[Case], *, every: Sequence[Case], style: Style = SCREEN
+    ) -> Figure:
+        """Draw one panel, or some side by side, on the scales of `every` case."""
+        size = style.width, (0.75 if style.narrow else 1.0) * self.height
+        figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+        axes = figure.subplots(
+            len(self.labels), len(shown), sharex=True, sharey="row", squeeze=False,
+            subplot_kw={"projection": self.projection},
+        )  # fmt: skip
+        for column, seen in zip(axes.T, shown, strict=True):
+            column[0].set_title(f"({seen.letter}) {seen.name}", loc="left")
+            self.draw(column, seen, every)
+        for one, label in zip(axes[:, 0], self.labels, strict=True):
+            one.set_ylabel(label)
+        handles, labels = axes[-1, -1].get_legend_handles_labels()
+        ncols = columns_of(labels, figure, part=0.9)
+        figure.legend(handles, labels, loc="outside lower center", ncols=ncols)
+        return figure
 
 
-def name_below(figure: Figure, axes: Axes) -> None:
-    """Put one legend below all, where it covers nothing."""
-    handles, labels = axes.get_legend_handles_labels()
-    ncols = columns_of(labels, figure, part=0.9)
-    figure.legend(handles, labels, loc="outside lower center", ncols=ncols)
-
-
-@styled
-def coordinates(cases: list[Case], *, style: Style = SCREEN) -> Figure:
+def coordinates(column: Sequence[Axes], seen: Case, every: Sequence[Case]) -> None:
     """Fig. 3: both coordinates of S over the crank angle, lap by lap."""
-    figure, axes = panels(cases, 2, 5.6, style, sharex=True)
-    for column, seen in zip(axes.T, cases, strict=True):
-        every = list(by_lap(seen.result))
-        places = [np.degrees(lap.turned) for lap in every]
-        for row, one in enumerate(column):
-            series = seen.position[:, row]
-            shade_laps(one, seen.result, places, every, series[:, None])
-            for x, lap in zip(places, every, strict=True):
-                look = lap_style(lap.number, LAPS, every[-1].number, X_COLOURS)
-                label = lap_label(lap.number, LAPS, every[-1].number)
-                one.plot(x, series[lap.samples], label=label or None, **look)
-        column[-1].set_xlabel("crank angle in the lap (degrees)")
-        column[-1].set_xticks(range(0, 361, 90))
-    for row, word in enumerate("xy"):
-        axes[row, 0].set_ylabel(f"$S_{word}$ (mm)")
-    name_below(figure, axes[0, -1])
-    return figure
+    laps = list(by_lap(seen.result))
+    places = [np.degrees(lap.turned) for lap in laps]
+    for row, one in enumerate(column):
+        series = seen.position[:, row]
+        shade_laps(one, seen.result, places, laps, series[:, None])
+        for x, lap in zip(places, laps, strict=True):
+            look = lap_style(lap.number, LAPS, laps[-1].number, X_COLOURS)
+            label = lap_label(lap.number, LAPS, laps[-1].number)
+            one.plot(x, series[lap.samples], label=label or None, **look)
+        _room_for(one, [other.position[:, row] for other in every])
+    column[-1].set_xlabel("crank angle in the lap (degrees)")
+    column[-1].set_xticks(range(0, 361, 90))
 
 
-@styled
-def divergence(cases: list[Case], *, style: Style = SCREEN) -> Figure:
+def divergence(column: Sequence[Axes], seen: Case, every: Sequence[Case]) -> None:
     """Fig. 4: the lever's response; how far neighbouring runs, and lap pairs, are apart."""
-    figure, axes = panels(cases, 2, 5.6, style, sharex=True)
-    for (upper, lower), seen in zip(axes.T, cases, strict=True):
-        upper.plot(seen.lever.time, seen.lever.angle, color=BLACK, linewidth=0.8)
-        _separations(lower, seen)
-        lower.set_xlabel("time (s)")
-    axes[0, 0].set_ylabel("angle of the lever (rad)")
-    axes[1, 0].set_ylabel("distance of S (mm)")
-    axes[1, 0].set_ylim(1e-10, 1e2)
-    name_below(figure, axes[1, -1])
-    return figure
+    upper, lower = column
+    upper.plot(seen.lever.time, seen.lever.angle, color=BLACK, linewidth=0.8)
+    _room_for(upper, [other.lever.angle for other in every])
+    _separations(lower, seen)
+    lower.set_xlabel("time (s)")
+    lower.set_ylim(1e-10, 1e2)
+
+
+def _room_for(axes: Axes, series: Sequence[FloatArray]) -> None:
+    """Let the y-axis show all of some series, whichever of them is drawn."""
+    low, high = min(map(np.min, series)), max(map(np.max, series))
+    margin = MARGIN * (high - low)
+    axes.set_ylim(low - margin, high + margin)
 
 
 def _separations(axes: Axes, seen: Case) -> None:
@@ -212,16 +235,32 @@ def _distance(axes: Axes, time: FloatArray, away: FloatArray, colour: str, label
     axes.semilogy(time, shown, color=colour, linewidth=0.8, label=label)
 
 
-@styled
-def polar(cases: list[Case], *, style: Style = SCREEN) -> Figure:
+def polar(column: Sequence[Axes], seen: Case, every: Sequence[Case]) -> None:
     """Fig. 5: distance of S from O over the crank angle."""
-    figure, axes = panels(cases, 1, 4.4, style, subplot_kw={"projection": "polar"})
-    radii = [np.linalg.norm(seen.position, axis=1) for seen in cases]
-    for one, seen, radius in zip(axes[0], cases, radii, strict=True):
-        draw_radius(one, seen.result, radius)
-        radial_scale(one, np.concatenate(radii), "OS (mm)")
-    name_below(figure, axes[0, -1])
-    return figure
+    [axes] = column
+    assert isinstance(axes, PolarAxes)
+    draw_radius(axes, seen.result, seen.radius)
+    radial_scale(axes, np.concatenate([other.radius for other in every]), "OS (mm)")
+
+
+FIGURES = {
+    "paper_fig3": Drawing(coordinates, ["$S_x$ (mm)", "$S_y$ (mm)"], 5.6),
+    "paper_fig4": Drawing(divergence, ["angle of the lever (rad)", "distance of S (mm)"], 5.6),
+    "paper_fig5": Drawing(polar, [""], 4.4, "polar"),
+}
+
+
+def save_all(cases: Sequence[Case], folder: Path, look: Look) -> list[str]:
+    """Draw all figures into a folder, panel by panel and side by side; returns their names."""
+    shown: dict[str, Sequence[Case]] = {seen.letter: [seen] for seen in cases}
+    if not STYLES[look.style].narrow:  # a column of a page has no room for two panels
+        shown[""] = cases
+    names = []
+    for name, drawing in FIGURES.items():
+        for letter, some in shown.items():
+            look.save(partial(drawing.figure, every=cases), some, folder, name + letter)
+            names.append(name + letter)
+    return names
 
 
 if __name__ == "__main__":
