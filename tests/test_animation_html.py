@@ -13,6 +13,7 @@ from browsing.chromium import browser, program
 
 from exudyn_flexlink.animation import Slow, film_of, page, player
 from exudyn_flexlink.animation.data import film_data, row
+from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.result import MeasuredError
 
@@ -91,7 +92,7 @@ def test_forces_of_walls_are_stored_where_they_press(tilting):
         dense[i, pair[here]] = force[here]
     exact = np.stack([np.interp(time, tilting.time, column) for column in sleeve.force.T], axis=1)
     assert dense == pytest.approx(exact, rel=1e-6)
-    assert take["guides"][0]["clearance"] == results.PLAY
+    assert take["zooms"][0]["guide"]["clearance"] == results.PLAY
 
 
 def test_the_page_loads_nothing(run):
@@ -175,6 +176,25 @@ def test_a_browser_shows_where_things_are(run, tilting, window, tmp_path):
     assert "crank" in told["slider"]
 
 
+def test_a_browser_sees_a_strike_from_the_face_that_is_struck(run, window, tmp_path):
+    film = film_of(run)
+    [zoom] = zooms_of(film, film.takes[0])
+    instants = [0.25, 0.317, 0.35, 1.58]
+    told = seen_in(window, page(film), tmp_path, f"""
+        const [one] = players;
+        const [zoom] = one.takes[0].zooms;
+        return {instants}.map((t) => {{
+          one.go(t);
+          const {{ part, x, y }} = one.takes[0].data.points.S;
+          return one.takes[0].from(zoom.view, one.takes[0].at(part, x, y));
+        }});
+    """)  # fmt: skip
+    poses = film.takes[0].poses(np.array(instants))
+    s = anchor_position(film.takes[0].watched, poses)
+    exact = zoom.view.seen(s[:, None], poses)[:, 0]
+    assert np.array(told) == pytest.approx(exact, abs=film.size / 2000)
+
+
 def test_a_browser_slows_down_at_strikes(run, window, tmp_path):
     film = film_of(run, slow=Slow("strike", 1))
     [own] = film.slow
@@ -205,9 +225,9 @@ def test_a_player_fits_a_phone_and_tells_what_lies_beyond_the_horizon(run, windo
 def test_a_guide_with_clearance_has_its_zoom_in_whichever_run_it_is(run, tilting, window, tmp_path):
     for film in (film_of(run, tilting), film_of(tilting, run)):
         told = seen_in(window, page(film), tmp_path, """
-            return players[0].guides.map((one) => one.guide.name);
+            return players[0].zooms.map((one) => one.name);
         """)  # fmt: skip
-        assert told == ["sleeve"]
+        assert sorted(told) == ["sleeve", "strike"]  # the other run strikes
 
 
 def test_who_looks_elsewhere_follows_no_longer(run, window, tmp_path):

@@ -21,7 +21,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from numpy.typing import NDArray
 
-from exudyn_flexlink.animation.cast import Drawn, named_points
+from exudyn_flexlink.animation.cast import Drawn, drawn_lines, drawn_marks, named_points
 from exudyn_flexlink.animation.look import (
     BAND,
     BAND_PALE,
@@ -37,8 +37,9 @@ from exudyn_flexlink.animation.look import (
     WIDTHS,
 )
 from exudyn_flexlink.animation.shots import Glow, Largest, Shots
+from exudyn_flexlink.animation.zooms import Viewpoint
 from exudyn_flexlink.mechanism import Anchor, anchor_position
-from exudyn_flexlink.plots.outline import Line, Mark, coil
+from exudyn_flexlink.plots.outline import Line, Mark, coil, wall_lines, walled
 
 FloatArray = NDArray[np.float64]
 
@@ -60,11 +61,19 @@ class Actor(Protocol):
 
 @dataclass(frozen=True)
 class Place:
-    """Where actors draw: axes in m, how thick, and which of two runs; -1: there is one."""
+    """Where actors draw: axes in m, how thick, and which of two runs; -1: there is one.
+
+    A zoom has a viewpoint, from which they see all places; in the picture itself there is none.
+    """
 
     axes: Axes
     thick: float
     rank: int = -1
+    view: Viewpoint | None = None
+
+    def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
+        """Points (..., n, 2) m of the ground in these axes, with the parts at `poses`."""
+        return points if self.view is None else self.view.seen(points, poses)
 
     def points(self, pixels: float) -> float:
         """A size in points, of one in pixels."""
@@ -80,7 +89,8 @@ class LineActor:
     """A line of the mechanism; around a bar is a halo, a circle is filled."""
 
     def __init__(self, place: Place, shots: Shots, drawn: Drawn) -> None:
-        self._line, self._shots, self._kind = drawn.line, shots, drawn.kind
+        self._line, self._kind = drawn.line, drawn.kind
+        self._place, self._shots = place, shots
         (wide, pale), axes, colour = place.wide_and_pale, place.axes, drawn.colour
         look: dict[str, Any] = {"color": colour, "solid_joinstyle": "round"}
         look["solid_capstyle"] = "butt" if drawn.kind == "guide" else "round"
@@ -100,7 +110,8 @@ class LineActor:
 
     def show(self, frame: int) -> None:
         """Move to a frame."""
-        points = self._line.at(self._shots.poses[frame])
+        poses = self._shots.poses[frame]
+        points = self._place.seen(self._line.at(poses), poses)
         points = coil(points) if self._kind == "spring" else points
         for artist in self.artists:
             if isinstance(artist, Polygon):
@@ -113,12 +124,13 @@ class ChannelActor:
     """The room between the walls of a guide."""
 
     def __init__(self, place: Place, shots: Shots, walls: Sequence[Line]) -> None:
-        self._walls, self._shots = walls, shots
+        self._walls, self._place, self._shots = walls, place, shots
         self.artists = place.axes.fill([0], [0], color="#A9A9A9", alpha=0.16, linewidth=0)
 
     def show(self, frame: int) -> None:
         """Move to a frame."""
-        upper, lower = (wall.at(self._shots.poses[frame]) for wall in self._walls)
+        poses = self._shots.poses[frame]
+        upper, lower = (self._place.seen(wall.at(poses), poses) for wall in self._walls)
         self.artists[0].set_xy(np.concatenate([upper, lower[::-1]]))
 
 
@@ -146,7 +158,7 @@ class MarkActor:
     """The symbol of a joint."""
 
     def __init__(self, place: Place, shots: Shots, mark: Mark) -> None:
-        self._anchor, self._shots = mark.anchor, shots
+        self._anchor, self._place, self._shots = mark.anchor, place, shots
         look: dict[str, Any] = {"color": INK, "linestyle": "", "mew": place.points(1.6)}
         self.artists = [
             artist
@@ -156,7 +168,8 @@ class MarkActor:
 
     def show(self, frame: int) -> None:
         """Move to a frame."""
-        x, y = anchor_position(self._anchor, self._shots.poses[frame])
+        poses = self._shots.poses[frame]
+        [(x, y)] = self._place.seen(anchor_position(self._anchor, poses)[None], poses)
         for artist in self.artists:
             artist.set_data([x], [y])
 
@@ -165,7 +178,7 @@ class PointsActor:
     """S as a dot, and the names of the points that the paper names."""
 
     def __init__(self, place: Place, shots: Shots, size: float) -> None:
-        self._shots, self._near = shots, NEAR * size
+        self._place, self._shots, self._near = place, shots, NEAR * size
         self._points: dict[str, Anchor] = named_points(shots.take)
         dot: dict[str, Any] = {"color": INK, "linestyle": ""}
         self._dots = {
@@ -181,7 +194,10 @@ class PointsActor:
     def show(self, frame: int) -> None:
         """Move to a frame."""
         poses = self._shots.poses[frame]
-        at = {name: anchor_position(anchor, poses) for name, anchor in self._points.items()}
+        at = {
+            name: self._place.seen(anchor_position(anchor, poses)[None], poses)[0]
+            for name, anchor in self._points.items()
+        }
         for name in self._dots.keys() & at.keys():
             self._dots[name].set_data(*at[name][:, None])
         told: list[str] = []
@@ -227,10 +243,10 @@ _LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its rad
 
 
 class GlowsActor:
-    """Touches: a glow where it touches, as large as the force, and the force."""
+    """Touches, or `only` those of one name: a glow as large as the force, and the force."""
 
-    def __init__(self, place: Place, shots: Shots, largest: Largest) -> None:
-        self._place, self._shots, self._largest = place, shots, largest
+    def __init__(self, place: Place, shots: Shots, largest: Largest, only: str = "") -> None:
+        self._place, self._shots, self._largest, self._only = place, shots, largest, only
         axes = place.axes
         self._disks = axes.scatter([], [], linewidths=0, zorder=8)
         self._rings = axes.scatter([], [], facecolors="none", linewidths=place.points(1.5))
@@ -242,13 +258,14 @@ class GlowsActor:
     def show(self, frame: int) -> None:
         """Move to a frame."""
         glows = self._shots.glows(frame, self._largest)
+        glows = [glow for glow in glows if self._only in ("", glow.name)]
         for artist in (self._disks, self._rings):
             artist.set_visible(bool(glows))
         for text in self._texts:
             text.set_visible(False)
         if not glows:
             return
-        at = np.array([glow.place for glow in glows])
+        at = np.array([self._at(glow) for glow in glows])
         fresh = np.array([glow.fresh for glow in glows])
         radii = np.array([5 + 17 * glow.strength**0.5 for glow in glows])
         self._disks.set_offsets(np.tile(at, (len(_LAYERS), 1)))
@@ -263,6 +280,10 @@ class GlowsActor:
         for i, (text, (glow, radius)) in enumerate(zip(self._texts, told, strict=False)):
             self._tell(text, glow, float(radius), i)
 
+    def _at(self, glow: Glow) -> FloatArray:
+        """Where a glow is drawn (2,), m."""
+        return np.asarray(self._place.seen(glow.place[None], self._shots.poses[glow.frame])[0])
+
     def _areas(self, radii: FloatArray) -> FloatArray:
         """Sizes of markers, in square points, of radii in pixels."""
         return np.asarray((2 * self._place.points(1.0) * radii) ** 2)
@@ -270,20 +291,34 @@ class GlowsActor:
     def _tell(self, text: Annotation, glow: Glow, radius: float, line: int) -> None:
         """Write the force beside its glow, on the side where there is room."""
         low, high = self._place.axes.get_xlim()
-        left = glow.place[0] > high - 0.16 * (high - low)
+        place = self._at(glow)
+        left = place[0] > high - 0.16 * (high - low)
         away = self._place.points(radius + 4)
         text.set(text=glow.text, alpha=glow.fresh, visible=True, ha="right" if left else "left")
-        text.xy = tuple(glow.place)
+        text.xy = tuple(place)
         # The forces of the second run are told below its touches, those of the first above.
         up = self._place.points(10 + 14 * line) * (-1 if self._place.rank > 0 else 1)
         text.set_position((-away if left else away, up))
 
 
+def mechanism_actors(place: Place, shots: Shots) -> list[Actor]:
+    """Return the mechanism of one take, those in front last."""
+    model = shots.take.model
+    return [
+        *(ChannelActor(place, shots, wall_lines(model, channel)) for channel in walled(model)),
+        *(LineActor(place, shots, drawn) for drawn in drawn_lines(shots.take)),
+        *(MarkActor(place, shots, mark) for mark in drawn_marks(shots.take)),
+    ]
+
+
 def words(place: Place, size: float, **look: Any) -> Annotation:
-    """Words at a place in m, moved away from it by points; with a rim, to be read on lines."""
+    """Words at a place in m, moved away from it by points; with a rim, to be read on lines.
+
+    Those of a zoom are not seen where their place is out of it.
+    """
     own = place.axes.annotate(
         "", (0, 0), (0, 0), textcoords="offset points", fontsize=place.points(size), color=INK,
-        annotation_clip=False, **look,
+        annotation_clip=place.view is not None, **look,
     )  # fmt: skip
     own.set_path_effects([withStroke(foreground=_RIM[0], linewidth=place.points(_RIM[1]))])
     own.set_zorder(9)

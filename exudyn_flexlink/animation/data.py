@@ -18,9 +18,10 @@ from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.slowing import Stretch
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
 from exudyn_flexlink.animation.touches import Touching, strength, touching_of
+from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.mechanism import Anchor, pair_sides
 from exudyn_flexlink.observables import turns
-from exudyn_flexlink.plots.outline import Line, link_line, walled
+from exudyn_flexlink.plots.outline import Line, link_line
 from exudyn_flexlink.plots.panels import length_unit
 
 FloatArray = NDArray[np.float64]
@@ -76,7 +77,7 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
         "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in drawn_marks(take)],
         "points": {name: _anchor(at) for name, at in named_points(take).items()},
         "touching": [_touching(take, own, times) for own in touching_of(film, take)],
-        "guides": _guides(take),
+        "zooms": [_zoom(zoom) for zoom in zooms_of(film, take)],
     }
 
 
@@ -113,16 +114,20 @@ def _touching(take: Take, own: Touching, times: FloatArray) -> dict[str, Any]:
     }
 
 
-def _guides(take: Take) -> list[dict[str, Any]]:
-    """Guides with clearance, for their zoom: the walls, the link's nodes, sides of the pairs."""
-    return [
-        {
-            "name": channel.name,
-            "guide": _anchor(channel.guide),
-            "length": channel.length,
-            "clearance": channel.clearance,
-            "link": _line(link_line(channel)),
-            "sides": list(pair_sides(channel)),
-        }
-        for channel in walled(take.model)
-    ]
+def _zoom(zoom: Zoom) -> dict[str, Any]:
+    """A zoom; of a guide also its walls, the link's nodes, and sides of the pairs."""
+    channel = zoom.channel
+    guide = None if channel is None else {
+        "length": channel.length,
+        "clearance": channel.clearance,
+        "link": _line(link_line(channel)),
+        "sides": list(pair_sides(channel)),
+    }  # fmt: skip
+    return {
+        "name": zoom.name,
+        "words": zoom.words,
+        "view": {**_anchor(zoom.view.origin), "angle": zoom.view.angle},
+        "along": list(zoom.along),
+        "across": list(zoom.across),
+        "guide": guide,
+    }

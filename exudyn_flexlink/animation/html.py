@@ -13,7 +13,15 @@ from exudyn_flexlink.animation.look import look_data
 GENERATOR = "exudyn-flexlink animation"
 """How a file says that this program wrote it."""
 
-_PROGRAM = ("film.js", "drawing.js", "guide.js", "timeline.js", "controls.js", "begin.js")
+_PROGRAM = (
+    "film.js",
+    "drawing.js",
+    "zoom.js",
+    "guide.js",
+    "timeline.js",
+    "controls.js",
+    "begin.js",
+)
 """Files of the player's program, in order."""
 
 _PAGE = """\

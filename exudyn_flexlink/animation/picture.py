@@ -16,23 +16,19 @@ from numpy.typing import NDArray
 from exudyn_flexlink.animation.actors import (
     POINTS,
     Actor,
-    ChannelActor,
     GlowsActor,
-    LineActor,
-    MarkActor,
     Place,
     PointsActor,
     TrailActor,
+    mechanism_actors,
 )
-from exudyn_flexlink.animation.cast import drawn_lines, drawn_marks
 from exudyn_flexlink.animation.film import Film
-from exudyn_flexlink.animation.guide import GuidePanel
 from exudyn_flexlink.animation.look import INK, PALE, thickness
 from exudyn_flexlink.animation.shots import Shots, largest_of
 from exudyn_flexlink.animation.speed import Frames
 from exudyn_flexlink.animation.timeline import Timeline
+from exudyn_flexlink.animation.zoom_panel import ZoomPanel
 from exudyn_flexlink.observables import turns
-from exudyn_flexlink.plots.outline import wall_lines, walled
 from exudyn_flexlink.plots.panels import length_unit
 from exudyn_flexlink.plots.saving import MISSING
 
@@ -40,7 +36,7 @@ FloatArray = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 DOTS = 100  # pixels in an inch
-HEAD, GUIDE, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a guide's zoom, the line
+HEAD, ZOOM, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a zoom, of the line
 _FONT: dict[Any, Any] = {"font.family": "sans-serif", "text.usetex": False}
 SCALE = 0.16  # of the width: the length that sizes are read by is no longer
 
@@ -52,15 +48,15 @@ class Picture:
         self._film, self._frames = film, frames
         self._shots = [Shots(film, take, frames) for take in film.takes]
         self._thick = thickness(width)
-        names = list(dict.fromkeys(c.name for take in film.takes for c in walled(take.model)))
+        names = list(dict.fromkeys(name for shots in self._shots for name in shots.zooms))
         low, high = film.box
         main = width * min(1.0, float((high - low)[1] / (high - low)[0]))
-        heights = [h * self._thick for h in (HEAD, LINE, *[GUIDE] * len(names))]
+        heights = [h * self._thick for h in (HEAD, LINE, *[ZOOM] * len(names))]
         self.width, self.height = 2 * (width // 2), 2 * round((main + sum(heights)) / 2)
         self._figure = Figure((self.width / DOTS, self.height / DOTS), DOTS, facecolor="white")
         self._canvas = FigureCanvasAgg(self._figure)
-        head, line, *guides = heights
-        bottom = line + sum(guides)
+        head, line, *zooms = heights
+        bottom = line + sum(zooms)
         with mpl.rc_context(_FONT), warnings.catch_warnings():
             warnings.filterwarnings("ignore", MISSING)
             self.axes = self._room(bottom, self.height - bottom - head)
@@ -69,8 +65,8 @@ class Picture:
             self._line = Timeline(self._room(0, line), self._thick, self._shots, film, frames)
             largest = largest_of(self._shots)
             for i, name in enumerate(names):
-                axes = self._room(line + sum(guides[i + 1 :]), guides[i])
-                panel = GuidePanel(axes, self._thick, self._shots, name, largest)
+                axes = self._room(line + sum(zooms[i + 1 :]), zooms[i])
+                panel = ZoomPanel(axes, self._thick, self._shots, name, largest, self._scale)
                 self._actors.append((axes, panel))
             self._actors.append((self._line.axes, self._line))
             for _, actor in self._actors:
@@ -121,10 +117,7 @@ class Picture:
         found: list[Actor] = []
         found += [TrailActor(p, s) for p, s in zip(places, self._shots, strict=False)]
         for place, shots in zip(places, self._shots, strict=False):
-            model = shots.take.model
-            found += [ChannelActor(place, shots, wall_lines(model, c)) for c in walled(model)]
-            found += [LineActor(place, shots, drawn) for drawn in drawn_lines(shots.take)]
-            found += [MarkActor(place, shots, mark) for mark in drawn_marks(shots.take)]
+            found += mechanism_actors(place, shots)
         found.append(PointsActor(places[0], self._shots[0], self._film.size))
         largest = largest_of(self._shots)
         found += [GlowsActor(p, s, largest) for p, s in zip(places, self._shots, strict=False)]
@@ -135,6 +128,7 @@ class Picture:
         low, high = self._film.box
         room = self.axes.get_window_extent()
         scale = min(room.width / (high - low)[0], room.height / (high - low)[1])
+        self._scale = scale  # pixels per m
         half = np.array([room.width, room.height]) / scale / 2
         middle = (low + high) / 2
         self.axes.set_xlim(*(middle[0] + np.array([-1, 1]) * half[0]))

@@ -14,6 +14,7 @@ from exudyn_flexlink.animation.look import GLOW_SECONDS, LABELLED
 from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.speed import Frames
 from exudyn_flexlink.animation.touches import Touching, strength, touching_of
+from exudyn_flexlink.animation.zooms import Zoom, zooms_of
 from exudyn_flexlink.mechanism import anchor_position
 
 FloatArray = NDArray[np.float64]
@@ -21,8 +22,13 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Glow:
-    """A touch as a frame shows it: at `place` (2,) m, `strength` and how `fresh` it is, 0 to 1."""
+    """A touch as a frame shows it: at `place` (2,) m, `strength` and how `fresh` it is, 0 to 1.
 
+    `name` is that of what touches, `frame` the one at which it was there.
+    """
+
+    name: str
+    frame: int
     place: FloatArray
     strength: float
     fresh: float
@@ -77,6 +83,11 @@ class Shots:
         return touching_of(self.film, self.take)
 
     @cached_property
+    def zooms(self) -> dict[str, Zoom]:
+        """What is drawn larger, by name."""
+        return {zoom.name: zoom for zoom in zooms_of(self.film, self.take)}
+
+    @cached_property
     def _spots(self) -> list[FloatArray]:
         return [own.spots(self.take, self.frames.times) for own in self.touching]
 
@@ -100,8 +111,8 @@ class Shots:
                 matters = k == told and (own.places is None or parts[k] > LABELLED)
                 pressing = float(self.forces(own, frame)[pair]) if fresh == 1 else 0.0
                 text = _told(float(values[k]), pressing) if matters else ""
-                place = spots[self._seen_at(own, k, frame), pair]
-                found.append(Glow(place, parts[k], fresh, text))
+                seen = self._seen_at(own, k, frame)
+                found.append(Glow(own.name, seen, spots[seen, pair], parts[k], fresh, text))
         return found
 
     def _shown(self, own: Touching, frame: int) -> Iterator[tuple[int, float]]:

@@ -45,16 +45,16 @@ class Player {
     this.picture.setAttribute("aria-label", `Animation: ${data.title}`);
     this.whole = button(this.stage, "whole", "whole view", () => this.look(1, null));
     this.pens = [new Pen(this.picture)];
-    const every = this.takes.flatMap((take) => take.guides);
-    const guides = every.filter((own, i) => every.findIndex((one) => one.name === own.name) === i);
-    this.guides = guides.map((guide) => ({ pen: new Pen(make(box, "canvas", "guide")), guide }));
+    const names = this.takes.flatMap((take) => take.zooms.map((zoom) => zoom.name));
+    const room = make(box, "div", "zooms");
+    this.zooms = [...new Set(names)].map((name) => ({ pen: new Pen(make(room, "canvas", "zoom")), name }));
     this.line = make(box, "canvas", "line");
     this.line.tabIndex = 0;
     for (const [name, value] of [["role", "slider"], ["aria-label", "time"],
       ["aria-valuemin", data.begin], ["aria-valuemax", data.end]]) this.line.setAttribute(name, value);
     this.pens.push(new Pen(this.line));
     this.addControls(make(box, "div", "controls"));
-    if (this.guides.length) box.classList.add("flexlink-zooms");
+    box.style.setProperty("--zooms", this.zooms.length);
     this.swatches = [];
     if (this.takes.length > 1) this.addNames(box);
   }
@@ -250,9 +250,9 @@ class Player {
     drawPoints(pen, view, this.takes[0]);
     this.takes.forEach((take, rank) => drawTouches(pen, view, take, this, rank));
     drawScale(pen, view, this.data.unit);
-    for (const { pen: own, guide } of this.guides) {
+    for (const { pen: own, name } of this.zooms) {
       own.begin(dark);
-      drawGuide(own, this.takes, guide, this.largest, this.t);
+      drawZoom(own, this, name);
     }
     line.begin(dark);
     drawTimeline(line, this);

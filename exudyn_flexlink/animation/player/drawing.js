@@ -1,4 +1,4 @@
-// Drawing: the mechanism, the trail of S, touches, and a guide with clearance seen from itself.
+// Drawing: the mechanism, the trail of S, and touches.
 
 // Colours of figures on white, and what stands for them on black.
 const ON_BLACK = {
@@ -109,7 +109,7 @@ function drawTake(pen, view, take, rank) {
   // Of two takes the first is a broad pale band, on which the second is seen.
   const [wide, pale] = rank < 0 ? [1, 1] : [LOOK.band, [LOOK.thin, 1]][rank];
   const [halo, mist] = LOOK.halo;
-  for (const own of take.guides) drawChannel(pen, view, take, own);
+  for (const zoom of take.zooms) if (zoom.guide) drawChannel(pen, view, take, zoom);
   for (const line of take.lines) {
     let places = [];
     for (let i = 0; i < line.count; i++) {
@@ -127,10 +127,9 @@ function drawTake(pen, view, take, rank) {
   for (const mark of take.data.marks) drawMark(pen, view, take, mark);
 }
 
-function drawChannel(pen, view, take, own) {
-  const { part, x, y } = own.guide;
+function drawChannel(pen, view, take, { view: { part, x, y }, guide }) {
   const corner = (a, b) => view.put(take.at(part, x + a, y + b));
-  const [l, c] = [own.length, own.clearance];
+  const [l, c] = [guide.length, guide.clearance];
   pen.fill([corner(0, c), corner(l, c), corner(l, -c), corner(0, -c)], "#A9A9A9", 0.16);
 }
 
@@ -226,14 +225,14 @@ function touchesOf(own, player) {
 }
 
 // The forces of the second run are told below its touches, those of the first above.
-function drawTouches(pen, view, take, player, rank) {
+function drawTouches(pen, view, take, player, rank, touching = take.touching) {
   let told = 0;
-  for (const own of take.touching) {
+  for (const own of touching) {
     const shown = touchesOf(own, player);
     // Of a burst of touches one is told in numbers.
     const most = Math.max(...shown.map((one) => one.strength * one.fresh));
     for (const one of shown) {
-      const place = view.put(take.spot(own, one.k));
+      const place = view.put(take.spot(own, one.k), take.endedAt(own, one.k));
       const radius = (5 + 17 * Math.sqrt(one.strength)) * pen.thick;
       drawGlow(pen, place, radius, one.fresh);
       const matters = own.places === null || one.strength > LOOK.labelled;

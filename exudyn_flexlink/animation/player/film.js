@@ -48,6 +48,11 @@ function readTouching(data) {
   };
 }
 
+// A zoom, seen from `view`; that of a guide with clearance has its walls and the link.
+function readZoom(data) {
+  return { ...data, guide: data.guide && { ...data.guide, link: readLine(data.guide.link) } };
+}
+
 class Take {
   constructor(data) {
     this.data = data;
@@ -56,7 +61,7 @@ class Take {
     this.crank = data.crank === null ? null : numbers(data.crank);
     this.lines = data.lines.map(readLine);
     this.touching = data.touching.map(readTouching);
-    this.guides = data.guides.map((guide) => ({ ...guide, link: readLine(guide.link) }));
+    this.zooms = data.zooms.map(readZoom);
     // x, y, cos and sin of every part now; the ground, part -1, is the last.
     this.now = new Float64Array(4 * (data.parts + 1));
     this.now[4 * data.parts + 2] = 1;
@@ -92,12 +97,24 @@ class Take {
     return [X + c * x - s * y, Y + s * x + c * y];
   }
 
-  // Seen from a point of a part, in its axes, m.
-  from(anchor, [x, y]) {
-    const k = 4 * (anchor.part < 0 ? this.data.parts : anchor.part);
-    const [X, Y] = this.at(anchor.part, anchor.x, anchor.y);
-    const [c, s] = [this.now[k + 2], this.now[k + 3]];
-    return [c * (x - X) + s * (y - Y), c * (y - Y) - s * (x - X)];
+  // Seen from a point of a part, in axes turned by `angle`, m: now, or as it was at kept instant i.
+  from({ part, x, y, angle }, [X, Y], i = null) {
+    const [left, low, turned] = i === null ? this.poseNow(part) : this.poseAt(part, i);
+    const [c, s] = [Math.cos(turned), Math.sin(turned)];
+    const [dx, dy] = [X - left - c * x + s * y, Y - low - s * x - c * y];
+    const [C, S] = [Math.cos(turned + angle), Math.sin(turned + angle)];
+    return [C * dx + S * dy, C * dy - S * dx];
+  }
+
+  // x, y and angle of a part now, and at kept instant i.
+  poseNow(part) {
+    const k = 4 * (part < 0 ? this.data.parts : part);
+    return [this.now[k], this.now[k + 1], Math.atan2(this.now[k + 3], this.now[k + 2])];
+  }
+
+  poseAt(part, i) {
+    const k = 3 * (i * this.data.parts + part);
+    return part < 0 ? [0, 0, 0] : this.poses.subarray(k, k + 3);
   }
 
   crankAngle() {
@@ -108,8 +125,7 @@ class Take {
   pathOf({ part, x, y }) {
     const path = new Float64Array(2 * this.time.length);
     for (let i = 0; i < this.time.length; i++) {
-      const k = 3 * (i * this.data.parts + part);
-      const [X, Y, angle] = part < 0 ? [0, 0, 0] : this.poses.subarray(k, k + 3);
+      const [X, Y, angle] = this.poseAt(part, i);
       path[2 * i] = X + Math.cos(angle) * x - Math.sin(angle) * y;
       path[2 * i + 1] = Y + Math.sin(angle) * x + Math.cos(angle) * y;
     }
@@ -122,10 +138,15 @@ class Take {
       const pair = own.which[k];
       return this.at(own.places.part(pair), own.places.x(pair), own.places.y(pair));
     }
-    const ended = own.end[k] < this.time[this.index];
-    if (!ended) return [this.between(own.spots, 2, 0), this.between(own.spots, 2, 1)];
-    const i = lastUpTo(this.time, own.end[k]);
+    const i = this.endedAt(own, k);
+    if (i === null) return [this.between(own.spots, 2, 0), this.between(own.spots, 2, 1)];
     return [own.spots[2 * i], own.spots[2 * i + 1]];
+  }
+
+  // Kept instant at which touch number k of a contact was last; null: it is now, or in a joint.
+  endedAt(own, k) {
+    const ended = own.places === null && own.end[k] < this.time[this.index];
+    return ended ? lastUpTo(this.time, own.end[k]) : null;
   }
 
   // Forces that press now, N: [pair, force] each.

@@ -1,0 +1,113 @@
+"""Zooms: a strike is seen from the face that is struck, where it is touched."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import results
+
+from exudyn_flexlink.animation import film_of, zooms
+from exudyn_flexlink.animation.look import STRIKE_PART, TOUCH
+from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.speed import frames_of
+from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
+from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.mechanism import Anchor, anchor_position
+from exudyn_flexlink.plots.outline import faces
+
+
+@pytest.fixture(scope="module")
+def run():
+    return results.rigid_link(samples=801)
+
+
+def zoom_of(film):
+    [zoom] = zooms_of(film, film.takes[0])
+    return zoom
+
+
+def without_touches(run):
+    strike = replace(run.contacts["strike"], touches=Intervals.of([]))
+    return replace(run, contacts={"strike": strike})
+
+
+def test_a_viewpoint_turns_and_moves_with_its_part():
+    """By hand: seen from (1, 0) of a part at (2, 3), turned a quarter; the x-axis points up."""
+    poses = np.array([[2.0, 3.0, np.pi / 2]])
+    seen = Viewpoint(Anchor(0, 1.0, 0.0)).seen(np.array([[2.0, 6.0], [1.0, 4.0]]), poses)
+    assert seen == pytest.approx(np.array([[2.0, 0.0], [0.0, 1.0]]))
+    other = Viewpoint(Anchor(0, 1.0, 0.0), np.pi).seen(np.array([[2.0, 6.0]]), poses)
+    assert other == pytest.approx(np.array([[-2.0, 0.0]]))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, monkeypatch):
+    film = film_of(run)
+    [face] = faces(film.takes[0].model)
+    monkeypatch.setattr(zooms, "faces", lambda _: [replace(face, side=side)])
+    zoom, poses = zoom_of(film), run.poses
+    ends = np.stack([anchor_position(end, poses) for end in (face.start, face.end)], axis=1)
+    length = np.linalg.norm(ends[0, 1] - ends[0, 0])
+    seen = zoom.view.seen(ends, poses)
+    order = [0, length] if side > 0 else [length, 0]
+    assert seen[..., 0] == pytest.approx(np.tile(order, (len(poses), 1)))
+    assert seen[..., 1] == pytest.approx(0.0, abs=1e-12)
+    left = Anchor(face.start.part, face.start.x, face.start.y + 1e-3)  # of the way to its end
+    above = zoom.view.seen(anchor_position(left, poses)[:, None], poses)[..., 1]
+    assert above == pytest.approx(1e-3 * side)
+
+
+def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
+    film = film_of(run)
+    zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 200, 0.05))
+    largest = largest_of([shots])
+    glows = [glow for i in range(len(shots.frames.times)) for glow in shots.glows(i, largest)]
+    seen = [zoom.view.seen(glow.place[None], shots.poses[glow.frame])[0] for glow in glows]
+    x = np.array(seen)[:, 0]
+    assert len(x) > 20
+    assert np.all((x > zoom.along[0]) & (x < zoom.along[1]))
+    assert zoom.across[0] < 0 < zoom.across[1]
+    length = zoom.along[1] - zoom.along[0]
+    assert length == pytest.approx(max(STRIKE_PART * film.size, 1.5 * np.ptp(x)), rel=0.05)
+
+
+def test_a_touch_that_ended_stays_on_the_face_which_moves_on(run):
+    film = film_of(run)
+    zoom, shots = zoom_of(film), Shots(film, film.takes[0], frames_of(film, 400, 0.05))
+    largest = largest_of([shots])
+    end = run.contacts["strike"].touches.end[1]
+    first = int(np.searchsorted(shots.frames.times, end, side="right"))
+    later = first + 60
+    was, now = (shots.glows(i, largest)[-1] for i in (first, later))
+    lever = shots.poses[:, -1, 2]
+    assert abs(lever[later] - lever[now.frame]) > 0.01
+    assert 0 < now.fresh < was.fresh
+    places = [zoom.view.seen(g.place[None], shots.poses[g.frame])[0] for g in (was, now)]
+    assert places[1] == pytest.approx(places[0])
+
+
+def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkeypatch):
+    assert [zoom.name for zoom in zooms_of(film_of(run), film_of(run).takes[0])] == ["strike"]
+    for film in (film_of(without_touches(run)), film_of(run, window=(0.0, 0.2))):
+        assert zooms_of(film, film.takes[0]) == []
+    monkeypatch.setattr(zooms, "MOST_FACES", 0)
+    assert zooms_of(film_of(run), film_of(run).takes[0]) == []
+
+
+def test_a_picture_with_a_strike_flashes_in_its_zoom(run):
+    """The colours of a touch are below the picture itself only while it touches, or fades."""
+    film = film_of(run, window=(0.25, 0.6))
+    picture = Picture(film, frames_of(film, 50, 0.05), 620)
+    begin = run.contacts["strike"].touches.begin[0]
+    touch = int(np.searchsorted(picture._frames.times, begin, side="right"))
+    low, high = 30, 130  # pixels from below: above the line of all touches, within the zoom
+    red = np.array([int(TOUCH[i : i + 2], 16) for i in (1, 3, 5)])
+
+    def flashes(frame):
+        shown = picture.frame(frame)[-high:-low].astype(int)
+        return int(np.count_nonzero(np.abs(shown - red).max(axis=2) < 10))
+
+    assert flashes(touch - 1) == 0
+    assert flashes(touch) > 20
+    assert flashes(len(picture) - 1) == 0
