@@ -166,9 +166,9 @@ def test_the_usual_speed_is_round_and_lets_a_crank_be_followed(run):
 def test_where_values_are_straight_few_samples_are_kept():
     time = np.linspace(0, 2, 2001)
     values = np.stack([np.abs(time - 1), 3 * time], axis=1)
-    assert straightened(time, values, 1e-9).tolist() == [0, 1000, 2000]
+    assert straightened(time, values, np.full(2001, 1e-9)).tolist() == [0, 1000, 2000]
     parabola = (time**2)[:, None]
-    kept = straightened(time, parabola, 1e-4)
+    kept = straightened(time, parabola, np.full(2001, 1e-4))
     assert len(kept) < 200
     off = np.interp(time, time[kept], parabola[kept, 0]) - parabola[:, 0]
     assert np.max(np.abs(off)) <= 1e-4

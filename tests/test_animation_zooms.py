@@ -9,6 +9,7 @@ import results
 from exudyn_flexlink.animation import film_of, zooms
 from exudyn_flexlink.animation.look import STRIKE_PART, TOUCH
 from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.samples import PRECISE, kept_instants
 from exudyn_flexlink.animation.shots import Shots, largest_of
 from exudyn_flexlink.animation.speed import frames_of
 from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
@@ -85,6 +86,22 @@ def test_a_touch_that_ended_stays_on_the_face_which_moves_on(run):
     assert 0 < now.fresh < was.fresh
     places = [zoom.view.seen(g.place[None], shots.poses[g.frame])[0] for g in (was, now)]
     assert places[1] == pytest.approx(places[0])
+
+
+def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
+    film = film_of(run)
+    [take], zoom = film.takes, zoom_of(film)
+    times, coarse = kept_instants(film, take)
+    rods = run.poses[..., :2].reshape(len(run.time), -1)
+    kept = take.poses(times)[..., :2].reshape(len(times), -1)
+    between = np.stack([np.interp(run.time, times, column) for column in kept.T], axis=1)
+    off = np.max(np.abs(between - rods), axis=1)
+    striking = np.zeros(len(run.time), dtype=bool)
+    for own in film.strikes:
+        striking |= (run.time >= own.begin) & (run.time <= own.end)
+    fine = PRECISE * (zoom.along[1] - zoom.along[0])
+    assert np.max(off[striking]) <= fine < coarse / 10
+    assert fine < np.max(off) <= coarse
 
 
 def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkeypatch):

@@ -65,9 +65,9 @@ class Picture:
             self._line = Timeline(self._room(0, line), self._thick, self._shots, film, frames)
             largest = largest_of(self._shots)
             for i, name in enumerate(names):
-                axes = self._room(line + sum(zooms[i + 1 :]), zooms[i])
-                panel = ZoomPanel(axes, self._thick, self._shots, name, largest, self._scale)
-                self._actors.append((axes, panel))
+                place = Place(self._room(line + sum(zooms[i + 1 :]), zooms[i]), self._thick)
+                panel = ZoomPanel(place, self._shots, name, largest, self._scale)
+                self._actors.append((place.axes, panel))
             self._actors.append((self._line.axes, self._line))
             for _, actor in self._actors:
                 actor.show(0)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, Take
+from exudyn_flexlink.animation.zooms import zooms_of
 
 FloatArray = NDArray[np.float64]
 
@@ -16,7 +17,10 @@ LOOSER = 1.6  # times the error that is allowed, until they are no more
 
 
 def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
-    """Instants (K,) s of a take, and how far (m) straight lines between them are off at most."""
+    """Instants (K,) s of a take, and how far (m) straight lines between them are off at most.
+
+    In a strike that a zoom shows they are off by less, as much as it is larger.
+    """
     own = take.result.time
     inside = own[(own > film.begin) & (own < film.end)]
     times = np.concatenate([[film.begin], inside, [film.end]])
@@ -29,16 +33,27 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
     plays = [channel.clearance for channel in take.model.channels if channel.clearance > 0]
     plays += [bearing.distance for bearing in take.model.bearings]
     allowed = min([PRECISE * film.size, *(OF_CLEARANCE * play for play in plays)])
+    parts = _parts_allowed(film, take, times)
     most = max(2, MOST // max(values.shape[1], 1) // len(film.takes))
     while True:
-        kept = straightened(times, values, allowed)
+        kept = straightened(times, values, allowed * parts)
         if len(kept) <= most:
             return times[kept], allowed
         allowed *= LOOSER
 
 
-def straightened(times: FloatArray, values: FloatArray, allowed: float) -> NDArray[np.intp]:
-    """Indices, in order, of samples (N,) between which `values` (N, k) are straight to `allowed`.
+def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
+    """Parts (N,) of the error allowed elsewhere that are allowed at instants."""
+    faces = [zoom.along for zoom in zooms_of(film, take) if zoom.channel is None]
+    part = min((float(np.ptp(along)) / film.size for along in faces), default=1.0)
+    striking = np.zeros(len(times), dtype=bool)
+    for own in film.strikes:
+        striking |= (times >= own.begin) & (times <= own.end)
+    return np.where(striking, min(part, 1.0), 1.0)
+
+
+def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> NDArray[np.intp]:
+    """Indices of samples (N,) between which `values` (N, k) are straight to `allowed` (N,).
 
     The farthest sample from a line is kept, and both parts are looked at again (Ramer, Douglas and
     Peucker).
@@ -51,9 +66,9 @@ def straightened(times: FloatArray, values: FloatArray, allowed: float) -> NDArr
             continue
         part = (times[first + 1 : last] - times[first]) / (times[last] - times[first])
         line = values[first] + part[:, None] * (values[last] - values[first])
-        off = np.max(np.abs(values[first + 1 : last] - line), axis=1)
+        off = np.max(np.abs(values[first + 1 : last] - line), axis=1) / allowed[first + 1 : last]
         worst = int(np.argmax(off))
-        if off[worst] > allowed:
+        if off[worst] > 1:
             middle = first + 1 + worst
             kept.add(middle)
             left += [(first, middle), (middle, last)]

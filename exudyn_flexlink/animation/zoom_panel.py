@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 
 from exudyn_flexlink.animation.actors import (
     Actor,
@@ -34,26 +34,20 @@ class ZoomPanel:
     """
 
     def __init__(
-        self,
-        axes: Axes,
-        thick: float,
-        takes: Sequence[Shots],
-        name: str,
-        largest: Largest,
-        scale: float,
+        self, place: Place, takes: Sequence[Shots], name: str, largest: Largest, scale: float
     ) -> None:
         zooms = {i: shots.zooms[name] for i, shots in enumerate(takes) if name in shots.zooms}
         own = next(iter(zooms.values()))
-        larger = _fit(axes, own, thick, scale)
+        larger = _fit(place, own, scale)
         if own.channel is not None:
-            draw_walls(Place(axes, thick), own.channel)
+            draw_walls(place, own.channel)
         self._actors: list[Actor] = []
         for i, zoom in zooms.items():
-            place = Place(axes, thick, i if len(takes) > 1 else -1, zoom.view)
-            self._actors += _shown(place, takes[i], zoom, largest)
-        self._title = axes.text(
-            0.012, 0.98, "", transform=axes.transAxes, va="top", color="#666666",
-            fontsize=Place(axes, thick).points(12),
+            seen = replace(place, rank=i if len(takes) > 1 else -1, view=zoom.view)
+            self._actors += _shown(seen, takes[i], zoom, largest)
+        self._title = place.axes.text(
+            0.012, 0.98, "", transform=place.axes.transAxes, va="top", color="#666666",
+            fontsize=place.points(12),
         )  # fmt: skip
         self._told = own.words + larger
         alone = len(takes) == 1 and own.channel is not None
@@ -84,13 +78,14 @@ def _shown(place: Place, shots: Shots, zoom: Zoom, largest: Largest) -> Iterator
     yield GlowsActor(place, shots, largest, only=zoom.name)
 
 
-def _fit(axes: Axes, own: Zoom, thick: float, scale: float) -> str:
+def _fit(place: Place, own: Zoom, scale: float) -> str:
     """Let axes show a zoom; tells how much larger it is.
 
     A guide is larger across than along where there is room, a face never, or angles would be wrong.
     """
+    axes = place.axes
     room = axes.get_window_extent()
-    head = 20 * thick  # pixels: the line of words
+    head = 20 * place.thick  # pixels: the line of words
     low, high = own.across
     across = (room.height - head) / (high - low)
     along = min(room.width / (own.along[1] - own.along[0]), across)
