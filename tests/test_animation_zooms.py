@@ -69,7 +69,7 @@ def test_what_touches_is_within_the_zoom_which_is_no_longer_than_it_must(run):
     assert len(x) > 20
     assert np.all((x > zoom.along[0]) & (x < zoom.along[1]))
     assert zoom.across[0] < 0 < zoom.across[1]
-    length = zoom.along[1] - zoom.along[0]
+    length = zoom.length
     assert length == pytest.approx(max(STRIKE_PART * film.size, 1.5 * np.ptp(x)), rel=0.05)
 
 
@@ -99,9 +99,16 @@ def test_what_a_player_shows_of_a_strike_is_as_precise_as_it_is_large(run):
     striking = np.zeros(len(run.time), dtype=bool)
     for own in film.strikes:
         striking |= (run.time >= own.begin) & (run.time <= own.end)
-    fine = PRECISE * (zoom.along[1] - zoom.along[0])
+    fine = PRECISE * (zoom.length)
     assert np.max(off[striking]) <= fine < coarse / 10
     assert fine < np.max(off) <= coarse
+
+
+def test_what_slides_along_much_of_the_picture_needs_no_zoom(run, monkeypatch):
+    film = film_of(run)
+    part = zoom_of(film).length / film.size
+    monkeypatch.setattr(zooms, "SLIDES", 0.99 * part)
+    assert zooms_of(film, film.takes[0]) == []
 
 
 def test_a_film_without_strikes_has_no_zoom_and_many_faces_have_none(run, monkeypatch):

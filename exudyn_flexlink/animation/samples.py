@@ -44,12 +44,12 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
 
 def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
     """Parts (N,) of the error allowed elsewhere that are allowed at instants."""
-    faces = [zoom.along for zoom in zooms_of(film, take) if zoom.channel is None]
-    part = min((float(np.ptp(along)) / film.size for along in faces), default=1.0)
+    faces = [zoom.length for zoom in zooms_of(film, take) if zoom.channel is None]
+    part = min(faces, default=film.size) / film.size
     striking = np.zeros(len(times), dtype=bool)
     for own in film.strikes:
         striking |= (times >= own.begin) & (times <= own.end)
-    return np.where(striking, min(part, 1.0), 1.0)
+    return np.where(striking, part, 1.0)
 
 
 def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> NDArray[np.intp]:

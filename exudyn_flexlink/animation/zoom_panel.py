@@ -74,7 +74,7 @@ def _shown(place: Place, shots: Shots, zoom: Zoom, largest: Largest) -> Iterator
         return
     yield from mechanism_actors(place, shots)
     if place.rank <= 0:
-        yield PointsActor(place, shots, zoom.along[1] - zoom.along[0])
+        yield PointsActor(place, shots, zoom.length)
     yield GlowsActor(place, shots, largest, only=zoom.name)
 
 
@@ -88,7 +88,7 @@ def _fit(place: Place, own: Zoom, scale: float) -> str:
     head = 20 * place.thick  # pixels: the line of words
     low, high = own.across
     across = (room.height - head) / (high - low)
-    along = min(room.width / (own.along[1] - own.along[0]), across)
+    along = min(room.width / own.length, across)
     if own.channel is None:
         across = along
     middle, half = sum(own.along) / 2, room.width / along / 2

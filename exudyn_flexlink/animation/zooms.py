@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 
 MOST_FACES = 2  # of as many struck faces each has a zoom: those of more would hide the mechanism
 ROOM_ALONG = 1.5  # of where touches are along a face: the length of it that is seen
+SLIDES = 0.15  # of the picture: the zoom on touches that go along more is not much larger than it
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,11 @@ class Zoom:
     channel: Channel | None = None
 
     @property
+    def length(self) -> float:
+        """What it shows along its x-axis, m."""
+        return self.along[1] - self.along[0]
+
+    @property
     def words(self) -> str:
         """What it shows, in words."""
         return f"in {self.name}" if self.channel is not None else f"at {self.name}"
@@ -67,9 +73,10 @@ def zooms_of(film: Film, take: Take) -> list[Zoom]:
     struck = {own.name: own for own in touching_of(film, take) if len(own.touches)}
     found = [face for face in faces(take.model) if face.name in struck]
     shown = found if len(found) <= MOST_FACES else []
+    at_faces = [_at_face(film, take, face, struck[face.name]) for face in shown]
     return [
         *(_in_guide(channel) for channel in walled(take.model)),
-        *(_at_face(film, take, face, struck[face.name]) for face in shown),
+        *(zoom for zoom in at_faces if zoom.length <= SLIDES * film.size),
     ]
 
 
