@@ -93,8 +93,9 @@ def _rigid(body: FlexibleBody) -> RodBody:
 
 
 def _without_friction(scene: Scene) -> dict[str, Any]:
+    walls = {n: _smooth(j) for n, j in scene.joints.items() if getattr(j, "acting", None)}
     return {
-        "joints": _each(scene.joints, (SleeveJoint, RevoluteJoint), _smooth),
+        "joints": {**scene.joints, **walls},
         "contacts": {name: _smooth(contact) for name, contact in scene.contacts.items()},
     }
 

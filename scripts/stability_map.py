@@ -56,19 +56,12 @@ def observe(scene: fl.Scene, simulate: Any) -> Mapping[str, float | int | str | 
 
 
 def rows_of(hinges: str, options: argparse.Namespace) -> list[Row]:
-    """All points of one rule: without clearance, which is another joint, and with it."""
-    change = {"bodies.link.hinges.stiffness": hinges}
-    speeds = {"drives.motor.value": options.speeds}
-    gaps = [1e-3 * gap for gap in options.clearances if gap > 0]
-    found: list[Row] = []
-    if 0 in options.clearances:
-        scene = fl.load_scene("no_clearance", change)
-        found += [row | {"gap": 0.0} for row in swept(scene, speeds, f"{hinges}-0", options)]
-    if gaps:
-        varied = speeds | {"joints.sleeve.clearance": gaps}
-        rows = swept(fl.load_scene("clearance", change), varied, hinges, options)
-        found += [row | {"gap": 1e3 * row["joints.sleeve.clearance_m"]} for row in rows]
-    return found
+    """All points of one rule."""
+    scene = fl.load_scene("clearance", {"bodies.link.hinges.stiffness": hinges})
+    gaps = [1e-3 * gap for gap in options.clearances]
+    varied = {"drives.motor.value": options.speeds, "joints.sleeve.clearance": gaps}
+    rows = swept(scene, varied, hinges, options)
+    return [row | {"gap": 1e3 * row["joints.sleeve.clearance_m"]} for row in rows]
 
 
 def swept(

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 
 from exudyn_flexlink.cli.values import EFFECT_NAMES
 from exudyn_flexlink.effects import EFFECTS, absent, idealise
-from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
+from exudyn_flexlink.loading import assemble_scene, document_of, load_scene, scene_of
+from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.report import check_text
 from exudyn_flexlink.scene import check_document, parse_scene
 from exudyn_flexlink.source import parse_document
 
@@ -213,3 +215,19 @@ def test_any_list_of_effects_does_what_its_set_does(effects, path):
 
 def test_the_command_line_knows_every_effect():
     assert tuple(EFFECTS) == EFFECT_NAMES
+
+
+@pytest.mark.parametrize("joint", ["sleeve", "crank"])
+def test_at_clearance_0_a_law_is_idle(joint):
+    """The mechanism is that without the law, from which a study goes on to any clearance."""
+    law = "{stiffness: 1.0e5, restitution: 0.5, friction: 0.1}"
+    more = ["joints.crank.radius=5 mm"] if joint == "crank" else []
+    model = MODELS / "no_clearance.yaml"
+    ideal = load_scene(model, ["joints.crank.clearance=0"])
+    idle = load_scene(model, [f"joints.{joint}.clearance=0", f"joints.{joint}.law={law}", *more])
+    assert idle.joints[joint].law is not None
+    assert build_mechanism(idle) == build_mechanism(ideal)
+    assert {"clearance", "friction"} <= set(absent(idle, EFFECTS))
+    assert check_text(idle, assemble_scene(idle)).count("idle") == 1
+    wider = scene_of(document_of(idle), [f"joints.{joint}.clearance=1 mm"])
+    assert {"clearance", "friction"}.isdisjoint(absent(wider, EFFECTS))

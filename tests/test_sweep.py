@@ -8,6 +8,7 @@ import pytest
 from results import PENDULUM, rigid_link, scene_from
 
 import exudyn_flexlink as fl
+from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, Mistake
@@ -183,3 +184,12 @@ def test_a_run_that_warns_is_doubtful() -> None:
     [row] = table(plan_of({LENGTH: [1]}), OneRun(standard_row), warns).rows
     assert (row.status, row.reason, row.warnings) == ("doubtful", "energy is created", 1)
     assert row.numbers
+
+
+@pytest.mark.parametrize("begins", ["5 mm", "0"])
+def test_a_clearance_is_varied_from_0_on(begins: str) -> None:
+    """With a law of the walls, whatever the clearance of the model itself."""
+    scene = fl.load_scene("clearance", {"joints.sleeve.clearance": begins})
+    plan = plan_of({"joints.sleeve.clearance": "0:5 mm:3"}, scene)
+    found = table(plan, lambda each, _: {"walls": len(build_mechanism(each).channels)})
+    assert found.columns()["walls"] == [0, 1, 1]

@@ -86,7 +86,7 @@ def with_stiffer_contacts(scene: Scene) -> Scene | None:
 
 def _walls(scene: Scene) -> dict[str, WalledJoint]:
     joints = scene.joints.items()
-    return {n: j for n, j in joints if isinstance(j, (SleeveJoint, RevoluteJoint)) and j.law}
+    return {n: j for n, j in joints if isinstance(j, (SleeveJoint, RevoluteJoint)) and j.acting}
 
 
 def _stiffer(parts: Mapping[str, Contact] | Mapping[str, WalledJoint]) -> dict[str, Any]:

@@ -102,14 +102,14 @@ def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
         forces=tuple(force_of(bodies, n, d) for n, d in drives if isinstance(d, ForceDrive)),
         contacts=tuple(contact_of(bodies, n, c, curves) for n, c in scene.contacts.items()),
         bearings=tuple(
-            _bearing(bodies, n, j, j.law)
+            _bearing(bodies, n, j, j.acting)
             for n, j in joints
-            if isinstance(j, RevoluteJoint) and j.law is not None
+            if isinstance(j, RevoluteJoint) and j.acting is not None
         ),
         channels=tuple(
-            _channel(bodies, n, j, j.law)
+            _channel(bodies, n, j, j.acting)
             for n, j in joints
-            if isinstance(j, SleeveJoint) and j.law is not None
+            if isinstance(j, SleeveJoint) and j.acting is not None
         ),
         gravity=scene.gravity,
     )

@@ -43,6 +43,8 @@ from exudyn_flexlink.scene import (
     TorsionalSpring,
 )
 
+IDLE = "; its law is idle at clearance 0"
+
 
 def check_text(scene: Scene, assembly: Assembly) -> str:
     """Return the report of a valid scene: parts, effects, frequencies and steps."""
@@ -120,7 +122,8 @@ def _joined(joint: Joint) -> str:
         along = f" along ({number(x)}, {number(y)})"
     clearance = joint.clearance if isinstance(joint, RevoluteJoint) else 0.0
     play = f", clearance {number(clearance)} m" if clearance > 0 else ""
-    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}{play}"
+    idle = IDLE if isinstance(joint, RevoluteJoint) and joint.law and not joint.acting else ""
+    return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{along}{play}{idle}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:
@@ -128,7 +131,7 @@ def _fit(sleeve: SleeveJoint) -> str:
         return "every rod inside held on its axis"
     if sleeve.clearance > 0:
         return f"clearance {number(sleeve.clearance)} m on each side"
-    return "on its axis, rod 1 aligned"
+    return f"on its axis, rod 1 aligned{IDLE if sleeve.law else ''}"
 
 
 def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
@@ -171,15 +174,15 @@ def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     rows = [[name, str(c), *_law(c.law)] for name, c in scene.contacts.items()]
     for name, joint in scene.joints.items():
-        if isinstance(joint, RevoluteJoint) and joint.law is not None:
+        if isinstance(joint, RevoluteJoint) and joint.acting is not None:
             journal, bearing = joint.points
             what = f"journal at {journal} in the bearing at {bearing}"
-            rows.append([name, what, *_law(joint.law)])
+            rows.append([name, what, *_law(joint.acting)])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
-        assert sleeve.law is not None
-        rows.append([channel.name, _walls(sleeve, len(pairs(channel))), *_law(sleeve.law)])
+        assert sleeve.acting is not None
+        rows.append([channel.name, _walls(sleeve, len(pairs(channel))), *_law(sleeve.acting)])
     return ["Contacts", *table(rows)] if rows else []
 
 

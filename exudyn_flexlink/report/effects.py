@@ -35,7 +35,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
 
 def _laws(scene: Scene) -> dict[str, Law]:
     """Laws of all that can touch, by the name of the joint or the contact."""
-    laws: dict[str, Law] = {n: j.law for n, j in _walled(scene).items() if j.law is not None}
+    laws: dict[str, Law] = {n: j.acting for n, j in _walled(scene).items() if j.acting is not None}
     return laws | {name: contact.law for name, contact in scene.contacts.items()}
 
 

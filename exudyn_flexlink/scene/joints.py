@@ -51,10 +51,20 @@ def _penalty_only(law: Any, what: str) -> Any:
     return law
 
 
+def _gives_clearance(joint: Part) -> bool:
+    """Tell whether the scene gives a clearance, also one of 0.
+
+    A 0 that is given is one of the values of a study, and the law waits for the others; whoever
+    gives a law and no clearance has forgotten it.
+    """
+    return "clearance" in joint.model_fields_set
+
+
 class RevoluteJoint(PointsJoint):
     """Two points coincide, the bodies turn; positive: the second turns counter-clockwise.
 
-    With clearance, the first point is the middle of a journal in a bearing around the second.
+    With clearance, the first point is the middle of a journal in a bearing around the second. At a
+    clearance of 0 that the scene gives, its law does nothing: the two points coincide.
     """
 
     type: Literal["revolute"] = "revolute"
@@ -65,8 +75,13 @@ class RevoluteJoint(PointsJoint):
         None, description="of the journal: where friction acts; needed with friction alone"
     )
     law: ContactLaw | None = Field(
-        None, description="force between journal and bearing; with clearance"
+        None, description="force between journal and bearing; with clearance, idle if that is 0"
     )
+
+    @property
+    def acting(self) -> ContactLaw | None:
+        """The law, if anything can press."""
+        return self.law if self.clearance > 0 else None
 
     @field_validator("law", mode="before")
     @classmethod
@@ -77,13 +92,13 @@ class RevoluteJoint(PointsJoint):
     def _bearing_needs_a_law(self) -> RevoluteJoint:
         if self.clearance > 0 and self.law is None:
             refuse("missing 'law', the force between journal and bearing", _EXAMPLE)
-        if self.clearance == 0 and self.law is not None:
+        if not _gives_clearance(self) and self.law is not None:
             refuse(
                 "a revolute joint without clearance has no bearing to press on",
-                "give a clearance; else leave the law out",
+                "give a clearance, 0 for a law that is idle; else leave the law out",
                 at="law",
             )
-        if self.clearance == 0 and self.radius is not None:
+        if not _gives_clearance(self) and self.radius is not None:
             refuse(
                 "a revolute joint without clearance has no journal",
                 "give a clearance; else leave the radius out",
@@ -133,7 +148,10 @@ class SlotJoint(Part):
 
 
 class SleeveJoint(Part):
-    """A link that slides in a guide: on its axis, or with clearance between two walls."""
+    """A link that slides in a guide: on its axis, or with clearance between two walls.
+
+    At a clearance of 0 that the scene gives, its law does nothing: the link slides on the axis.
+    """
 
     type: Literal["sleeve"] = "sleeve"
     guide: Name = Field(description="name of the body slid along, from its start to its end")
@@ -147,13 +165,20 @@ class SleeveJoint(Part):
         "false: the first rod alone is held",
     )
     law: ContactLaw | None = Field(
-        None, description="force between link and walls; with clearance or 'supported'"
+        None,
+        description="force between link and walls; with 'supported', or with clearance, idle if "
+        "that is 0",
     )
 
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies it joins."""
         return (self.guide, self.link)
+
+    @property
+    def acting(self) -> ContactLaw | None:
+        """The law, if anything can press."""
+        return self.law if self.clearance > 0 or self.supported else None
 
     @field_validator("law", mode="before")
     @classmethod
@@ -174,10 +199,11 @@ class SleeveJoint(Part):
                 "missing 'law', the force between link and walls",
                 _EXAMPLE,
             )
-        if not walls and self.law is not None:
+        if not walls and not _gives_clearance(self) and self.law is not None:
             refuse(
                 "a sleeve without clearance has no walls to press on",
-                "give a clearance, or 'supported: true'; else leave the law out",
+                "give a clearance, 0 for a law that is idle, or 'supported: true'; else leave the "
+                "law out",
                 at="law",
             )
         return self

@@ -64,5 +64,6 @@ def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
             elif isinstance(contact, PointOnCurve) and contact.radius > 0:
                 yield name, {split_point(contact.point)[0]}
     for name, joint in valid(parts.joints):
-        if isinstance(joint, RevoluteJoint) and joint.law is not None and joint.law.friction > 0:
+        law = joint.acting if isinstance(joint, RevoluteJoint) else None
+        if law is not None and law.friction > 0:
             yield name, set(joint.bodies)
