@@ -15,6 +15,7 @@ from exudyn_flexlink.stability import (
     LapDistances,
     NoRhythmError,
     Rhythm,
+    StoppedError,
     lap_distances,
     long_scene,
     repeating,
@@ -197,13 +198,28 @@ def test_from_python():
     assert result.vibration().off_ideal
 
 
-def test_a_bifurcation_from_python():
-    """The egg's place at pi, of two turns: one branch each for both laps, whatever the speed."""
-    model = fl.idealise(fl.load_scene("rigid", tolerance=1e-6), ["impact"])
-    found = fl.bifurcation(
-        model, "drives.motor.value", [5.0, 10.0], "lagrangian", laps=3, after=1, angle=pi
-    )
+def test_a_bifurcation_from_python(tmp_path):
+    """The egg's place at pi, of two turns: one branch each for both laps, whatever the speed.
+
+    A crank at rest makes no laps; whoever runs, and whether it went on, does not matter.
+    """
+    model = fl.idealise(fl.load_scene("rigid", tolerance=1e-6, duration=1), ["impact"])
+    asked = {"laps": 3, "after": 1, "angle": pi}
+
+    def made(speeds, **more):
+        return fl.bifurcation(model, "drives.motor.value", speeds, "lagrangian", **asked, **more)
+
+    found = made([5.0, 0.0, 10.0], workers=1, folder=tmp_path / "kept")
     values, places = found.points
     assert values.tolist() == [5, 5, 10, 10]
     assert places[:, 0] == pytest.approx([-0.10, -0.11] * 2, abs=1e-6)
+    assert list(found.failed) == [0]
+    assert "no drive turns a joint" in found.failed[0]
     assert found.plot().axes[0].lines
+    (tmp_path / "kept" / "journal.jsonl").write_text("")
+    again = made([5.0, 0.0, 10.0], workers=2, folder=tmp_path / "kept", resume=True)
+    for one, other in zip(found.sections, again.sections, strict=True):
+        assert one.time.tolist() == other.time.tolist()
+        assert one.velocity.tolist() == other.velocity.tolist()
+    with pytest.raises(StoppedError, match="has a section; at 0: NoRhythmError"):
+        made([0.0], workers=1)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,21 +14,27 @@ from exudyn_flexlink import engines, storage
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.showing import page
+from exudyn_flexlink.api.sweeps import Simulate, sweep
+from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import exponent_text, stability_text
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.stability import (
     Asked,
     Exponent,
+    StoppedError,
     long_scene,
     rhythm_of,
     section_by_crank,
     section_by_time,
+    section_of_row,
+    section_row,
     study,
 )
 from exudyn_flexlink.stability import Branches as PlainBranches
 from exudyn_flexlink.stability import Stability as PlainStability
+from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, OneRun, Scalar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,8 +97,9 @@ class Branches(PlainBranches):
         return plots.bifurcation(self, axis=axis, style=style_of(style))
 
     def __repr__(self) -> str:
-        """Return one line: what is varied, and in how many runs."""
-        return f"<Branches over {self.path}: {len(self.values)} values>"
+        """Return one line: what is varied, in how many runs, and how many of them failed."""
+        failed = f", {len(self.failed)} failed" if self.failed else ""
+        return f"<Branches over {self.path}: {len(self.values)} values{failed}>"
 
 
 def stability_of(
@@ -137,36 +144,82 @@ def bifurcation(
     path: str,
     values: Iterable[float],
     engine: str = "exudyn",
+    progress: Callable[[float], None] | None = None,
     *,
     laps: int = LAPS,
     after: float = AFTER,
     lap: float | None = None,
     angle: float = 0.0,
+    folder: str | PathLike[str] | None = None,
+    resume: bool = False,
+    force: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
 ) -> Branches:
     """Look at the watched point once a lap, for values (SI) of what `path` names in the scene.
 
     Each value starts anew, from the scene's own start. Where a drive's speed is varied, laps are of
-    that speed.
+    that speed. It is a sweep, whose table has a section in each row: `folder`, `resume`, `force`,
+    `workers`, `scheduler` and `progress` are those of `sweep`, also that a script must call this
+    below ``if __name__ == "__main__":`` unless `workers` is 1. A run that fails leaves its value
+    without a section.
 
     Raises:
-        NoRhythmError: nothing tells what a lap is.
+        CannotStartError: no process can do the work.
         SceneError: the path leads nowhere, or a value can't be.
+        StoppedError: no value has a section; the text says why the first has none.
+        StorageError: the folder can't be written, or holds something else.
 
     """
-    numbers, sections = np.array(list(values), dtype=float), []
-    for value in numbers.tolist():
-        each = scene.with_({path: value})
-        rhythm = rhythm_of(each, lap)
-        each = own_scene(each.changed(run=Run(duration=laps * rhythm.lap)))
-        run = _by(engine)(each)
-        begin = after * rhythm.lap
-        sections.append(
-            section_by_crank(run, angle, after=begin)
-            if lap is None
-            else section_by_time(run, rhythm.lap, after=begin)
-        )
-    return Branches(path, numbers, sections)
+    table = sweep(
+        scene,
+        {path: np.array(list(values), dtype=float)},
+        engine,
+        progress,
+        observe=_SectionRow(laps, after, lap, angle),
+        folder=folder,
+        resume=resume,
+        force=force,
+        workers=workers,
+        scheduler=scheduler,
+        measure=False,
+    )
+    rows = [(float(value), row) for (value,), row in zip(table.values, table.rows, strict=True)]
+    whole = [(value, row.numbers) for value, row in rows if row.status != FAILED]
+    if not whole:
+        value, row = rows[0]
+        raise StoppedError(f"no value of {path} has a section; at {value:g}: {row.reason}")
+    point = watched_point(scene)
+    return Branches(
+        path,
+        np.array([value for value, _ in whole]),
+        [section_of_row(row, point, angle, by_crank=lap is None) for _, row in whole],
+        {value: row.reason for value, row in rows if row.status == FAILED},
+        {value: row.reason for value, row in rows if row.status == DOUBTFUL},
+    )
 
 
-def _by(engine: str) -> Callable[[PlainScene], Result]:
+@dataclass(frozen=True)
+class _SectionRow:
+    """Runs so many laps, and tells the section; can be sent to other processes."""
+
+    laps: int
+    after: float
+    lap: float | None
+    angle: float
+
+    def __call__(self, scene: Scene, simulate: Simulate) -> Mapping[str, Scalar]:
+        rhythm = rhythm_of(scene, self.lap)
+        begin = self.after * rhythm.lap
+
+        def row(result: PlainResult) -> Mapping[str, Scalar]:
+            if self.lap is None:
+                return section_row(section_by_crank(result, self.angle, after=begin))
+            return section_row(section_by_time(result, rhythm.lap, after=begin))
+
+        long = own_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
+        return OneRun(row)(long, cast(Any, simulate))
+
+
+def _by(engine: str) -> Callable[[PlainScene], PlainResult]:
     return lambda scene: engines.simulate(scene, engine, measure=False)

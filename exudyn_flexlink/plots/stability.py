@@ -110,7 +110,9 @@ def bifurcation(found: Branches, *, axis: str = "y", style: Style = SCREEN) -> F
     """Place of a point once a lap, over the value that is varied; `axis` is x or y."""
     values, places = found.points
     point = found.sections[0].point if found.sections else ""
-    words = Words(f"{axis} of {point} once a lap", f"over {found.path}", [], [])
+    reasons = (("failed", found.failed), ("doubtful", found.doubtful))
+    notes = [f"{len(which)} {how}" for how, which in reasons if which]
+    words = Words(f"{axis} of {point} once a lap", f"over {found.path}", notes, [])
     figure = framed_figure(words, 4.0, style)
     axes = figure.subplots()
     axes.plot(values, 1e3 * places[:, "xy".index(axis)], ".", color=BLUE, markersize=sized(3))

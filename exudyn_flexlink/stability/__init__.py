@@ -24,6 +24,8 @@ from exudyn_flexlink.stability.sections import (
     Section,
     section_by_crank,
     section_by_time,
+    section_of_row,
+    section_row,
 )
 from exudyn_flexlink.stability.study import (
     Asked,
@@ -59,6 +61,8 @@ __all__ = [
     "rhythm_of",
     "section_by_crank",
     "section_by_time",
+    "section_of_row",
+    "section_row",
     "study",
     "trajectory",
     "vibration",

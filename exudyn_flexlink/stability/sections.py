@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
+
+ROW = ("time_s", "x_m", "y_m", "speed_x_m_per_s", "speed_y_m_per_s")
+"""What a table tells of each point of a section."""
 
 
 @dataclass(frozen=True)
@@ -114,16 +118,38 @@ def _passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArr
     return np.array(found)
 
 
+def section_row(section: Section) -> dict[str, float | int]:
+    """Return a section as numbers by name, for one row of a table; units end the names."""
+    columns = [section.time[:, None], section.position, section.velocity]
+    points = np.concatenate(columns, axis=1).tolist()
+    found: dict[str, float | int] = {"section.points": len(points)}
+    for number, point in enumerate(points, start=1):
+        found |= {f"section.{number}.{name}": x for name, x in zip(ROW, point, strict=True)}
+    return found
+
+
+def section_of_row(row: Mapping[str, Any], point: str, phase: float, *, by_crank: bool) -> Section:
+    """Return the section that a row of a table tells; see `section_row`."""
+    numbers = range(1, int(row["section.points"]) + 1)
+    found = [[float(row[f"section.{number}.{name}"]) for name in ROW] for number in numbers]
+    time, x, y, vx, vy = np.array(found, dtype=float).reshape(-1, len(ROW)).T
+    place, speed = np.stack([x, y], axis=1), np.stack([vx, vy], axis=1)
+    return Section(point, phase, by_crank, time, place, speed)
+
+
 @dataclass(frozen=True)
 class Branches:
     """Sections of runs of one scene in which one value is varied: a bifurcation diagram.
 
     `values` (K,) in SI and a section of each; `path` is that of the value in the model file.
+    `failed` are values without a section, and `doubtful` those whose run warned, with the reason.
     """
 
     path: str
     values: FloatArray
     sections: Sequence[Section]
+    failed: Mapping[float, str]
+    doubtful: Mapping[float, str]
 
     @property
     def points(self) -> tuple[FloatArray, FloatArray]:
