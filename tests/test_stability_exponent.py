@@ -155,6 +155,24 @@ def test_an_upright_rod_falls_at_its_rate():
     assert found.sign == 1
 
 
+SADDLE = """
+bodies: {mass: {type: rigid, mass: 1, inertia: 1, points: {p: [0, 0]}}}
+joints: {rail: {type: prismatic, points: [ground, mass.p], at: [0, 0], axis: [1, 0]}}
+drives: {push: {type: force, point: mass.p, value: [100*place(rail) - 1e8*place(rail)**3, 0]}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-9}
+"""
+
+
+def test_neighbours_that_part_fast_are_put_back_before_they_are_far():
+    """x'' = 100 x - 1e8 x^3 parts neighbours of x = 0 at 10/s until they are about 1 mm away.
+
+    That is a thousand times their distance: they would be there in a quarter of a lap.
+    """
+    found = studied(SADDLE, Rhythm(4.0), 8).exponent
+    assert found.value == pytest.approx(10, rel=1e-3)
+
+
 def test_a_hanging_rod_comes_to_rest_at_its_rate():
     """J x'' + c x' + m g l/2 x = 0: swings fade at c/(2 J)."""
     mass = 7850 * 0.6 * 0.02 * 0.005
