@@ -7,7 +7,7 @@ Prints a Markdown table. Lorenz' and Ueda's equations are solved by SciPy; Ueda'
 a mechanism, a mass on a rail that a force pushes, and so is a ball that bounces on a shaken table,
 both by Exudyn, restarted from states. All go through the one estimator. Exponents of chaotic
 motions scatter as one over the root of time: a tenth of it (`--part`) tells them three times worse.
-Takes ten minutes.
+Takes most of an hour, nearly all of it for Ueda's mechanism.
 """
 
 from __future__ import annotations
