@@ -35,7 +35,7 @@ Simulate = Callable[[Scene], Result]
 STRETCHES = 16  # in a lap: impacts on stiff walls part neighbours a thousandfold in a quarter of it
 ABOVE_ERROR = 1e3  # times the tolerance: how far neighbours are apart, well above its errors
 MOST = 1e-3  # of the parts' reach: neighbours no farther apart, as they stand for infinitely near
-EDGE = 0.01  # of a stretch: so far from any touch
+EDGE = 0.04  # of a stretch: at least so far from any touch
 NEAR = 0.25  # of a stretch: an instant farther from where one is wanted is left out
 
 
@@ -84,28 +84,35 @@ def exponent_of(
 def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
     """Instants (s) about a stretch (s) apart, from `after` on, at which nothing presses.
 
-    Each is a sample well inside a span that is free of contact, so that neighbours, which touch a
-    little earlier or later, are free there, too.
+    Each is the sample with most room to the touches before and after it: neighbours touch a little
+    earlier or later, and have to be free there, too.
 
     Raises:
         TooShortError: there are none.
 
     """
-    spans = free_spans(result)
-    inner = spans + EDGE * stretch * np.array([1.0, -1.0])
-    inner = inner[inner[:, 1] > inner[:, 0]]
-    k = np.searchsorted(inner[:, 0], result.time, side="right") - 1
-    ends = np.append(-np.inf, inner[:, 1])
-    free = result.time[result.time <= ends[k + 1]]
-    free = free[free >= after]
-    wanted = np.arange(after, float(result.time[-1]) + stretch / 2, stretch)
-    if not len(free):
+    room = _room(result, NEAR * stretch)
+    free = (room >= EDGE * stretch) & (result.time >= after)
+    times, room = result.time[free], room[free]
+    if not len(times):
         raise TooShortError("the run is never free of contact, where another could go on")
-    found = free[np.abs(free[:, None] - wanted).argmin(axis=0)]
-    kept = found[np.abs(found - wanted) <= NEAR * stretch]
-    if len(kept) < 2:
+    found = []
+    for wanted in np.arange(after, float(result.time[-1]) + stretch / 2, stretch):
+        away = np.abs(times - wanted)
+        near = np.flatnonzero(away <= NEAR * stretch)
+        found += [times[k] for k in near[np.lexsort((away[near], -room[near]))][:1]]
+    if len(found) < 2:
         raise TooShortError(f"from {after:.4g} s on something presses nearly all the time")
-    return np.asarray(kept)
+    return np.array(found)
+
+
+def _room(result: Result, enough: float) -> FloatArray:
+    """Time (s) from each sample (N,) to the nearest touch, at most `enough`; 0 within a touch."""
+    spans = free_spans(result)
+    spans[spans == 0.0], spans[spans == result.time[-1]] = -np.inf, np.inf  # no touches
+    k = np.searchsorted(spans[:, 0], result.time, side="right") - 1
+    inside = np.minimum(result.time - spans[k, 0], spans[k, 1] - result.time)
+    return np.where(k >= 0, np.clip(inside, 0.0, enough), 0.0)
 
 
 def distance_of(scene: Scene) -> float:
