@@ -87,7 +87,14 @@ class BeamCoordinates:
 
     def start(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Straight beams that move as their rods, and the accelerations that joints allow."""
-        return self._q, self._v, self._accelerations(self._q, self._v)
+        return self._q, self._v, self._driven(self._q, self._v, self._state.places, 0.0)
+
+    def jump(
+        self, q: FloatArray, v: FloatArray, places: FloatArray, instants: tuple[float, float]
+    ) -> FloatArray:
+        """Difference of accelerations of beams that are unbent: what bends them cancels."""
+        before, after = (self._driven(q, v, places, time) for time in instants)
+        return after - before
 
     def _straight(self) -> tuple[FloatArray, FloatArray]:
         q, v = np.zeros(len(self.weights)), np.zeros(len(self.weights))
@@ -98,26 +105,28 @@ class BeamCoordinates:
                 x[beam.columns] = controls.ravel()
         return q, v
 
-    def _accelerations(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Beams are unbent at time 0 and turn as one: they weigh, and nothing else moves them."""
+    def _driven(
+        self, q: FloatArray, v: FloatArray, places: FloatArray, time: float
+    ) -> FloatArray:
+        """Accelerations where beams are unbent and turn as one: they weigh, nothing else."""
         poses, rates = self._at_one(q, v)
         spread = self._spread(q)
-        forces = spread.T @ applied_forces(self.mechanism, poses, rates, 0.0)
+        forces = spread.T @ applied_forces(self.mechanism, poses, rates, time)
         for beam in self._beams:
             shape = beam.link.shape
             weight = shape.elastic.mass * np.outer(shape.weight_rows(), self._gravity)
             forces[beam.columns] += weight.ravel()
-        right = -rate_of_jacobian_times_velocity(lambda at: self._joints(at) @ v, q, v)
-        motors = [motor.speed.rate(0.0) for motor in self.mechanism.speed_motors]
+        right = -rate_of_jacobian_times_velocity(lambda at: self._joints(at, places) @ v, q, v)
+        motors = [motor.speed.rate(time) for motor in self.mechanism.speed_motors]
         if motors:
             right[-len(motors) :] += motors
-        solved = solve_saddle(self._mass(q), self._joints(q), forces, right)
+        solved = solve_saddle(self._mass(q), self._joints(q, places), forces, right)
         return np.asarray(solved[: q.size])
 
-    def _joints(self, q: FloatArray) -> FloatArray:
+    def _joints(self, q: FloatArray, places: FloatArray) -> FloatArray:
         """Jacobian of all joints and motors, (rows, coordinates)."""
         poses, _ = self._at_one(q, q)
-        joints = constraints_at(self.mechanism, poses, self._state.places)
+        joints = constraints_at(self.mechanism, poses, places)
         return joints.jacobian() @ self._spread(q)
 
     def _mass(self, q: FloatArray) -> FloatArray:
@@ -146,7 +155,7 @@ class BeamCoordinates:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
-        mass, joints = self._mass(self._q), self._joints(self._q)
+        mass, joints = self._mass(self._q), self._joints(self._q, self._state.places)
         first, second = (
             max(mobility(mass, joints, anchor_jacobian(anchor, poses) @ spread) for anchor in own)
             for own in contact.anchors

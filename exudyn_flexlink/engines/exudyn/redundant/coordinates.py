@@ -16,6 +16,7 @@ from exudyn_flexlink.mechanism import (
     Contact,
     EnergyMeter,
     Mechanism,
+    accelerations,
     half_period,
     joint_residuals,
 )
@@ -35,6 +36,14 @@ class Coordinates(Protocol):
 
     def start(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Coordinates, velocities and accelerations at time 0, (coordinates,)."""
+
+    def jump(
+        self, q: FloatArray, v: FloatArray, places: FloatArray, instants: tuple[float, float]
+    ) -> FloatArray:
+        """By how much accelerations (coordinates,) differ that drives make at two instants (s).
+
+        Between them nothing else has changed: neither the state nor the slots' `places`.
+        """
 
     def plain(self, q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
         """Parts' coordinates and velocities, one after the other, as `at_joints`; one instant."""
@@ -75,6 +84,14 @@ class PartCoordinates:
         """Those of the assembly."""
         state = self._assembly.state
         return state.q.ravel(), state.v.ravel(), state.a.ravel()
+
+    def jump(
+        self, q: FloatArray, v: FloatArray, places: FloatArray, instants: tuple[float, float]
+    ) -> FloatArray:
+        """Difference of the parts' accelerations: whatever contacts do to them cancels."""
+        moved = (accelerations(self.mechanism, _parts(q), _parts(v), places, t) for t in instants)
+        before, after = moved
+        return (after - before).ravel()
 
     def plain(self, q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
         """Return them as they are."""

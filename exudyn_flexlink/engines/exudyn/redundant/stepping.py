@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import ceil, inf, log2
 from time import monotonic
@@ -27,6 +28,7 @@ from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
+from exudyn_flexlink.engines.exudyn.redundant.restart import start_anew
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.integrate.clock import instant
@@ -179,6 +181,7 @@ class Loop:
     _first: float = 0.0
     _told: float = 0.0
     _goal_rate: float = 0.0
+    _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
     _solver: Any = None
     all_contacts: list[ContactItem] = field(init=False)
 
@@ -229,6 +232,9 @@ class Loop:
         struck = self._take(now, data.GetAECoordinates())
         if struck or len(self.events) > laps or self._worth_a_sample():
             self.recorder.mark(time)
+        if self._jump is not None:
+            start_anew(mbs, self._jump)
+            self._jump = None
         self._aim(step)
         self._solver.currentStepSize = step
         return not self.stop_reason and not self._reached(now)
@@ -273,23 +279,28 @@ class Loop:
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
             step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
-        step = self._to_knot(now.time, step)
+        step = self._to_knot(now, step)
         return end_on(step, max(self.end - now.time, 0.0))
 
-    def _to_knot(self, time: float, step: float) -> float:
+    def _to_knot(self, now: StepEnd, step: float) -> float:
         """Shorten a step so that it ends on the next knot of a drive.
 
-        From a knot on the steps are at first as short as at time 0: the method carries the last
-        acceleration into the next step, where it may be another.
+        From a knot on accelerations are others, and steps at first as short as at time 0.
         """
+        time = now.time
         near = instant(time, KNOT_TIME)
         passed = bisect_right(self.knots, time + near)
         last = self.knots[passed - 1] if passed else 0.0
         ahead = self.knots[passed] if passed < len(self.knots) else inf
+        before = self.window.inside(time)
+        self.window.go_on(last, ahead)
         if last > 0 and time - last < near:
             step = min(step, self.chooser.first)
             self.chooser.restart_from(step)
-        self.window.go_on(last, ahead)
+            places = np.array([slot.place() for slot in self.slots])
+            instants = before, self.window.inside(time)
+            with suppress(ArithmeticError):  # a value that there is not, which the next step tells
+                self._jump = self.recorder.coordinates.jump(now.q, now.v, places, instants)
         return end_on(step, ahead - time)
 
     def _contacts(self, now: StepEnd, step: float) -> float:
