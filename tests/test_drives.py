@@ -167,7 +167,8 @@ def test_a_torque_in_steps(settings, off):
     result = driven(f"{{type: torque, joint: pivot, value: {table}}}", BOB, *settings)
     knots = np.array([0, 1, 1.5, 3])
     exact = np.interp(result.time, knots, np.cumsum([0, 2, -1.5, 0.75]) / J)
-    allowed = 1e-12 if off == 1e-8 else 1e-3
+    # Steps of the redundant run end within 1e-12 s of a row, where 8.5 N m in all are leapt.
+    allowed = 1e-12 if off == 1e-8 else 2e-11
     np.testing.assert_allclose(speed(result, "bob"), exact, atol=allowed)
     # What the speed may be off by is J w times as much kinetic energy, and the work as much again.
     assert result.checks.energy_residual < 2 * J * abs(exact).max() * allowed

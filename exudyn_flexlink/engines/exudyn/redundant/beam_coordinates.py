@@ -105,9 +105,7 @@ class BeamCoordinates:
                 x[beam.columns] = controls.ravel()
         return q, v
 
-    def _driven(
-        self, q: FloatArray, v: FloatArray, places: FloatArray, time: float
-    ) -> FloatArray:
+    def _driven(self, q: FloatArray, v: FloatArray, places: FloatArray, time: float) -> FloatArray:
         """Accelerations where beams are unbent and turn as one: they weigh, nothing else."""
         poses, rates = self._at_one(q, v)
         spread = self._spread(q)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from math import ceil, inf, log2
 from time import monotonic
@@ -299,8 +298,7 @@ class Loop:
             self.chooser.restart_from(step)
             places = np.array([slot.place() for slot in self.slots])
             instants = before, self.window.inside(time)
-            with suppress(ArithmeticError):  # a value that there is not, which the next step tells
-                self._jump = self.recorder.coordinates.jump(now.q, now.v, places, instants)
+            self._jump = self.recorder.coordinates.jump(now.q, now.v, places, instants)
         return end_on(step, ahead - time)
 
     def _contacts(self, now: StepEnd, step: float) -> float:
