@@ -134,3 +134,30 @@ def test_check_names_the_steps_per_contact_of_the_run(name: str, settings: list[
     said = said_of(scene)
     found = simulate(scene, measure=False).checks.steps_per_contact
     assert f"in contact: {number(found)} steps per contact" in said
+
+
+@pytest.mark.parametrize("formulation", ["redundant", "beam"])
+@pytest.mark.parametrize(
+    ("name", "stands", "said"),
+    [
+        ("textbook/cam_follower", "type: point_on_curve", "cam_face: Exudyn's own solver has no"),
+        ("benchmarks/bouncing_ball_impulse", "{type: impulse", "hit.law: redundant coordinates"),
+    ],
+)
+def test_check_refuses_a_formulation_that_a_contact_is_beyond(
+    name: str, stands: str, said: str, formulation: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = MODELS / f"{name}.yaml"
+    assert main(["check", str(file), "--set", f"solver.formulation={formulation}"]) == 2
+    shown = capsys.readouterr()
+    lines = file.read_text().splitlines()
+    line = next(i for i, text in enumerate(lines) if stands in text)
+    place = f"{file.name}:{line + 1}:{lines[line].index(stands) + 1}"
+    assert f"{place}: contacts.{said}" in shown.err
+    assert shown.out == ""
+
+
+def test_check_asks_nothing_of_a_formulation_when_the_contact_is_left_out() -> None:
+    file = str(MODELS / "benchmarks/bouncing_ball_impulse.yaml")
+    redundant = ["--set", "solver.formulation=redundant"]
+    assert main(["check", file, "--without", "impact", *redundant]) == 0

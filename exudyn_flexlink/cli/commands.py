@@ -26,12 +26,16 @@ def check_command(options: argparse.Namespace) -> int:
     """Check a model without simulating it; returns the exit code."""
     from exudyn_flexlink.cli.simulating import read_scene
     from exudyn_flexlink.loading import assemble_scene
+    from exudyn_flexlink.mechanism import formulation_mistakes
     from exudyn_flexlink.report import check_text
     from exudyn_flexlink.source import SceneError
 
     try:
         scene = read_scene(options, None)
         assembly = assemble_scene(scene)
+        refused = formulation_mistakes(scene)
+        if refused:
+            raise SceneError(scene.document, refused)
     except SceneError as error:
         return complain(str(error), BAD_INPUT)
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")

@@ -98,6 +98,7 @@ from exudyn_flexlink.mechanism.schedule import (
     cut_off,
     end_of_run,
     formulation,
+    formulation_mistakes,
     only_minimal,
     turn_goal,
 )
@@ -168,6 +169,7 @@ __all__ = [
     "far_behind",
     "force_at",
     "formulation",
+    "formulation_mistakes",
     "half_period",
     "idle_at_start",
     "joint_residuals",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import copysign, inf, pi
 
@@ -11,6 +12,7 @@ from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene
+from exudyn_flexlink.source import Mistake
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,23 @@ def formulation(scene: Scene) -> str:
 
 def only_minimal(scene: Scene) -> bool:
     """Tell whether Exudyn's own solver can't run it: speeds jump, or points strike curves."""
-    return any(
-        isinstance(contact, PointOnCurve) or isinstance(contact.law, ImpulseLaw)
-        for contact in scene.contacts.values()
-    )
+    return any(_beyond_redundant(scene))
+
+
+def formulation_mistakes(scene: Scene) -> list[Mistake]:
+    """Return the contacts that the formulation of `formulation` can't represent."""
+    return [] if formulation(scene) == "minimal" else list(_beyond_redundant(scene))
+
+
+def _beyond_redundant(scene: Scene) -> Iterator[Mistake]:
+    """Contacts that are beyond Exudyn's own solver, which steps redundant coordinates."""
+    for name, contact in scene.contacts.items():
+        if isinstance(contact, PointOnCurve):
+            message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
+            yield Mistake(("contacts", name), message)
+        elif isinstance(contact.law, ImpulseLaw):
+            yield Mistake(
+                ("contacts", name, "law"),
+                "redundant coordinates need a penalty law; speeds that jump are for the "
+                "formulation 'minimal' and for the engine 'lagrangian'",
+            )

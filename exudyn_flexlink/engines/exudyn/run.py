@@ -12,9 +12,9 @@ from exudyn_flexlink.engines.exudyn.redundant import run as redundant
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.outcome import finish
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, formulation, only_minimal
+from exudyn_flexlink.mechanism import Mechanism, formulation, formulation_mistakes, only_minimal
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import ImpulseLaw, Scene
+from exudyn_flexlink.scene import Scene
 
 
 def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result:
@@ -34,7 +34,7 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
         solved = perf_counter()
         result = minimal.finish(prepared, complaint)
     else:
-        _refuse_impulses(scene)
+        _refuse(scene)
         assembled = redundant.prepare(scene, assembly, progress)
         ready = perf_counter()
         error, iterations = redundant.solve(assembled)
@@ -69,11 +69,6 @@ def _has_beams(scene: Scene, mechanism: Mechanism) -> bool:
         return False
 
 
-def _refuse_impulses(scene: Scene) -> None:
-    for name, contact in scene.contacts.items():
-        if isinstance(contact.law, ImpulseLaw):
-            raise NotRepresentableError(
-                ("contacts", name, "law"),
-                "redundant coordinates need a penalty law; speeds that jump are for the "
-                "formulation 'minimal' and for the engine 'lagrangian'",
-            )
+def _refuse(scene: Scene) -> None:
+    for mistake in formulation_mistakes(scene):
+        raise NotRepresentableError(tuple(map(str, mistake.path)), mistake.message)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
@@ -65,7 +64,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     """Build the system, the loop and what records it.
 
     Raises:
-        NotRepresentableError: the scene asks for a beam that can't be, or has a contact on a curve.
+        NotRepresentableError: the scene asks for a beam that can't be.
 
     """
     end = end_of_run(scene, assembly.mechanism)
@@ -108,10 +107,9 @@ def _contact_items(
     asked = scene.solver.steps_per_contact
     contacts = []
     for i, contact in enumerate(assembly.mechanism.touching):
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        if isinstance(contact, CurveContact):
-            message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
-            raise NotRepresentableError(("contacts", contact.name), message)
+        # `run` refuses others
+        assert isinstance(contact.law, RestitutionPenalty)
+        assert not isinstance(contact, CurveContact)
         half = system.coordinates.half_period(contact)
         resolution = resolution_of_strike(half, contact.law, asked)
         contacts.append(ContactItem(system, contact, i, resolution, log))
