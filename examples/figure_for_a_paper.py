@@ -11,7 +11,7 @@ lever, (strike, *_) = result.lever("lever"), result.strikes("strike")
 touches = result.touches("strike")
 
 figure, axes = plt.subplots(figsize=(3.35, 2.2), layout="constrained")
-axes.plot(1e3 * lever.time, np.degrees(lever.angle), color="black", linewidth=0.8)
+axes.plot(1e3 * lever.time, np.degrees(lever.value), color="black", linewidth=0.8)
 for begin, end in zip(touches.begin, touches.until(result.time[-1]), strict=True):
     axes.axvspan(1e3 * begin, 1e3 * end, color="tab:orange", alpha=0.5, linewidth=0)
 axes.set_xlim(1e3 * strike.begin - 5, 1e3 * lever.time[-1])

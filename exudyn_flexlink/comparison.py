@@ -18,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
+    ANGLE,
     SAME_STRIKE,
     ContactTotals,
     Deviation,
     LeverResponse,
+    Measure,
     Strike,
     common_points,
     common_times,
@@ -31,6 +33,7 @@ from exudyn_flexlink.observables import (
     horizon,
     joints_with_play,
     lever_response,
+    measures,
     parting_limit,
     positions,
     separation,
@@ -55,15 +58,15 @@ class Seen:
     """What is compared of one run.
 
     `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `levers` are the
-    struck bodies' responses at the run's own samples, `angles` (N,) rad at the instants compared;
-    `contact` is by joint with clearance, up to the last of them.
+    struck bodies' responses at the run's own samples, `answers` (N,) their angles or displacements
+    at the instants compared; `contact` is by joint with clearance, up to the last of them.
     """
 
     name: str
     result: Result
     position: FloatArray
     levers: Mapping[str, LeverResponse]
-    angles: Mapping[str, FloatArray]
+    answers: Mapping[str, FloatArray]
     strikes: Mapping[str, tuple[Strike, ...]]
     contact: Mapping[str, ContactTotals]
 
@@ -100,7 +103,8 @@ class Statistics:
     """A stretch of one run as a whole.
 
     `mean`, `rms`, `least` and `greatest` (2,) are of the watched point's coordinates, m, the last
-    three relative to the mean; `levers` are the least and the greatest angle of struck bodies, rad.
+    three relative to the mean; `levers` are the least and the greatest angle (rad) or displacement
+    (m) of struck bodies.
     """
 
     mean: FloatArray
@@ -134,7 +138,8 @@ class Comparison:
     @cached_property
     def deviation(self) -> Deviation:
         """Distance of the point that is farthest, and first minus second angle of a lever."""
-        angles = next(iter(self.angle_differences.values()), np.zeros_like(self.time))
+        hinged = (x for body, x in self.answer_differences.items() if self.measures[body] is ANGLE)
+        angles = next(hinged, np.zeros_like(self.time))
         return Deviation(self.time, self.distances.max(axis=1), angles)
 
     def farthest(self, time: float) -> str:
@@ -142,14 +147,20 @@ class Comparison:
         return farthest(self.judged_by, self.distances[np.searchsorted(self.time, time)])
 
     @property
-    def angle_differences(self) -> dict[str, FloatArray]:
-        """First minus second angle (N,) rad of every struck body."""
-        return {body: self.first.angles[body] - self.second.angles[body] for body in self.levers}
+    def answer_differences(self) -> dict[str, FloatArray]:
+        """First minus second angle or displacement (N,) of every struck body."""
+        one, other = self.first.answers, self.second.answers
+        return {body: one[body] - other[body] for body in self.levers}
+
+    @property
+    def measures(self) -> dict[str, Measure]:
+        """By what the motion of every struck body is told."""
+        return {body: lever.measure for body, lever in self.first.levers.items()}
 
     @property
     def levers(self) -> tuple[str, ...]:
         """Names of the struck bodies."""
-        return tuple(self.first.angles)
+        return tuple(self.first.answers)
 
     @property
     def with_clearance(self) -> tuple[str, ...]:
@@ -275,6 +286,7 @@ def _check_one_scene(first: Result, second: Result) -> None:
         ("watched points", watched_point),
         ("contacts", lambda scene: list(scene.contacts)),
         ("struck bodies", struck_bodies),
+        ("struck bodies' motions", lambda scene: {b: m.word for b, m in measures(scene).items()}),
     ):
         one, other = of(first.scene), of(second.scene)
         if one != other:
@@ -290,7 +302,7 @@ def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) 
         result=result,
         position=positions(result, [watched_point(scene)], time)[:, 0],
         levers=levers,
-        angles={body: lever.angle_at(time) for body, lever in levers.items()},
+        answers={body: lever.value_at(time) for body, lever in levers.items()},
         strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
         contact={
             joint: contact_totals(result, joint, end=float(time[-1]))

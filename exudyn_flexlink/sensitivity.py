@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.observables import (
     STILL,
     ContactTotals,
+    Measure,
     common_points,
     common_times,
     contact_totals,
@@ -25,6 +26,7 @@ from exudyn_flexlink.observables import (
     joints_with_play,
     judged_points,
     lever_response,
+    measures,
     name_of,
     parting_limit,
     perturbation,
@@ -63,8 +65,8 @@ class Perturbed:
 class RunStatistics:
     """A run as a whole: what neighbouring runs must share.
 
-    `perturbed` is None where no ideal path is known; `levers` are the least and greatest angle of
-    struck bodies, rad; `contact` is by joint with clearance.
+    `perturbed` is None where no ideal path is known; `levers` are the least and greatest angle
+    (rad) or displacement (m) of struck bodies; `contact` is by joint with clearance.
     """
 
     perturbed: Perturbed | None
@@ -78,9 +80,9 @@ class Sensitivity:
 
     Where one stopped before, its end; None if they never part. `growth` (1/s) is the rate of the
     exponential parting before it, None if there is nothing to fit; `largest` (m) is the largest
-    difference of the `points` that are judged, that of the point `worst`; `angles` (rad) are those
-    of struck bodies; `end` (s) is the end of both. `point` is the watched one, S; `room` (m) is 0
-    if no point moves, so that none tells anything.
+    difference of the `points` that are judged, that of the point `worst`; `answers` are those of
+    struck bodies, of which `measures` tell what they are; `end` (s) is the end of both. `point` is
+    the watched one, S; `room` (m) is 0 if no point moves, so that none tells anything.
     """
 
     point: str
@@ -92,7 +94,8 @@ class Sensitivity:
     horizon: float | None
     growth: float | None
     largest: float
-    angles: dict[str, float]
+    answers: dict[str, float]
+    measures: dict[str, Measure]
     first: RunStatistics
     second: RunStatistics
 
@@ -127,7 +130,8 @@ def sensitivity(
         found,
         growth_rate(time, each.max(axis=1), limit),
         float(each.max()),
-        _angles_apart(first, second, time),
+        _answers_apart(first, second, time),
+        measures(first.scene),
         one,
         other,
     )
@@ -172,13 +176,13 @@ def measured_error(
     )
 
 
-def _angles_apart(first: Result, second: Result, time: FloatArray) -> dict[str, float]:
-    """Largest differences (rad) of the angles of struck bodies."""
+def _answers_apart(first: Result, second: Result, time: FloatArray) -> dict[str, float]:
+    """Largest differences of the angles (rad) or displacements (m) of struck bodies."""
     apart, both = {}, struck_bodies(second.scene)
     for body, contact in struck_bodies(first.scene).items():
         if both.get(body) != contact:
             continue
-        one, other = (lever_response(run, contact).angle_at(time) for run in (first, second))
+        one, other = (lever_response(run, contact).value_at(time) for run in (first, second))
         apart[body] = float(np.abs(one - other).max())
     return apart
 

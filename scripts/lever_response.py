@@ -54,10 +54,11 @@ def _table(result: Result, contact: str) -> Table:
     """One column for each strike."""
     response, found = lever_response(result, contact), strikes(result, contact)
     (least, least_at), (greatest, greatest_at) = response.least, response.greatest
+    word, unit = response.measure.word, response.measure.unit
     table = Table(
         title=f"{response.body}, struck in '{contact}': {result.scene.title}",
-        caption=f"{response.body}: least angle {least:.5f} rad at {least_at:.4f} s, "
-        f"greatest {greatest:.5f} rad at {greatest_at:.4f} s",
+        caption=f"{response.body}: least {word} {least:.5f} {unit} at {least_at:.4f} s, "
+        f"greatest {greatest:.5f} {unit} at {greatest_at:.4f} s",
     )
     table.add_column("strike")
     for i in range(len(found)):
@@ -74,7 +75,8 @@ def _table(result: Result, contact: str) -> Table:
 def _cells(result: Result, contact: str, strike: Strike, following: float | None) -> dict[str, str]:
     response = lever_response(result, contact)
     until = response.time[-1] if following is None else following
-    angles = response.angle_at(np.linspace(strike.begin, until, 20000))
+    word, unit = response.measure.word, response.measure.unit
+    values = response.value_at(np.linspace(strike.begin, until, 20000))
     rest = "-" if following is None else f"{settled(result, contact, following):.2g}"
     crank = None if strike.crank_angle is None else np.degrees(strike.crank_angle)
     return {
@@ -87,8 +89,8 @@ def _cells(result: Result, contact: str, strike: Strike, following: float | None
         "contacts": str(strike.contacts),
         "impulse, mN s": f"{1e3 * strike.impulse:.4f}",
         "energy lost in contact, mJ": f"{1e3 * strike.energy_lost:.5f}",
-        "least angle after, rad": f"{angles.min():.5f}",
-        "greatest angle after, rad": f"{angles.max():.5f}",
+        f"least {word} after, {unit}": f"{values.min():.5f}",
+        f"greatest {word} after, {unit}": f"{values.max():.5f}",
         "left of it before the next": rest,
     }
 

@@ -198,8 +198,8 @@ def coordinates(column: Sequence[Axes], seen: Case, every: Sequence[Case]) -> No
 def divergence(column: Sequence[Axes], seen: Case, every: Sequence[Case]) -> None:
     """Fig. 4: the lever's response; how far neighbouring runs, and lap pairs, are apart."""
     upper, lower = column
-    upper.plot(seen.lever.time, seen.lever.angle, color=BLACK, linewidth=0.8)
-    _room_for(upper, [other.lever.angle for other in every])
+    upper.plot(seen.lever.time, seen.lever.value, color=BLACK, linewidth=0.8)
+    _room_for(upper, [other.lever.value for other in every])
     _separations(lower, seen)
     lower.set_xlabel("time (s)")
     lower.set_ylim(1e-10, 1e2)

@@ -20,6 +20,7 @@ from exudyn_flexlink.mechanism import (
     pair_sides,
     pairs,
 )
+from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import (
     Checks,
     ContactHistory,
@@ -213,7 +214,8 @@ def with_its_extremes(result: Result) -> Result:
 def _extremes(scene: Scene, time, motion, contacts) -> dict[str, Extremes]:
     """Those of the cubics between samples, as if each sample were a step."""
     mechanism = build_mechanism(scene)
-    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, HERMITE)
+    watched = Watched(scene, mechanism, motion[0][0])
+    seeker = ExtremeSeeker(watched, mechanism.contacts, HERMITE)
     steps = tuple(np.stack([x[:-1], x[1:]], axis=1) for x in motion)
     pressed = np.zeros((len(time) - 1, len(mechanism.contacts)), dtype=bool)
     seeker.take(time[:-1], np.diff(time), steps, pressed)

@@ -22,7 +22,7 @@ def cases():
     end = results.exact_s(run.scene, run.time)
     first = Case("a", "near", run, run.time, end, end + 1e-6, np.full(len(end), 1e-9), lever)
     far = replace(run, poses=2 * run.poses)
-    wide = replace(lever, angle=3 * lever.angle)
+    wide = replace(lever, value=3 * lever.value)
     return [first, replace(first, letter="b", name="far", result=far, lever=wide)]
 
 

@@ -76,8 +76,8 @@ def test_peaks_of_a_quick_lever_are_those_of_fine_samples(by):
     quick = ("springs.lever_return.frequency=200 Hz", "bodies.link.rods=2", "run.turns=0.6")
     told = lever_response(run(by, *quick, "run.sample=1 ms"), "strike")
     fine = lever_response(run(by, *quick, "run.sample=0.01 ms"), "strike")
-    assert told.least[0] == pytest.approx(fine.angle.min(), abs=1e-6)
-    assert told.greatest[0] == pytest.approx(fine.angle.max(), abs=1e-6)
+    assert told.least[0] == pytest.approx(fine.value.min(), abs=1e-6)
+    assert told.greatest[0] == pytest.approx(fine.value.max(), abs=1e-6)
 
 
 def test_engines_agree_on_peak_forces_and_penetrations():

@@ -98,7 +98,7 @@ def test_slow_drives_run_to_their_end(setting: str, engine: str) -> None:
     result = slow(setting, engine)
     assert result.outcome.completed, result.outcome.reason
     assert result.checks.steps < 10_000
-    angles = lever_response(result, "strike").angle
+    angles = lever_response(result, "strike").value
     assert angles.min() == pytest.approx(-0.16571, abs=1e-5)
     kinds = [event.kind for event in result.events if event.name == "strike"]
     assert (kinds[0], kinds[-1]) == ("contact begins", "leaves the face")

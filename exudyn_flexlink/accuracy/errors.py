@@ -28,9 +28,9 @@ class Errors:
     """Distance (m) of points from where they should be, of the one that is farthest off.
 
     `largest` is that of the point `worst`; `rms` is over time, at every instant of the point that
-    is farthest off then; `levers` are differences of the largest absolute angle of struck bodies,
-    rad. `force` is the largest error of a force, as a part of that force's largest, and
-    `worst_force` what that is called: see `observables.worst_force`.
+    is farthest off then; `levers` are differences of the largest absolute angle (rad) or
+    displacement (m) of struck bodies. `force` is the largest error of a force, as a part of that
+    force's largest, and `worst_force` what that is called: see `observables.worst_force`.
     """
 
     rms: float

@@ -61,7 +61,7 @@ class Result(PlainResult):
         return observables.strikes(self, contact)
 
     def lever(self, body: str) -> LeverResponse:
-        """Return the motion of a struck body: angle, rate and displacement of its tip.
+        """Return the motion of a struck body: angle or displacement, and that of its tip.
 
         Raises:
             ValueError: no contact strikes such a body.

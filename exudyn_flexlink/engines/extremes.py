@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import Contact, Mechanism, approach
+from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
-from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -28,13 +27,11 @@ class ExtremeSeeker:
     1, at which its motion is given; steps known by their ends alone are cubics.
     """
 
-    def __init__(
-        self, scene: Scene, mechanism: Mechanism, contacts: Sequence[Contact], nodes: FloatArray
-    ) -> None:
+    def __init__(self, watched: Watched, contacts: Sequence[Contact], nodes: FloatArray) -> None:
         self.contacts = contacts
         self.nodes = nodes
         self.deepest = np.zeros(len(contacts))  # m
-        self._watched = Watched(scene, mechanism)
+        self._watched = watched
         self._polynomials = {len(own): StepPolynomial(own) for own in (HERMITE, nodes)}
         self._seeker = TurnSeeker(len(self._watched.names))
         self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]

@@ -52,6 +52,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     line_of,
     rate_of_jacobian_times_velocity,
     slot_point,
+    speed_along,
     turned,
 )
 from exudyn_flexlink.mechanism.laying_out import laps_near
@@ -199,6 +200,7 @@ __all__ = [
     "sizes_at",
     "slot_point",
     "solve_saddle",
+    "speed_along",
     "spring_force",
     "station",
     "swing_times",

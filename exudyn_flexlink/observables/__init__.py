@@ -4,6 +4,7 @@ Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angl
 number of samples.
 """
 
+from exudyn_flexlink.observables.answers import ANGLE, DISPLACEMENT, Measure, measures
 from exudyn_flexlink.observables.crank import (
     crank_angle,
     crank_column,
@@ -26,7 +27,6 @@ from exudyn_flexlink.observables.forces import (
 from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.levers import (
     LeverResponse,
-    angle_name,
     lever_response,
     struck_bodies,
 )
@@ -71,9 +71,11 @@ from exudyn_flexlink.observables.touching import (
     pair_totals,
     sleeves_with_play,
 )
-from exudyn_flexlink.observables.watched import Watched
+from exudyn_flexlink.observables.watched import Watched, extreme_names
 
 __all__ = [
+    "ANGLE",
+    "DISPLACEMENT",
     "SAME_STRIKE",
     "STILL",
     "TWO_POINTS",
@@ -85,13 +87,13 @@ __all__ = [
     "ForcePeak",
     "LapContacts",
     "LeverResponse",
+    "Measure",
     "PairTotals",
     "PointPath",
     "Spectrum",
     "State",
     "Strike",
     "Watched",
-    "angle_name",
     "between_samples",
     "common_points",
     "common_times",
@@ -102,6 +104,7 @@ __all__ = [
     "crank_joint",
     "deepest",
     "deviation",
+    "extreme_names",
     "farthest",
     "force_deviations",
     "force_peaks",
@@ -114,6 +117,7 @@ __all__ = [
     "lap_starts",
     "laps",
     "lever_response",
+    "measures",
     "name_of",
     "on_axis",
     "pair_totals",

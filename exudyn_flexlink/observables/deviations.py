@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.observables.answers import ANGLE
 from exudyn_flexlink.observables.levers import lever_response, struck_bodies
 from exudyn_flexlink.observables.points import path, watched_point
 from exudyn_flexlink.result import Result
@@ -66,6 +67,7 @@ def deviation(
             f"the run has no sample at t = {time[missing][0]:.9g} s: set 'run: sample' to match"
         )
     seen = path(result, watched_point(result.scene)).position[index]
-    struck = list(struck_bodies(result.scene).values())
-    angle = lever_response(result, struck[0]).angle[index] if struck else lever_angle
+    responses = (lever_response(result, own) for own in struck_bodies(result.scene).values())
+    lever = next((own for own in responses if own.measure is ANGLE), None)
+    angle = lever_angle if lever is None else lever.value[index]
     return Deviation(time, np.linalg.norm(seen - position, axis=1), angle - lever_angle)

@@ -115,8 +115,9 @@ def _peak_force(burst: list[Interval]) -> float:
 def settled(result: Result, contact: str, before: float) -> float:
     """How far the struck body is from rest again just before time `before` (the next strike), s.
 
-    Its largest angle in the last 5 % of the time since the strike before, as a fraction of its
-    largest angle in all of that time; nan if there was no strike before, or nothing moved.
+    Its largest angle, or displacement, in the last 5 % of the time since the strike before, as a
+    fraction of its largest in all of that time; nan if there was no strike before, or nothing
+    moved.
 
     Raises:
         ValueError: the scene has no such contact.
@@ -126,7 +127,7 @@ def settled(result: Result, contact: str, before: float) -> float:
     if not earlier:
         return nan
     response = lever_response(result, contact)
-    at_last = abs(float(np.interp(before, response.time, response.angle)))
+    at_last = abs(float(np.interp(before, response.time, response.value)))
     peak, late = (
         max(at_last, abs(response.between(begin, before).farthest))
         for begin in (earlier[-1], before - LAST_PART * (before - earlier[-1]))

@@ -8,8 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism import Mechanism, anchor_position, anchor_velocity, turning
-from exudyn_flexlink.observables.levers import angle_name, carrier_of, struck_bodies, struck_by
+from exudyn_flexlink.mechanism import (
+    Mechanism,
+    anchor_position,
+    anchor_velocity,
+    build_mechanism,
+)
+from exudyn_flexlink.observables.answers import answer_of, measures
+from exudyn_flexlink.observables.levers import struck_bodies, struck_by
 from exudyn_flexlink.observables.points import point_anchor, watched_point
 from exudyn_flexlink.scene import Scene
 
@@ -17,23 +23,20 @@ FloatArray = NDArray[np.float64]
 
 
 class Watched:
-    """What is watched of a scene; `names` (k,) tell quantity and unit.
+    """What is watched of a scene, whose parts are at `start` (parts, 3) at time 0.
 
-    Of every struck body the angle and its rate, of the watched point x, y, distance from O and
-    speed; of `contacts`, those of joints with clearance among them, force and penetration, which an
-    engine finds by itself.
+    Of every struck body its angle or displacement and the rate of that, of the watched point x, y,
+    distance from O and speed; of `contacts`, those of joints with clearance among them, force and
+    penetration, which an engine finds by itself. `names` (k,) tell quantity and unit.
     """
 
-    def __init__(self, scene: Scene, mechanism: Mechanism) -> None:
-        point, struck = watched_point(scene), struck_bodies(scene)
-        self._anchor = point_anchor(scene, mechanism, point)
-        self._hinged = []
-        for contact in struck.values():
-            part = struck_by(mechanism, contact).parts[1]
-            self._hinged.append((part, carrier_of(scene, mechanism, mechanism.parts[part].body)[0]))
-        places = [angle_name(body) for body in struck]
-        places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
-        speeds = [f"{body}.rate_rad_per_s" for body in struck] + [f"{point}.speed_m_per_s"]
+    def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
+        self._anchor = point_anchor(scene, mechanism, watched_point(scene))
+        self._answers = [
+            answer_of(scene, mechanism, struck_by(mechanism, contact), start)
+            for contact in struck_bodies(scene).values()
+        ]
+        places, speeds = _places_and_speeds(scene)
         self.names = (*places, *speeds)
         self.contacts = tuple(contact.name for contact in mechanism.touching)
         # Distance and speed are watched as squares, which are smooth even where they are 0.
@@ -52,17 +55,33 @@ class Watched:
         """
         at = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
-        angles, swinging = (
-            [turning(carrier, part, x) for part, carrier in self._hinged] for x in (poses, rates)
-        )
+        motions = [own.motion(poses, rates) for own in self._answers]
+        answers, moving = [own[0] for own in motions], [own[1] for own in motions]
         distance, growing = np.sum(at * at, axis=-1), 2 * np.sum(at * going, axis=-1)
         speed = np.sum(going * going, axis=-1)
         return (
-            np.stack([*angles, at[..., 0], at[..., 1], distance], axis=-1),
-            np.stack([*swinging, going[..., 0], going[..., 1], growing], axis=-1),
-            np.stack([*swinging, speed], axis=-1),
+            np.stack([*answers, at[..., 0], at[..., 1], distance], axis=-1),
+            np.stack([*moving, going[..., 0], going[..., 1], growing], axis=-1),
+            np.stack([*moving, speed], axis=-1),
         )
 
     def told(self, which: int, values: FloatArray) -> FloatArray:
         """Values in the unit of their name."""
         return np.sqrt(np.maximum(values, 0.0)) if which in self._squared else values
+
+
+def extreme_names(scene: Scene) -> tuple[str, ...]:
+    """Names of all extremes that a run of a scene has, in order."""
+    places, speeds = _places_and_speeds(scene)
+    contacts = (contact.name for contact in build_mechanism(scene).touching)
+    own = (name for contact in contacts for name in Watched.of_contact(contact))
+    return (*places, *speeds, *own)
+
+
+def _places_and_speeds(scene: Scene) -> tuple[list[str], list[str]]:
+    """Names of what has a rate that is watched, too, and of those rates."""
+    point, told = watched_point(scene), measures(scene).items()
+    places = [f"{body}.{measure.name}" for body, measure in told]
+    places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
+    speeds = [f"{body}.{measure.rate_name}" for body, measure in told]
+    return places, [*speeds, f"{point}.speed_m_per_s"]

@@ -35,12 +35,15 @@ def _polar(result: Result) -> str:
 
 
 def _lever(result: Result) -> str:
-    swings = []
+    told = []
     for body, contact in struck_bodies(result.scene).items():
         response = lever_response(result, contact)
         (low, at), (high, then) = response.least, response.greatest
-        swings.append(f"{body} {low:.4g} rad at {at:.4g} s, {high:.4g} rad at {then:.4g} s")
-    return f"Lines of the angle over time, least and greatest: {'; '.join(swings)}."
+        word, unit = response.measure.word, response.measure.unit
+        told.append(
+            f"{word} of {body} {low:.4g} {unit} at {at:.4g} s, {high:.4g} {unit} at {then:.4g} s"
+        )
+    return f"Lines over time, least and greatest: {'; '.join(told)}."
 
 
 def _mechanism(result: Result) -> str:

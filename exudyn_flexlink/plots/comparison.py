@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.comparison import Comparison
-from exudyn_flexlink.observables import name_of
+from exudyn_flexlink.observables import Measure, name_of
 from exudyn_flexlink.plots.frame import Words, framed_figure, links_of, stopped
 from exudyn_flexlink.plots.panels import (
     BEYOND,
@@ -22,6 +22,7 @@ from exudyn_flexlink.plots.panels import (
     length_unit,
     letter,
     limits,
+    shown_in,
     subscripted,
 )
 from exudyn_flexlink.plots.style import (
@@ -55,7 +56,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
     notes = [f"{s.name}: {stopped(s.result)}" for s in runs if not s.result.outcome.completed]
     title = runs[1].result.scene.title
-    count = 3 + (len(compared.levers) > 0) + len(compared.levers)
+    count = 3 + len(_kinds(compared)) + len(compared.levers)
     figure = framed_figure(
         Words(title, subject, notes, _caption(compared)), 0.3 + 1.6 * count, style
     )
@@ -109,27 +110,47 @@ def _axis(compared: Comparison) -> tuple[FloatArray, str]:
 
 
 def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
-    """Draw both coordinates and the angles of struck bodies, of both runs."""
+    """Draw both coordinates and the motions of struck bodies, of both runs."""
     factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
+    scales = {body: _scale(compared, body) for body in compared.levers}
     for seen, style in zip((compared.first, compared.second), _styles(compared), strict=True):
-        shown = [*(factor * seen.position.T), *seen.angles.values()]
+        answers = (scales[body][0] * values for body, values in seen.answers.items())
+        shown = [*(factor * seen.position.T), *answers]
         for axes, values in zip(rows, shown, strict=False):
             axes.plot(x, values, label=seen.name, **style)
     for axes, coordinate in zip(rows, "xy", strict=False):
         axes.set_ylabel(f"{subscripted(compared.point, coordinate)}\n({unit})")
     for axes, body in zip(rows[2:], compared.levers, strict=False):
-        axes.set_ylabel(f"angle of {body}\n(rad)")
+        axes.set_ylabel(f"{compared.measures[body].word} of\n{body} ({scales[body][1]})")
+
+
+def _scale(compared: Comparison, body: str) -> tuple[float, str]:
+    """Factor from the unit in which a body's motion is told to that which is shown, its name."""
+    size = float(np.max(np.abs(compared.first.answers[body])))
+    return shown_in(compared.measures[body].unit, size)
 
 
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
-    """Draw the distance of the points and, below, the differences of the angles."""
+    """Draw the distance of the points and, below, how far answers of struck bodies are apart."""
     factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
     _logarithmic(rows[0], x, [factor * compared.deviation.distance])
-    rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)} ({unit})")
-    if compared.levers:
-        angles = compared.angle_differences
-        _logarithmic(rows[1], x, list(angles.values()), list(angles) if len(angles) > 1 else ())
-        rows[1].set_ylabel("difference of\nangles (rad)")
+    rows[0].set_ylabel(f"difference of\n{name_of(compared.judged_by)}\n({unit})")
+    for axes, measure in zip(rows[1:], _kinds(compared), strict=True):
+        apart = {
+            body: values
+            for body, values in compared.answer_differences.items()
+            if compared.measures[body] is measure
+        }
+        size = max(float(np.max(np.abs(compared.first.answers[body]))) for body in apart)
+        factor, unit = shown_in(measure.unit, size)
+        shown = [factor * values for values in apart.values()]
+        _logarithmic(axes, x, shown, list(apart) if len(apart) > 1 else ())
+        axes.set_ylabel(f"difference of\n{measure.word}s\n({unit})")
+
+
+def _kinds(compared: Comparison) -> list[Measure]:
+    """Quantities by which motions of struck bodies are told, each once."""
+    return list(dict.fromkeys(compared.measures.values()))
 
 
 def _logarithmic(

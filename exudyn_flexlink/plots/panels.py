@@ -180,6 +180,11 @@ def length_unit(size: float) -> tuple[float, str]:
     return (1e3, "mm") if size < 1 else (1.0, "m")
 
 
+def shown_in(unit: str, size: float) -> tuple[float, str]:
+    """Factor from an SI unit to that in which figures show values of this size, and its name."""
+    return length_unit(size) if unit == "m" else (1.0, unit)
+
+
 def subscripted(point: str, coordinate: str) -> str:
     """Label of a coordinate of 'body.point', as math text."""
     return rf"${coordinate}$ of {point}"

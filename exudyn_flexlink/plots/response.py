@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import (
+    ANGLE,
     LeverResponse,
     Strike,
     crank_angle,
@@ -29,6 +30,7 @@ from exudyn_flexlink.plots.panels import (
     length_unit,
     letter,
     shade_beyond,
+    shown_in,
     sized,
 )
 from exudyn_flexlink.plots.style import (
@@ -54,7 +56,7 @@ _COLOURS = (GREEN, PURPLE, BLACK, SKY, ORANGE)  # none of an engine
 
 @styled
 def lever(result: Result, *, style: Style = SCREEN) -> Figure | None:
-    """Angle of every struck body over time, with the strikes; below, strike by strike.
+    """Angle or displacement of every struck body over time; below, strike by strike.
 
     None if the scene has no contact.
     """
@@ -79,23 +81,31 @@ def _whole_run(
     axes: Axes, result: Result, response: LeverResponse, found: list[Strike], style: Style
 ) -> None:
     shade_beyond(axes, result, result.time)
-    axes.plot(response.time, response.angle, color=engine_colour(result), linewidth=1.1)
+    factor, ylabel = _scale(response)
+    values = factor * response.value
+    axes.plot(response.time, values, color=engine_colour(result), linewidth=1.1)
     for i, strike in enumerate(found):
-        label = "in contact" if i == 0 else None
-        axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=label)
-        at = float(np.interp(strike.begin, response.time, response.angle))
-        label = "first contact" if i == 0 else None
-        axes.plot(strike.begin, at, "v", color=BLACK, markersize=sized(6), label=label, zorder=5)
+        span, mark = ("in contact", "first contact") if i == 0 else (None, None)
+        axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=span)
+        at = float(np.interp(strike.begin, response.time, values))
+        axes.plot(strike.begin, at, "v", color=BLACK, markersize=sized(6), label=mark, zorder=5)
     _mark_impacts(axes, result, response.body)
     axes.set_xlim(response.time[0], response.time[-1])
     axes.margins(y=0.2 / style.scale)  # room for the numbers of the peaks
-    axes.set_ylabel(f"angle of {response.body} (rad)")
+    axes.set_ylabel(ylabel)
     axes.set_xlabel("time (s)")
     _annotate_peaks(axes, result, response)
     if not style.narrow:  # there the legend stands above
         _turns_on_top(axes, result)
     has_scale = _tip_scale(axes, response)
     legend_outside(axes, 1.13 if has_scale else 1.01)
+
+
+def _scale(response: LeverResponse) -> tuple[float, str]:
+    """Factor from the value's unit to that which is shown, and the label of its axis."""
+    measure, size = response.measure, float(np.max(np.abs(response.value)))
+    factor, unit = shown_in(measure.unit, size)
+    return factor, f"{measure.word} of {response.body} ({unit})"
 
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
@@ -116,25 +126,25 @@ def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
 
 
 def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None:
-    if not np.any(response.angle):
+    if not np.any(response.value):
         return
+    scale, shown = shown_in(response.measure.unit, float(np.max(np.abs(response.value))))
     factor, unit = length_unit(float(np.max(np.abs(response.tip_displacement))))
     tip_of = _tip_of_angle(response)
-    arm = float(np.max(np.abs(response.tip_displacement)) / np.max(np.abs(response.angle)))
-    for angle, time in (response.least, response.greatest):
-        axes.plot(time, angle, ".", color=BLACK, markersize=sized(5))
+    for value, time in (response.least, response.greatest):
+        axes.plot(time, scale * value, ".", color=BLACK, markersize=sized(5))
         off = position_error(result, time)
-        turned = off / arm if off is not None and arm > 0 else None
-        if turned is not None and 0 < abs(angle) <= turned:
+        error = None if off is None else _error_of(response, off)
+        if error is not None and 0 < abs(value) <= error:
             continue  # no digit of it is known
-        text = told(angle, turned, signed=True) + " rad"
+        text = f"{told(scale * value, error and scale * error, signed=True)} {shown}"
         if tip_of:
-            moved = told(factor * float(tip_of(angle)), off and factor * off, signed=True)
+            moved = told(factor * float(tip_of(value)), off and factor * off, signed=True)
             text += f" ({moved} {unit})"
-        third, above = int(3 * time / response.time[-1]), angle == response.greatest[0]
+        third, above = int(3 * time / response.time[-1]), value == response.greatest[0]
         axes.annotate(
             text,
-            (time, angle),
+            (time, scale * value),
             # Beyond an extreme there is nothing that the text could cover.
             xytext=(0, 4 if above else -4),
             textcoords="offset points",
@@ -143,6 +153,14 @@ def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None
             va="bottom" if above else "top",
             fontsize=mpl.rcParams["legend.fontsize"],
         )
+
+
+def _error_of(response: LeverResponse, off: float) -> float | None:
+    """Error of the value where places are off by `off` (m); None where the tip does not tell."""
+    if response.measure is not ANGLE:
+        return off
+    arm = float(np.max(np.abs(response.tip_displacement)) / np.max(np.abs(response.value)))
+    return off / arm if arm > 0 else None
 
 
 def _turns_on_top(axes: Axes, result: Result) -> None:
@@ -158,15 +176,17 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
 
 
 def _tip_of_angle(response: LeverResponse) -> Function | None:
-    """Tip displacement (m) as a function of the angle; None where it does not follow the angle."""
+    """Tip displacement (m) as a function of the angle; None where it does not follow an angle."""
+    if response.measure is not ANGLE:
+        return None
     tip = response.tip_displacement
 
     def basis(angle: Any) -> FloatArray:
         return np.stack([np.cos(angle) - 1, np.sin(angle)], axis=-1)
 
-    weights, *_ = np.linalg.lstsq(basis(response.angle), tip, rcond=None)
+    weights, *_ = np.linalg.lstsq(basis(response.value), tip, rcond=None)
     size = float(np.max(np.abs(tip)))
-    if size == 0 or np.max(np.abs(basis(response.angle) @ weights - tip)) > 1e-6 * size:
+    if size == 0 or np.max(np.abs(basis(response.value) @ weights - tip)) > 1e-6 * size:
         return None
     return lambda angle: np.asarray(basis(angle) @ weights)
 
@@ -214,6 +234,7 @@ def _strike_by_strike(
 ) -> None:
     """Lay the first strikes over each other, from their first touch on."""
     trusted = horizon(result)
+    factor, ylabel = _scale(response)
     thin = float(mpl.rcParams["lines.linewidth"])
     count = min(len(found), STRIKES_SHOWN)
     for i, strike in enumerate(found[:STRIKES_SHOWN]):
@@ -226,7 +247,7 @@ def _strike_by_strike(
             label += ",\nbeyond the horizon"
         # Strikes alike lie on each other: the earlier ones are broader.
         alpha = 1.0 if i == count - 1 else 0.6
-        axes.plot(since, response.angle_at(time), color=colour, label=label, alpha=alpha,
+        axes.plot(since, factor * response.value_at(time), color=colour, label=label, alpha=alpha,
                   linewidth=thin * (count - i))  # fmt: skip
         held = 1e3 * (strike.end - strike.begin)
         axes.axvspan(0, held, color=colour, alpha=0.08, linewidth=0)
@@ -234,5 +255,5 @@ def _strike_by_strike(
     axes.plot([], [], color=GREY, linestyle=":", label="end of contact")
     axes.margins(x=0)
     axes.set_xlabel("time since the first touch of the strike (ms)")
-    axes.set_ylabel(f"angle of {response.body} (rad)")
+    axes.set_ylabel(ylabel)
     legend_outside(axes)

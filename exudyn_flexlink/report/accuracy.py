@@ -17,7 +17,7 @@ from exudyn_flexlink.accuracy import (
     rods_needed,
     stiffnesses,
 )
-from exudyn_flexlink.observables import name_of
+from exudyn_flexlink.observables import measures, name_of
 from exudyn_flexlink.report.text import table
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
@@ -127,7 +127,10 @@ def _about(study: Study, source: Source) -> str:
         twice = ", ".join(f"{2 * b.rods}" for b in beams(study.scene).values())
         power = f"^{source.order:g}" if source.order != 1 else ""
         return f"n = {rods} against {twice}, which {_cost(source)}; estimated as O(1/n{power})"
-    peaks = "".join(f"; peak of {b} {x:.1e} rad" for b, x in source.errors.levers.items())
+    told = measures(study.scene)
+    peaks = "".join(
+        f"; peak of {body} {x:.1e} {told[body].unit}" for body, x in source.errors.levers.items()
+    )
     against = f"{STIFFER:g} times the stiffness, which {_cost(source)}"
     return f"{against}; estimated as O(k^-1/2){peaks}"
 

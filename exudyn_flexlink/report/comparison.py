@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 
-from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.comparison import Comparison, Seen, StrikePair
 from exudyn_flexlink.observables import (
     Deviation,
     Strike,
@@ -110,30 +110,33 @@ def _beyond(comparison: Comparison) -> list[str]:
         for what in ("mean", "rms", "least", "greatest"):
             values = (f"{getattr(part, what)[i]:+.6f} m" for part in (one, other))
             rows.append([f"{axis}, {what}", *values])
-    for body in comparison.levers:
+    for body, measure in comparison.measures.items():
         for k, what in enumerate(("least", "greatest")):
-            rows.append([f"{body}, {what}", *(_angle(part, body, k) for part in (one, other))])
+            rows.append(
+                [
+                    f"{measure.word} of {body}, {what}",
+                    *(measure.told(part.levers[body][k]) for part in (one, other)),
+                ]
+            )
     about = f"Beyond the horizon: {comparison.point}, all but the mean relative to the mean"
     return [about, *table(rows)]
 
 
-def _angle(part: Statistics, body: str, k: int) -> str:
-    return f"{part.levers[body][k]:+.5f} rad"
-
-
 def _levers(comparison: Comparison) -> list[str]:
     rows = []
-    for body, apart in comparison.angle_differences.items():
+    for body, apart in comparison.answer_differences.items():
+        measure = comparison.measures[body]
+        named, unit = f"{measure.word} of {body}", measure.unit
         for what in ("least", "greatest"):
             (one, t1), (other, t2) = (
                 getattr(seen.levers[body], what) for seen in (comparison.first, comparison.second)
             )
-            values = [f"{one:+.5f} rad at {t1:.4f} s", f"{other:+.5f} rad at {t2:.4f} s"]
-            rows.append([f"{body}, {what}", *values, f"{one - other:+.2g} rad"])
-        largest = f"{abs(apart).max():.2g} rad"
-        rows.append([f"{body}, largest difference at one instant", "", "", largest])
+            values = [f"{measure.told(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
+            rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])
+        largest = f"{abs(apart).max():.2g} {unit}"
+        rows.append([f"{named}, largest difference at one instant", "", "", largest])
     names = ["", comparison.first.name, comparison.second.name, "difference"]
-    return ["Angle of struck bodies", *table([names, *rows])] if rows else []
+    return ["Struck bodies", *table([names, *rows])] if rows else []
 
 
 def _strikes(comparison: Comparison, contact: str) -> list[str]:

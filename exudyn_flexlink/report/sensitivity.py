@@ -7,7 +7,7 @@ from math import log
 from exudyn_flexlink.observables import STILL, name_of
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.text import number, table
-from exudyn_flexlink.sensitivity import Perturbed, RunStatistics, Sensitivity
+from exudyn_flexlink.sensitivity import Perturbed, Sensitivity
 
 
 def sensitivity_text(found: Sensitivity) -> str:
@@ -21,7 +21,7 @@ def sensitivity_text(found: Sensitivity) -> str:
     if found.horizon is None:
         return "\n".join(lines)
     rows = [[f"Up to t = {found.end:.5g} s", "this run", "the other"]]
-    rows += _statistics(found.first, found.second, found.point)
+    rows += _statistics(found)
     return "\n".join([*lines, "", *table(rows)])
 
 
@@ -33,10 +33,14 @@ def _trusted(found: Sensitivity) -> str:
     where = f" in {found.worst}" if len(found.points) > 1 else ""
     at_most = f"differs by {found.largest:.2g} m at most{where}"
     if found.horizon is None:
-        angles = "".join(
-            f", by {apart:.2g} rad in the angle of {body}" for body, apart in found.angles.items()
+        told = found.measures
+        answers = "".join(
+            f", by {apart:.2g} {told[body].unit} in the {told[body].word} of {body}"
+            for body, apart in found.answers.items()
         )
-        return f"{trusted} to the end, t = {found.end:.5g} s: a neighbouring run {at_most}{angles}."
+        return (
+            f"{trusted} to the end, t = {found.end:.5g} s: a neighbouring run {at_most}{answers}."
+        )
     if found.largest <= found.limit:
         return (
             f"{trusted} up to t = {found.horizon:.5g} s, where a run stopped: until there a "
@@ -49,14 +53,17 @@ def _trusted(found: Sensitivity) -> str:
     )
 
 
-def _statistics(one: RunStatistics, other: RunStatistics, point: str) -> list[list[str]]:
+def _statistics(found: Sensitivity) -> list[list[str]]:
+    one, other = found.first, found.second
     rows = []
     if one.perturbed is not None and other.perturbed is not None:
-        rows += _perturbed(one.perturbed, other.perturbed, point)
+        rows += _perturbed(one.perturbed, other.perturbed, found.point)
     for body in [body for body in one.levers if body in other.levers]:
+        measure = found.measures[body]
         for i, word in enumerate(("least", "greatest")):
             pair = (one.levers[body][i], other.levers[body][i])
-            rows.append([f"{word} angle of {body}", *(f"{number(x)} rad" for x in pair)])
+            told = (f"{number(x)} {measure.unit}" for x in pair)
+            rows.append([f"{word} {measure.word} of {body}", *told])
     for joint, totals in one.contact.items():
         rows += contact_rows(joint, totals, other.contact.get(joint))
     return rows

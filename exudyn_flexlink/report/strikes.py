@@ -20,7 +20,7 @@ BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
 
 
 def strike_table(result: Result, contact: str, most: int) -> Table:
-    """Return the first `most` strikes of a contact, and how far what is struck swings after each.
+    """Return the first `most` strikes of a contact, and how far what is struck goes after each.
 
     Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
     """
@@ -32,7 +32,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         turned["lap"] = ""
     if found and found[0].crank_angle is not None:
         turned[f"angle of {crank_joint(result.scene)}"] = "deg"
-    peak = {} if struck is None else {f"{struck} peak": "rad"}
+    peak = {} if response is None else {f"{struck} peak": response.measure.unit}
     common = {"time": "s", "approach": "m/s", "place": "m"}
     passed = {"lasts": "s", "touches": "", "impulse": "N s", "energy lost": "J", "peak force": "N"}
     columns = {**turned, **common, **peak, **passed}
@@ -56,13 +56,15 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
 
 
 def response_table(result: Result) -> Table:
-    """Return the least and largest angle of every struck body, from where it stood at time 0."""
+    """Return how far every struck body goes at least and at most, from where it is at time 0."""
     rows = []
     for body, contact in struck_bodies(result.scene).items():
         response = lever_response(result, contact)
         (low, _), (high, _) = response.least, response.greatest
-        rows.append([body, f"from {low:+.5f} to {high:+.5f} rad"])
-    return Table("Angle of struck bodies", rows)
+        measure = response.measure
+        reach = f"from {measure.number(low)} to {measure.told(high)}"
+        rows.append([body, f"{measure.word} {reach}"])
+    return Table("Motion of struck bodies", rows)
 
 
 def _turned(strike: Strike) -> list[str]:
@@ -77,8 +79,8 @@ def _first_touch(strike: Strike) -> list[str]:
 
 
 def _peak(response: LeverResponse, strike: Strike, until: float) -> str:
-    """Angle of what is struck, farthest from where it stood, before the next strike (s)."""
-    return f"{response.between(strike.begin, until).farthest:+.5f}"
+    """Where what is struck is farthest from where it was, before the next strike (s)."""
+    return response.measure.number(response.between(strike.begin, until).farthest)
 
 
 def _passed(strike: Strike) -> list[str]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
+from exudyn_flexlink.observables import Measure, measures
 from exudyn_flexlink.storage.errors import ACCURACY, FORMAT, PROGRAM, StorageError, cannot_write
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
@@ -59,7 +61,7 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "horizon": None if study.horizon is None else asdict(study.horizon),
         "points": [_point(point) for point in study.points],
         "own": None if study.own is None else study.own.told,
-        "sources": [_source(source) for source in study.sources],
+        "sources": [_source(source, measures(study.scene)) for source in study.sources],
         "dominating": None if largest is None else largest.kind,
         "still": study.still,
         "advice": _advice(advise(study)),
@@ -97,12 +99,12 @@ def _errors(errors: Errors) -> dict[str, float | str]:
     }
 
 
-def _source(source: Source) -> dict[str, Any]:
-    peaks = {f"{body}_rad": angle for body, angle in source.errors.levers.items()}
+def _source(source: Source, told: Mapping[str, Measure]) -> dict[str, Any]:
+    peaks = {f"{body}_{told[body].name}": x for body, x in source.errors.levers.items()}
     return {
         "kind": source.kind,
         **_errors(source.errors),
-        "largest_angle": peaks,
+        "peaks": peaks,
         "order": source.order,
         "at_most": source.at_most,
         "cost_of_the_finer_model": source.dearer,

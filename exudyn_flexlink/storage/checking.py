@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables import Watched
+from exudyn_flexlink.observables import extreme_names
 from exudyn_flexlink.result import MeasuredError, Result
 from exudyn_flexlink.scene import Scene
 
@@ -77,7 +76,7 @@ def check_names(scene: Scene, names: Mapping[str, tuple[str, ...]]) -> None:
     for kind in ("drive_torques", "drive_forces"):
         _require("names", set(names[kind]) <= set(scene.drives))
     _require("names", all(name.startswith(owners) for name in names["joint_forces"]))
-    _require("names", names["extremes"] == _extremes_of(scene))
+    _require("names", names["extremes"] == extreme_names(scene))
     _require("names", set(names["spring_forces"]) <= set(scene.springs))
     for kind in ("slot_forces", "bearings", "sleeves"):
         _require("names", set(names[kind]) <= set(scene.joints))
@@ -88,13 +87,6 @@ def _check_parts(result: Result) -> None:
     parts = result.part_names
     _require("part_names", len(set(parts)) == len(parts))
     _require("part_names", all(part.startswith(tuple(result.scene.bodies)) for part in parts))
-
-
-def _extremes_of(scene: Scene) -> tuple[str, ...]:
-    """Names of the extremes that a run of a scene has."""
-    watched = Watched(scene, build_mechanism(scene))
-    own = (name for contact in watched.contacts for name in Watched.of_contact(contact))
-    return (*watched.names, *own)
 
 
 def _check_laps(result: Result) -> None:

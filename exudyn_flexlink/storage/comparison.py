@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
-from exudyn_flexlink.observables import Deviation, Strike, relative_energy_residual
+from exudyn_flexlink.observables import Deviation, Measure, Strike, relative_energy_residual
 from exudyn_flexlink.result import ForceDeviation
 from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
 from exudyn_flexlink.storage.tables import write_csv
-from exudyn_flexlink.storage.writing import contact_data, strike_data
+from exudyn_flexlink.storage.writing import contact_data, peak_data, strike_data
 
 FloatArray = NDArray[np.float64]
 
@@ -51,7 +52,10 @@ def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
     for seen in (comparison.first, comparison.second):
         name = seen.name.replace(" ", "_")
         columns |= {f"{name}_{axis}_m": seen.position[:, i] for i, axis in enumerate("xy")}
-        columns |= {f"{name}_{body}_angle_rad": angle for body, angle in seen.angles.items()}
+        columns |= {
+            f"{name}_{body}_{seen.levers[body].measure.name}": values
+            for body, values in seen.answers.items()
+        }
     return columns
 
 
@@ -76,11 +80,11 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "forces_up_to_the_horizon": {name: _force(own) for name, own in comparison.forces.items()},
         "levers": {
             body: {
-                "largest_difference_rad": float(np.abs(apart).max()),
-                comparison.first.name: _peaks(comparison.first, body),
-                comparison.second.name: _peaks(comparison.second, body),
+                f"largest_difference_{comparison.measures[body].unit}": float(np.abs(apart).max()),
+                comparison.first.name: peak_data(comparison.first.levers[body]),
+                comparison.second.name: peak_data(comparison.second.levers[body]),
             }
-            for body, apart in comparison.angle_differences.items()
+            for body, apart in comparison.answer_differences.items()
         },
         "beyond_the_horizon": _beyond(comparison),
         "strikes": [_strikes(comparison, pair) for pair in comparison.strikes],
@@ -114,24 +118,19 @@ def _force(own: ForceDeviation) -> dict[str, Any]:
     }
 
 
-def _peaks(seen: Seen, body: str) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for what in ("least", "greatest"):
-        angle, time = getattr(seen.levers[body], what)
-        found |= {f"{what}_angle_rad": angle, f"{what}_angle_at_s": time}
-    return found
-
-
 def _beyond(comparison: Comparison) -> dict[str, Any] | None:
     if comparison.beyond is None:
         return None
     names = comparison.first.name, comparison.second.name
-    return {n: _statistics(part) for n, part in zip(names, comparison.beyond, strict=True)}
+    return {
+        n: _statistics(part, comparison.measures)
+        for n, part in zip(names, comparison.beyond, strict=True)
+    }
 
 
-def _statistics(part: Statistics) -> dict[str, Any]:
+def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, Any]:
     keys = ("mean", "rms", "least", "greatest")
-    levers = {f"{body}_angle_rad": list(extremes) for body, extremes in part.levers.items()}
+    levers = {f"{body}_{measures[body].name}": list(own) for body, own in part.levers.items()}
     return {f"{key}_m": getattr(part, key).tolist() for key in keys} | levers
 
 

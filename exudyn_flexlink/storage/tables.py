@@ -54,8 +54,8 @@ def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
     """
     seen = lever_response(result, contact)
     return _instants(result) | {
-        "angle_rad": seen.angle,
-        "rate_rad_per_s": seen.rate,
+        seen.measure.name: seen.value,
+        seen.measure.rate_name: seen.rate,
         "tip_displacement_m": seen.tip_displacement,
     }
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from exudyn_flexlink.observables import (
     ContactTotals,
+    LeverResponse,
     State,
     Strike,
     contact_totals,
@@ -85,7 +86,10 @@ def _summary(result: Result) -> dict[str, Any]:
         "source": scene.source,
         **{name: told.pop(name) for name in ("engine", "outcome", "warnings", "error", "checks")},
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
-        "levers": {body: _peaks(result, name) for body, name in struck_bodies(scene).items()},
+        "levers": {
+            body: peak_data(lever_response(result, name))
+            for body, name in struck_bodies(scene).items()
+        },
         "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
         "clearances": {
             name: contact_data(contact_totals(result, name)) for name in joints_with_play(result)
@@ -130,14 +134,15 @@ def contact_data(totals: ContactTotals) -> dict[str, float]:
     }
 
 
-def _peaks(result: Result, contact: str) -> dict[str, float]:
-    seen = lever_response(result, contact)
+def peak_data(seen: LeverResponse) -> dict[str, float]:
+    """How far a struck body went, and when, by name and unit."""
     (least, least_at), (greatest, greatest_at) = seen.least, seen.greatest
+    word, name = seen.measure.word, seen.measure.name
     return {
-        "least_angle_rad": least,
-        "least_angle_at_s": least_at,
-        "greatest_angle_rad": greatest,
-        "greatest_angle_at_s": greatest_at,
+        f"least_{name}": least,
+        f"least_{word}_at_s": least_at,
+        f"greatest_{name}": greatest,
+        f"greatest_{word}_at_s": greatest_at,
     }
 
 

@@ -8,6 +8,8 @@ from math import isfinite
 from typing import Protocol
 
 from exudyn_flexlink.observables import (
+    ANGLE,
+    DISPLACEMENT,
     State,
     Strike,
     contact_totals,
@@ -23,6 +25,9 @@ DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 
 COLUMNS = ("run", "id", "status", "reason", "warnings", "wall_s")
 """Columns of every table, beside the values that vary and what is observed."""
+
+OTHERWISE_TOLD = ("force_N", "penetration_m", ANGLE.name, DISPLACEMENT.name)
+"""Extremes that have columns of their own."""
 
 Scalar = float | int | bool | str | None
 """What a table can hold; None: there is no such number."""
@@ -89,22 +94,22 @@ def standard_row(result: Result) -> dict[str, Scalar]:
 
     Of every contact: strikes, the time between the last two, energy lost, the largest force and
     speed of approach. Of struck bodies: the angle from where it stood at time 0, and its swing, the
-    largest less the least. Of joints with clearance: touches, impacts, energy lost, largest force,
-    part of the time without contact. Of the watched point: where it went at most. Of the run: its
-    end, energy dissipated and what the balance misses, the error that a neighbouring run tells
-    (None where none was made), and the horizon, the instant from which on it exceeds the tolerance
-    (None if it never does).
+    largest less the least; of one that does not turn on a hinge its displacement and its stroke. Of
+    joints with clearance: touches, impacts, energy lost, largest force, part of the time without
+    contact. Of the watched point: where it went at most. Of the run: its end, energy dissipated and
+    what the balance misses, the error that a neighbouring run tells (None where none was made), and
+    the horizon, the instant from which on it exceeds the tolerance (None if it never does).
     """
     found: dict[str, Scalar] = {}
     for contact in result.scene.contacts:
         found |= _of_contact(result, contact)
     for body, contact in struck_bodies(result.scene).items():
         seen = lever_response(result, contact)
-        (least, _), (greatest, _) = seen.least, seen.greatest
+        measure, (least, _), (greatest, _) = seen.measure, seen.least, seen.greatest
         found |= {
-            f"{body}.swing_rad": greatest - least,
-            f"{body}.least_angle_rad": least,
-            f"{body}.greatest_angle_rad": greatest,
+            f"{body}.{measure.span}_{measure.unit}": greatest - least,
+            f"{body}.least_{measure.name}": least,
+            f"{body}.greatest_{measure.name}": greatest,
         }
     for joint in joints_with_play(result):
         found |= _of_joint(result, joint)
@@ -157,7 +162,7 @@ def _of_watched(result: Result) -> dict[str, Scalar]:
     found: dict[str, Scalar] = {}
     for name, extremes in result.extremes.items():
         owner, _, quantity = name.rpartition(".")
-        if quantity in ("force_N", "penetration_m", "angle_rad") or not len(extremes.time):
+        if quantity in OTHERWISE_TOLD or not len(extremes.time):
             continue
         if quantity in ("x_m", "y_m"):
             found[f"{owner}.least_{quantity}"] = extremes.least[0]

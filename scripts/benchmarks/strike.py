@@ -70,7 +70,7 @@ def tight(until: float | None = None) -> tuple[FloatArray, FloatArray, FloatArra
     return (
         time,
         path(result, "link.end").position[index],
-        lever_response(result, "strike").angle[index],
+        lever_response(result, "strike").value[index],
     )
 
 

@@ -196,7 +196,8 @@ def _levers(result: Result, reference: Result) -> Iterator[str]:
             ("greatest", one.greatest[0], other.greatest[0]),
         ):
             if abs(a - b) > STATISTICS * size + 1e-9:
-                yield f"{body}'s {name} angle {a:.4g}, should be {b:.4g} rad"
+                word, unit = one.measure.word, one.measure.unit
+                yield f"{body}'s {name} {word} {a:.4g}, should be {b:.4g} {unit}"
 
 
 def criteria(result: Result) -> Iterator[str]:

@@ -7,8 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exudyn_flexlink.mechanism import FaceContact, Mechanism, approach, build_mechanism
-from exudyn_flexlink.observables.levers import carrier_of
+from exudyn_flexlink.mechanism import (
+    FaceContact,
+    Mechanism,
+    anchor_position,
+    approach,
+    build_mechanism,
+)
+from exudyn_flexlink.observables.answers import ANGLE, Turned, answer_of
 from exudyn_flexlink.result import Result
 
 NO_SPEED = 1e-300  # m/s: a point that stands as it slides off; only divided by
@@ -50,7 +56,7 @@ def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iter
         return
     at = approach(face, result.poses, result.rates)
     part = mechanism.parts[face.start.part].body if face.start.part >= 0 else ""
-    swing, arm = result.extremes.get(f"{part}.rate_rad_per_s"), _arm(result, mechanism, face)
+    swing, arm = result.extremes.get(f"{part}.{ANGLE.rate_name}"), _arm(result, mechanism, face)
     nexts = [*touches.begin[1:], np.inf]
     for touch, following in zip(touches, nexts, strict=True):
         if not touch.slides_off or touch.lasts:
@@ -69,10 +75,13 @@ def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iter
 
 
 def _arm(result: Result, mechanism: Mechanism, face: FaceContact) -> float:
-    """Largest distance (m) of the face's ends from the joint of its part; 0 without one."""
+    """Largest distance (m) of the face's ends from the hinge of its part; 0 without one."""
     if face.start.part < 0:
         return 0.0
-    _, hinge = carrier_of(result.scene, mechanism, mechanism.parts[face.start.part].body)
-    if hinge is None:
+    start = result.poses[0]
+    answer = answer_of(result.scene, mechanism, face, start)
+    if not isinstance(answer, Turned):
         return 0.0
-    return max(float(np.hypot(end.x - hinge.x, end.y - hinge.y)) for end in (face.start, face.end))
+    hinge = anchor_position(answer.hinge, start)
+    ends = (anchor_position(end, start) for end in (face.start, face.end))
+    return max(float(np.linalg.norm(end - hinge)) for end in ends)

@@ -38,6 +38,7 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run, sample_times, turn_goal
+from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -83,7 +84,8 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     system = System(model, turn_goal(scene, assembly))
     mechanism, by_explicit = assembly.mechanism, explicit(scene, assembly.mechanism)
     nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *RADAU.nodes])
-    seeker = ExtremeSeeker(scene, mechanism, mechanism.contacts, nodes)
+    watched = Watched(scene, mechanism, assembly.state.q)
+    seeker = ExtremeSeeker(watched, mechanism.contacts, nodes)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     recorder.explicit = by_explicit
     problem = LagrangianProblem(system, recorder)

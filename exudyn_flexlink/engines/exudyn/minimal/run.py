@@ -45,6 +45,7 @@ from exudyn_flexlink.mechanism import (
     wall_half_period,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
+from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
 
@@ -66,7 +67,8 @@ def prepare(
     events: list[Event] = []
     model = MinimalModel(assembly, layout, events)
     contacts = [*mechanism.touching, *model.walls.contacts]
-    seeker = ExtremeSeeker(scene, mechanism, contacts, np.array([0.0, *C]))
+    watched = Watched(scene, mechanism, assembly.state.q)
+    seeker = ExtremeSeeker(watched, contacts, np.array([0.0, *C]))
     recorder = Recorder(model, sample_times(scene, mechanism, end), seeker)
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.touching]

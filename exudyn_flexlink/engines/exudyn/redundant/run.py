@@ -42,6 +42,7 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
     wall_half_period,
 )
+from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.scene import Scene
 
@@ -80,12 +81,13 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     contacts, channels = _contact_items(scene, system, log)
     system.mbs.Assemble()
     motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
+    watched = Watched(scene, assembly.mechanism, assembly.state.q)
     recorder = Recorder(
         system.coordinates,
         sample_times(scene, assembly.mechanism, end),
         Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
         scene.solver.spectral_radius,
-        ExtremeSeeker(scene, assembly.mechanism, all_contacts, HERMITE),
+        ExtremeSeeker(watched, all_contacts, HERMITE),
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
