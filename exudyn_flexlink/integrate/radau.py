@@ -179,7 +179,7 @@ class Radau:
         h = matrices.h
         w, before, rate = self._guess(t, h, state.v), 0.0, self._rate
         enough = NEWTON * allowed
-        for _ in range(MOST_ITERATIONS):
+        for left in reversed(range(MOST_ITERATIONS)):
             self.iterations += 1
             residual = self._residual(t, h, state, w)
             if residual is None:
@@ -195,6 +195,9 @@ class Radau:
                 rate = size / before
                 if not rate < 1:
                     return w if size < STAGNATED * allowed else None
+                # At this rate the rounds left are not enough (Hairer and Wanner, IV.8).
+                if rate**left / (1 - rate) * size > max(enough, STAGNATED * allowed):
+                    return None
             # What is left is at most this, at the present rate, or after one round at the last.
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
                 self._rate = max(rate, LEAST_RATE)
