@@ -43,7 +43,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-POWERS = np.arange(1, STAGES + 2)
+DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
@@ -78,16 +78,16 @@ class Step(NamedTuple):
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates and speeds (instants, n) at times within the step."""
         part = ((time - self.t) / self.h)[:, None]
-        powers = part ** np.arange(STAGES + 1)
+        powers = part**DEGREES
         speeds = NODES @ self.speeds
-        q = self.start.q + self.h * ((part * powers / POWERS) @ speeds)
+        q = self.start.q + self.h * ((part * powers / (DEGREES + 1)) @ speeds)
         return q, powers @ speeds
 
     def ending(self, end: float) -> Step:
         """Return the same with its end moved a little, to `end` (s), along its polynomial."""
         h = end - self.t
         begins = np.concatenate([[0.0], C]) * (h / self.h)
-        speeds = np.vander(begins, STAGES + 1, increasing=True) @ (NODES @ self.speeds)
+        speeds = begins[:, None] ** DEGREES @ (NODES @ self.speeds)
         q, v = self.at(np.array([end]))
         return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
 
@@ -169,7 +169,7 @@ class Radau:
         if self._last is None:
             return np.zeros((STAGES, len(v)))
         begin, before, speeds = self._last
-        ahead = np.vander((t - begin + C * h) / before, STAGES + 1, increasing=True)
+        ahead = ((t - begin + C * h) / before)[:, None] ** DEGREES
         return np.asarray(ahead @ (NODES @ speeds) - v)
 
     def _solve(

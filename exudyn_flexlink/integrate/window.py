@@ -32,4 +32,4 @@ class Window:
 
     def all_inside(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """As `inside`, of many times."""
-        return np.asarray(np.clip(times, self._after, self._before))
+        return np.minimum(np.maximum(times, self._after), self._before)

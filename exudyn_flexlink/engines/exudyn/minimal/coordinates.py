@@ -122,7 +122,6 @@ class OpenCoordinates:
 
         `lengths` (links,) are how far (m) a unit of each coordinate moves anything, at most.
         """
-        self._lengths = lengths
         self.free = np.array(layout.free, dtype=int)
         self._guides, self._riders = list(guides), list(riders)
         self._rides = [ride.along for ride in layout.rides]
@@ -134,9 +133,14 @@ class OpenCoordinates:
         span = slice(last - len(self.free), last) if together else None
         self.chosen: slice | NDArray[np.intp] = self.free if span is None else span
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self._hinges = [i for i, link in enumerate(layout.links) if link.kind == HINGE]
-        self._turned = [i for i in self._hinges if i in layout.motors]
-        self._turned += [slot.turning for slot in layout.slots]
+        # Per radian of each coordinate, how much of a step it makes.
+        self._turning = np.array([link.kind == HINGE for link in layout.links]) / LARGEST_FREE_TURN
+        for link in (*layout.motors, *(slot.turning for slot in layout.slots)):
+            if layout.links[link].kind == HINGE:
+                self._turning[link] = 1.0 / LARGEST_TURN
+        self._followed = np.zeros(self._links)  # m per unit of coordinates not solved for
+        self._followed[list(layout.motors)] = lengths[list(layout.motors)]
+        self._followed[[slot.sliding for slot in layout.slots]] = 1.0
         turning = any(slot.turning not in layout.motors for slot in layout.slots)
         self._follows = turning or bool(self._riders)
         self._picks = np.zeros((self._links, len(self.free) + len(self._riders)))
@@ -250,9 +254,8 @@ class OpenCoordinates:
 
     def longest(self, at: Held) -> float:
         """Limit of a step, s: guides, and what motors turn, turn a little, all else not much."""
-        turned = float(np.abs(at.v[self._turned]).max(initial=0.0)) / LARGEST_TURN
-        freely = float(np.abs(at.v[self._hinges]).max(initial=0.0)) / LARGEST_FREE_TURN
-        return 1.0 / max(turned, freely) if max(turned, freely) > 0 else np.inf
+        fastest = float((self._turning * np.abs(at.v)).max(initial=0.0))
+        return 1.0 / fastest if fastest > 0 else np.inf
 
     def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
         """How far a slide, or what a motor drives, ended a step from where its speeds take it.
@@ -261,13 +264,8 @@ class OpenCoordinates:
         bend that the step does not resolve: neither shows in the error of the coordinates solved
         for.
         """
-        lengths = {link: float(self._lengths[link]) for link, _, _ in self._motors}
-        lengths |= {guide.guided.sliding: 1.0 for guide in self._guides}
-        off = 0.0
-        for k, length in lengths.items():
-            gone = stages.x[-1, k] - start.x[k]
-            off = max(off, length * abs(float(gone - h * (weights @ stages.v[:, k]))))
-        return off
+        off = stages.x[-1] - start.x - h * (weights @ stages.v)
+        return float((self._followed * np.abs(off)).max(initial=0.0))
 
     def pushed(self, k: int, at: Held) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2.

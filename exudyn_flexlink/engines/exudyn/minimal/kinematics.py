@@ -68,6 +68,7 @@ class LinkKinematics:
         self._offset = np.array([complex(*link.offset) for link in links])
         across = np.array([link.kind == ALONG_Y for link in links], dtype=bool)
         self._along = np.where(self.hinge, 0.0, np.where(across, 1j, 1.0))
+        self._spin = 1j * self.hinge
         self.moved_by = above.astype(bool)
 
     def places(self, x: FloatArray) -> Places:
@@ -109,8 +110,8 @@ class LinkKinematics:
 
     def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
-        by_hinge = 1j * (points[..., None] - at.origin[..., None, :-1])
-        return np.asarray(np.where(self.hinge, by_hinge, at.slide[..., None, :]))
+        by_hinges = self._spin * (points[..., None] - at.origin[..., None, :-1])
+        return np.asarray(by_hinges + at.slide[..., None, :])
 
 
 class Points:
@@ -144,17 +145,14 @@ class Reaches:
         self._kinematics = kinematics
         self._ends = Points(layout, [Anchor(part, x, 0.0) for part, x in enumerate(reach)])
 
-    def moves(self, x: FloatArray) -> FloatArray:
-        """Derivatives (links, 2 parts) of all ends' x, then of their y, at coordinates (links,)."""
+    def moves(self, x: FloatArray) -> ComplexArray:
+        """Derivatives (links, parts) of all ends, at coordinates (links,)."""
         at = self._kinematics.places(x)
-        moved = self._kinematics.moves(at, self._ends.links, self._ends.places(at)).T
-        return np.hstack([moved.real, moved.imag])
+        return np.asarray(self._kinematics.moves(at, self._ends.links, self._ends.places(at)).T)
 
     def lengths(self, x: FloatArray) -> FloatArray:
         """How far (m) a unit of each coordinate (links,) moves any end, at coordinates (links,)."""
-        moves = self.moves(x)
-        ends = moves.reshape(len(moves), 2, -1)
-        lengths = np.sqrt((ends * ends).sum(1)).max(1, initial=0.0)
+        lengths = np.abs(self.moves(x)).max(1, initial=0.0)
         return np.asarray(np.maximum(lengths, 1e-3 * lengths.max(initial=1.0)))
 
 

@@ -241,6 +241,7 @@ class Loads:
             *(motor.size for motor in mechanism.torque_motors),
             *(size for force in mechanism.forces for size in force.sizes),
         ]
+        self.any = bool(self._all)
         self.stiff = bool(mechanism.forces) or any(size.senses for size in sizes)
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
@@ -251,10 +252,9 @@ class Loads:
 
         """
         found = np.zeros(x.shape)
-        if self._all:
-            now = self._now(t, x, v)
-            for load in self._all:
-                found += load.push(now)
+        now = self._now(t, x, v)
+        for load in self._all:
+            found += load.push(now)
         return found
 
     def slopes(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:

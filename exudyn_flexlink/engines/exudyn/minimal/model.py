@@ -167,13 +167,15 @@ class MinimalModel:
         mass, force = self._ask(held.x, held.v)
         if self.all_springs.pulls:
             force += self.all_springs.pull(held.x, held.v)
-        applied = self.loads.push(t, held.x, held.v)
-        force += applied
+        supply = np.zeros(len(t))
+        if self.loads.any:
+            applied = self.loads.push(t, held.x, held.v)
+            force += applied
+            supply += (applied * held.v).sum(axis=1)
         pushes, touching = self._push(held.x, held.v, force)
         wall = self.walls.push(held.x, held.v)
         if wall is not None:
             force += wall.force
-        supply = np.sum(applied * held.v, axis=1)
         kept = Whole(t, held, mass, force, pushes, wall, supply)
         left = force - (mass @ held.b[:, :, None])[:, :, 0]
         free = Evaluation(*self._reduced(held.reach, mass, left), kept, touching)
@@ -297,10 +299,7 @@ class MinimalModel:
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move the end of any part, at most."""
-        moved = change @ self._moves
-        return float(
-            np.sqrt((moved * moved).reshape(*moved.shape[:-1], 2, -1).sum(-2)).max(initial=0.0)
-        )
+        return float(np.abs(change @ self._moves).max(initial=0.0))
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""

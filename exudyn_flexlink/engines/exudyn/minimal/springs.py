@@ -35,6 +35,8 @@ class Springs:
         between = [s for s in mechanism.linear_springs if not self._add_along(s)]
         self._between = LinearSprings(layout, kinematics, between)
         self.straight = not between
+        self._stiffness = np.diag(self.stiffness) + self._across.stiffness
+        self._damping = np.diag(self.damping) + self._across.damping
         self.pulls = bool(between) or self._across.any
 
     def _add_rotary(self, spring: RotarySpring) -> None:
@@ -70,12 +72,10 @@ class Springs:
 
     def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix (links, links) of all springs at one state."""
-        stiffness = np.diag(self.stiffness) + self._across.stiffness
-        damping = np.diag(self.damping) + self._across.damping
         if self.straight:
-            return stiffness, damping
+            return self._stiffness, self._damping
         of_between = self._between.slopes(x, v)
-        return stiffness + of_between[0], damping + of_between[1]
+        return self._stiffness + of_between[0], self._damping + of_between[1]
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""

@@ -78,34 +78,37 @@ class WallFaces:
 
     def look(self, x: FloatArray, v: FloatArray) -> Seen:
         """Look at all pairs at coordinates and speeds (..., links)."""
-        return self._look(self._kinematics.places(x), x, v)[0]
-
-    def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
-        """Look, with the gradients of gaps and places."""
         at = self._kinematics.places(x)
-        seen, side, points, back = self._look(at, x, v)
-        rows = (back[..., None] * self._moved) * self._kinematics.carries(at, points)
-        return seen, Gradients(side[..., None] * rows.imag, rows.real)
-
-    def _look(
-        self, at: Places, x: FloatArray, v: FloatArray
-    ) -> tuple[Seen, FloatArray, ComplexArray, ComplexArray]:
-        """Return sides, where the points are, and the conjugate directions of the faces, too."""
         rates = self._kinematics.rates(at, x, v)
         links, bases = self._links, self._bases
-        arms = at.axis[..., links] * self._own
-        points = at.origin[..., links] + arms
-        back = at.axis[..., bases].conj() * self._back
-        moved = back * (points - at.origin[..., bases])
-        place = moved - self._start
+        arms, back, moved = self._between(at)
         moving = rates.origin[..., links] - rates.origin[..., bases]
         moving += 1j * rates.angle[..., links] * arms
         rate = back * moving - 1j * rates.angle[..., bases] * moved
+        return self._seen(moved - self._start, rate)[0]
+
+    def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
+        """Look, with the gradients of gaps and places, from which the rates follow."""
+        at = self._kinematics.places(x)
+        arms, back, moved = self._between(at)
+        points = at.origin[..., self._links] + arms
+        rows = (back[..., None] * self._moved) * self._kinematics.carries(at, points)
+        seen, side = self._seen(moved - self._start, (rows @ v[..., None])[..., 0])
+        return seen, Gradients(side[..., None] * rows.imag, rows.real)
+
+    def _between(self, at: Places) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Arms of the points, conjugate directions of the faces, and e* (C - O)."""
+        arms = at.axis[..., self._links] * self._own
+        back = at.axis[..., self._bases].conj() * self._back
+        apart = at.origin[..., self._links] - at.origin[..., self._bases]
+        return arms, back, back * (apart + arms)
+
+    def _seen(self, place: ComplexArray, rate: ComplexArray) -> tuple[Seen, FloatArray]:
+        """From places in the faces' axes and their rates; and on which side the gaps are."""
         side = self._side
         if self._any_held:
             side = np.where(self._held, np.where(place.imag > 0, -1.0, 1.0), side)
-        seen = Seen(side * place.imag, place.real, side * rate.imag, rate.real)
-        return seen, side, points, back
+        return Seen(side * place.imag, place.real, side * rate.imag, rate.real), side
 
 
 def _direction(layout: TreeLayout, contact: FaceContact) -> complex:
