@@ -81,7 +81,7 @@ class ExplicitStepper:
         """Go on from the present state, where a force leaps."""
         self._solver = None
 
-    def refresh(self) -> None:
+    def refresh(self, longest: float) -> None:  # noqa: ARG002 - as `restart`
         """Go on from the present state with equations that have changed."""
         self._solver = None
 

@@ -44,8 +44,8 @@ class Stepper(Protocol):
     def forget(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
 
-    def refresh(self) -> None:
-        """Go on from the present state with equations that have changed, where forces only bend."""
+    def refresh(self, longest: float) -> None:
+        """Go on where equations have changed and forces only bend, by `longest` (s) at most."""
 
 
 class Events(Protocol):
@@ -124,7 +124,7 @@ class Solution:
         if self.events.over:
             return
         if event.bends:
-            self.stepper.refresh()
+            self.stepper.refresh(longest)
         else:
             self.stepper.restart(longest)
 

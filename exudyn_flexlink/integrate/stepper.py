@@ -109,20 +109,24 @@ class ImplicitStepper:
         """Begin anew from the present state, by a step of at most `longest` (s)."""
         self.forget()
         self.at, self._state, self.radau.slow = self.problem.restart(self.time)
-        if self.control.fixed is None:
-            self.h = min(self.h, longest)
+        self._limit(longest)
 
     def forget(self) -> None:
         """Go on from the present state, where a force leaps: the last step tells nothing."""
         self.radau.restart()
         self.control.forget()
 
-    def refresh(self) -> None:
-        """Go on from the present state with equations that have changed, where forces only bend."""
+    def refresh(self, longest: float) -> None:
+        """Go on where equations have changed and forces only bend, by `longest` (s) at most."""
         self.radau.refresh()
         self.at = self.problem.evaluate(self.time, self._state.q, self._state.v)
         a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
         self._state = self._state._replace(a=a)
+        self._limit(longest)
+
+    def _limit(self, longest: float) -> None:
+        if self.control.fixed is None:
+            self.h = min(self.h, longest)
 
     def advance(self, stop: float) -> Event | None:
         """Make one step, no further than to `stop` (s); return the event at its end, if any.

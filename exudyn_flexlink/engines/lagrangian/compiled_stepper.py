@@ -94,7 +94,7 @@ class CompiledStepper:
     def forget(self) -> None:
         """Go on from the present state: every block starts afresh."""
 
-    def refresh(self) -> None:
+    def refresh(self, longest: float) -> None:
         """Go on from the present state: every block takes the equations anew."""
 
     def advance(self, stop: float) -> Event | None:

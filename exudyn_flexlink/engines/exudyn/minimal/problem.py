@@ -295,7 +295,7 @@ class MinimalProblem:
             shape.next_piece(event.what.way)
         elif isinstance(event.what, WallChange):
             assert self._finder.walls is not None
-            self._change_walls(self._finder.walls, event.time, event.what.pair)
+            longest = self._change_walls(self._finder.walls, event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
             if k in self.model.rigid.all:
@@ -330,21 +330,21 @@ class MinimalProblem:
         else:
             off = touch.inside < min(-touch.gap, 1e-9)
             contact.side = Side.BEHIND if off else Side.APART
-            self._tell(time, k, "leaves the face" if off else "contact ends", touch)
+            self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
         contact.follow(self._finder.x)
 
-    def _change_walls(self, walls: WallWatch, time: float, first: int | None = None) -> None:
-        """Let a pair of link and guide, if any, begin or cease to press, and others that do so."""
-        before = len(self.model.contacts)
+    def _change_walls(self, walls: WallWatch, time: float, first: int | None = None) -> float:
+        """Let all pairs that do so, `first` first, begin or cease to press; as `cross`."""
+        longest, before = inf, len(self.model.contacts)
         others = [k for k in walls.changed().tolist() if k != first]
         for k in others if first is None else [first, *others]:
             self.model.walls.change(k)
             kind = "contact begins" if self.model.walls.touching[k] else "contact ends"
-            touch = walls.touch(k)
-            self.entries.append(Entry(time, before + k, kind, touch, -touch.gap_rate, 0.0))
-            self.recorder.note()
+            self._tell(time, before + k, kind, walls.touch(k))
+            if self.model.walls.touching[k]:
+                longest = min(longest, IN_CONTACT * self.half_periods[before + k])
+        return longest
 
-    def _tell(self, time: float, k: int, kind: str, touch: Touch) -> None:
-        peak = self.model.contacts[k].peak
+    def _tell(self, time: float, k: int, kind: str, touch: Touch, peak: float = 0.0) -> None:
         self.entries.append(Entry(time, k, kind, touch, -touch.gap_rate, peak))
         self.recorder.note()
