@@ -82,6 +82,8 @@ class Recorder:
         self._leaps: list[tuple[int, FloatArray]] = []  # of the totals, after so many steps
         self._reached = np.zeros(2 + 2 * len(self.contacts))  # totals at the end of the last step
         self._start_energy: float | None = None
+        names = [point.slot.name for point in model.coordinates.points]
+        self._points = [names.index(slot.name) for slot in self.mechanism.slots]
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
@@ -162,18 +164,17 @@ class Recorder:
         """Keep samples (n,) at parts of a step of the block."""
         whole: Whole = found.kept
         pressed = self._acting()
-        x, v, _, places, *_ = whole.held
-        for i, t in enumerate(whole.t.tolist()):
-            on_curves, forces = self._places(places[i]), whole.pushes[i, :, 0]
-            self.samples.append(Sample(t, x[i], v[i], on_curves, pressed, forces))
+        held, forces = whole.held, whole.pushes[..., 0]
+        instants = zip(whole.t.tolist(), held.x, held.v, held.places, forces, strict=True)
+        for t, x, v, places, force in instants:
+            self.samples.append(Sample(t, x, v, self._places(places), pressed, force))
         self._kept.append(found)
         self._between += [(step, part, len(self._leaps)) for part in parts.tolist()]
 
     def _places(self, on_pieces: FloatArray) -> tuple[float, ...]:
         """Places on the whole curves, in the order of the mechanism's slots."""
-        points = zip(self.model.coordinates.points, on_pieces.tolist(), strict=True)
-        found = {point.slot.name: point.place(u) for point, u in points}
-        return tuple(found[slot.name] for slot in self.mechanism.slots)
+        points, places = self.model.coordinates.points, on_pieces.tolist()
+        return tuple(points[k].place(places[k]) for k in self._points)
 
     # --- blocks -------------------------------------------------------------------------------
 
@@ -186,14 +187,13 @@ class Recorder:
                 self.totals.append(np.repeat(self._reached[None, :], len(self._between), axis=0))
                 self.at_notes += [self._reached for _ in self._notes]
             return
-        shape = (len(steps), STAGES + 1, -1)
-        nodes = [w for s in steps for w in (s.begin.kept.pick(None), s.stages.kept)]
-        free = np.concatenate([a for s in steps for a in (s.start.a[None], s.accelerations)])
-        held = together([node.held for node in nodes])
-        left = self.model.left_over(nodes, self.model.whole_accelerations(held, free))
-        rates = self._rates_of(nodes, held, left).reshape(shape)
+        stages: list[Whole] = [step.stages.kept for step in steps]
+        free = np.concatenate([step.accelerations for step in steps])
+        held = together([whole.held for whole in stages])
+        left = self.model.left_over(stages, self.model.whole_accelerations(held, free))
+        rates = self._rates_of(stages, held, left).reshape(len(steps), STAGES, -1)
         lengths = np.array([step.h for step in steps])
-        gained = lengths[:, None] * np.einsum("i,kij->kj", WEIGHTS, rates[:, 1:])
+        gained = lengths[:, None] * (WEIGHTS @ rates)
         nothing = 0 * self._reached
         reached = self._reached + np.vstack([nothing, np.cumsum(gained, axis=0)])
         leapt = np.cumsum([nothing, *(leap for _, leap in self._leaps)], axis=0)
@@ -201,7 +201,7 @@ class Recorder:
         parts = np.array([part for _, part, _ in self._between])
         # A sample right after an impact that no step of the block follows is at none of its part.
         inner = np.minimum(rows, len(steps) - 1)
-        gained = np.einsum("si,sij->sj", _shares(parts), rates[inner, 1:])
+        gained = np.einsum("si,sij->sj", _shares(parts), rates[inner])
         self.totals.append(reached[rows] + leapt[leaps] + lengths[inner, None] * gained)
         self.at_notes += [reached[row] + leapt[leap] for row, leap in self._notes]
         pressed = np.array(self._pressed)
@@ -227,30 +227,30 @@ class Recorder:
         self._kept = []
 
     def _seek(self, held: Held, lengths: FloatArray, pressed: BoolArray) -> None:
-        """Look for extremes within the block's steps, with the coordinates at their nodes."""
-        x, v = held.x, held.v
+        """Look for extremes within the block's steps, with the coordinates at their stages."""
+        begins: list[Held] = [step.begin.kept.held for step in self._steps]
+        x = _at_nodes([begin.x for begin in begins], held.x)
+        v = _at_nodes([begin.v for begin in begins], held.v)
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
-        shape = (len(lengths), STAGES + 1, *found.poses.shape[1:])
-        begins = np.array([step.t for step in self._steps])
-        motion = found.poses.reshape(shape), found.rates.reshape(shape)
-        self.seeker.take(begins, lengths, motion, pressed)
+        times = np.array([step.t for step in self._steps])
+        self.seeker.take(times, lengths, (found.poses, found.rates), pressed)
 
-    def _rates_of(self, nodes: Sequence[Whole], held: Held, left: FloatArray) -> FloatArray:
+    def _rates_of(self, stages: Sequence[Whole], held: Held, left: FloatArray) -> FloatArray:
         """Rates of the totals (n, ...) at coordinates (n, ...), with the forces `left` (n, links).
 
-        The instants (n,) are those of all nodes in a row.
+        The instants (n,) are those of all stages in a row.
         """
         count, first = len(self.contacts), len(self.model.contacts)
         v = held.v
         rates = np.zeros((len(v), 2 + 2 * count))
         rates[:, 0] = self.model.all_springs.lost(held.x, v)
         rates[:, 1] = np.sum(left * v, axis=1)
-        rates[:, 1] += np.concatenate([whole.supply for whole in nodes])
+        rates[:, 1] += np.concatenate([whole.supply for whole in stages])
         forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
-        pushes = np.concatenate([whole.pushes for whole in nodes])
+        pushes = np.concatenate([whole.pushes for whole in stages])
         forces[:, :first], powers[:, :first] = pushes[..., 0], pushes[..., 1]
         done = 0
-        for whole in nodes:
+        for whole in stages:
             rows = slice(done, done + len(whole.t))
             if whole.wall is not None:
                 forces[rows, first + whole.wall.which] = whole.wall.press
@@ -286,6 +286,12 @@ class Recorder:
             stored[rows] += elastic
             lost[rows] -= elastic
         return np.stack([kinetic, stored, lost, totals[:, 1]], axis=1)
+
+
+def _at_nodes(starts: Sequence[FloatArray], stages: FloatArray) -> FloatArray:
+    """Values (steps, nodes, links) at the starts of steps, (links,) each, and at all stages."""
+    inner = stages.reshape(len(starts), STAGES, -1)
+    return np.concatenate([np.array(starts)[:, None], inner], axis=1)
 
 
 def _shares(parts: FloatArray) -> FloatArray:
