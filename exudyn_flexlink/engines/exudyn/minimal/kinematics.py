@@ -77,13 +77,13 @@ class LinkKinematics:
         axis = np.empty(angle.shape, dtype=complex)
         axis.real, axis.imag = np.cos(angle), np.sin(angle)
         slide = axis[..., :-1] * self._along
-        moved = axis[..., self._parent] * self._offset + slide * x
+        moved = axis.take(self._parent, axis=-1) * self._offset + slide * x
         return Places(angle, axis, moved @ self._above, slide)
 
     def rates(self, at: Places, x: FloatArray, v: FloatArray) -> Rates:
         """First derivatives at speeds (..., links)."""
         angle = v @ self.turning
-        turned = 1j * angle[..., self._parent] * at.axis[..., self._parent] * self._offset
+        turned = (1j * angle * at.axis).take(self._parent, axis=-1) * self._offset
         slid = at.slide * (v + 1j * angle[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above)
 
@@ -91,7 +91,7 @@ class LinkKinematics:
         """Second derivatives at accelerations (..., links)."""
         angle = a @ self.turning
         spin = 1j * angle - rates.angle**2
-        turned = spin[..., self._parent] * at.axis[..., self._parent] * self._offset
+        turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
         slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above)
 
@@ -124,12 +124,13 @@ class Points:
 
     def places(self, at: Places) -> ComplexArray:
         """Return the points (..., points)."""
-        return np.asarray(at.origin[..., self.links] + at.axis[..., self.links] * self._own)
+        arms = at.axis.take(self.links, axis=-1) * self._own
+        return np.asarray(at.origin.take(self.links, axis=-1) + arms)
 
     def rates(self, at: Places, rates: Rates) -> ComplexArray:
         """First derivatives (..., points)."""
-        turned = 1j * rates.angle[..., self.links] * at.axis[..., self.links] * self._own
-        return np.asarray(rates.origin[..., self.links] + turned)
+        turned = (1j * rates.angle * at.axis).take(self.links, axis=-1) * self._own
+        return np.asarray(rates.origin.take(self.links, axis=-1) + turned)
 
     def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
         """Second derivatives (..., points)."""

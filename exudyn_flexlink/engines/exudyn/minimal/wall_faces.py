@@ -82,25 +82,27 @@ class WallFaces:
         rates = self._kinematics.rates(at, x, v)
         links, bases = self._links, self._bases
         arms, back, moved = self._between(at)
-        moving = rates.origin[..., links] - rates.origin[..., bases]
-        moving += 1j * rates.angle[..., links] * arms
-        rate = back * moving - 1j * rates.angle[..., bases] * moved
+        moving = rates.origin.take(links, axis=-1) - rates.origin.take(bases, axis=-1)
+        spin = 1j * rates.angle
+        moving += spin.take(links, axis=-1) * arms
+        rate = back * moving - spin.take(bases, axis=-1) * moved
         return self._seen(moved - self._start, rate)[0]
 
     def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
         """Look, with the gradients of gaps and places, from which the rates follow."""
         at = self._kinematics.places(x)
         arms, back, moved = self._between(at)
-        points = at.origin[..., self._links] + arms
+        points = at.origin.take(self._links, axis=-1) + arms
         rows = (back[..., None] * self._moved) * self._kinematics.carries(at, points)
         seen, side = self._seen(moved - self._start, (rows @ v[..., None])[..., 0])
         return seen, Gradients(side[..., None] * rows.imag, rows.real)
 
     def _between(self, at: Places) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Arms of the points, conjugate directions of the faces, and e* (C - O)."""
-        arms = at.axis[..., self._links] * self._own
-        back = at.axis[..., self._bases].conj() * self._back
-        apart = at.origin[..., self._links] - at.origin[..., self._bases]
+        links, bases = self._links, self._bases
+        arms = at.axis.take(links, axis=-1) * self._own
+        back = at.axis.take(bases, axis=-1).conj() * self._back
+        apart = at.origin.take(links, axis=-1) - at.origin.take(bases, axis=-1)
         return arms, back, back * (apart + arms)
 
     def _seen(self, place: ComplexArray, rate: ComplexArray) -> tuple[Seen, FloatArray]:
