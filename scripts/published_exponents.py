@@ -126,7 +126,7 @@ def exponent_of(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float) -> Ex
 def ueda_mechanism(part: float) -> Exponent:
     """The same oscillator as a mechanism."""
     scene = scene_of(parse_document(f"title: a mass on a rail\n{UEDA_SCENE}", "ueda.yaml"))
-    return exponent_of(scene, Rhythm(2 * pi), round(2000 * part), 1e-9)
+    return exponent_of(scene, Rhythm(2 * pi), round(1000 * part), 1e-9)
 
 
 def bouncing_ball(_: float) -> Exponent:

@@ -31,7 +31,7 @@ from exudyn_flexlink.sweeps import DOUBTFUL
 SPEEDS = (2.0, 5.0, 10.0, 20.0, 30.0, 40.0)  # rad/s
 CLEARANCES = (0.0, 0.5, 1.0, 2.0, 3.5, 5.0)  # mm on each side
 HINGES = ("paper", "beam")
-LAPS, AFTER = 18, 4
+LAPS, AFTER = 26, 4
 DARK = 0.6  # of the largest exponent: a field as dark needs white letters
 WORK = Path("runs/stability_map")
 

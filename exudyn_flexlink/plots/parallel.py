@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.plots.panels import is_narrow, sized
 from exudyn_flexlink.plots.style import BLACK, GREY
 from exudyn_flexlink.plots.style import FAILED as RED
+from exudyn_flexlink.sweeps import DOUBTFUL, FAILED
 
 FloatArray = NDArray[np.float64]
 
@@ -26,13 +27,14 @@ def parallel_coordinates(
     places: FloatArray,
     labels: Sequence[tuple[str, Sequence[str]]],
     varied: int,
-    failed: NDArray[np.bool_],
+    status: Sequence[str],
 ) -> None:
     """Draw places (rows, axes) as lines across axes of their own scales.
 
     `labels` are names, and words at the places 0, 1, .. of an axis that has them. The first
-    `varied` axes are of what varied; the colour is that of the first behind them. Rows that
-    `failed` are drawn across those that varied.
+    `varied` axes are of what varied; the colour is that of the first behind them, or grey without a
+    number there. Rows whose `status` is failed are drawn across those that varied, doubtful ones
+    are dashed.
     """
     axes = figure.subplots()
     count = places.shape[1]
@@ -43,12 +45,13 @@ def parallel_coordinates(
     scaled[:, high == low] = 0.5
     colours = mpl.colormaps["viridis"]
     alpha = 0.8 if len(places) <= FEW else 0.25
-    for row, bad in zip(scaled, failed, strict=True):
-        if bad:
+    for row, how in zip(scaled, status, strict=True):
+        if how == FAILED:
             axes.plot(range(varied), row[:varied], color=RED, linestyle=":", alpha=alpha)
-        elif np.isfinite(row[varied]):
-            axes.plot(range(count), row, color=colours(row[varied]), alpha=alpha,
-                      linewidth=sized(1.0))  # fmt: skip
+            continue
+        colour = colours(row[varied]) if np.isfinite(row[varied]) else GREY
+        axes.plot(range(count), row, color=colour, alpha=alpha, linewidth=sized(1.0),
+                  linestyle="--" if how == DOUBTFUL else "-")  # fmt: skip
     for k, (_, words) in enumerate(labels):
         axes.axvline(k, color=BLACK, linewidth=sized(0.8))
         for at, text in _ticks(low[k], high[k], words):

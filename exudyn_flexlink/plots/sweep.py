@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.plots.frame import Words, framed_figure
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.parallel import parallel_coordinates
-from exudyn_flexlink.plots.style import BLUE, GREY, SCREEN, Style, styled
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, SCREEN, Style, styled
 from exudyn_flexlink.plots.style import FAILED as RED
 from exudyn_flexlink.source import did_you_mean
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, label_of
@@ -42,7 +42,7 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
     """Draw observables by their columns' `names`, or the first that differ from row to row.
 
     Over one value that varied as lines, over two as maps, of more as parallel coordinates. Rows
-    that failed are marked; None if no row has numbers.
+    that failed or are doubtful are marked; None if no row has numbers.
 
     Raises:
         ValueError: there is no such column.
@@ -108,12 +108,17 @@ def _of(table: SweepTable, status: str) -> NDArray[np.bool_]:
     return np.array([row.status == status for row in table.rows], dtype=bool)
 
 
-def _frame(table: SweepTable, subject: str, height: float, style: Style) -> Figure:
+def _frame(
+    table: SweepTable, subject: str, height: float, style: Style, marks: tuple[str, str] = ("", "")
+) -> Figure:
+    """Title, and how many runs failed or are doubtful, with how each of both is marked."""
+    crossed, ringed = marks
     failed, missing = table.count(FAILED), table.points - len(table.rows)
-    notes = [f"{failed} of {len(table.rows)} runs failed: see 'reason' in the table"] * (failed > 0)
+    notes = [f"{failed} of {len(table.rows)} runs failed{crossed}: see 'reason' in the table"]
+    notes *= failed > 0
     notes += [f"{missing} of {table.points} runs are missing"] * (missing > 0)
     doubtful = table.count(DOUBTFUL)
-    told = f"; {doubtful} doubtful, which their 'reason' explains" if doubtful else ""
+    told = f"; {doubtful} doubtful{ringed}, which their 'reason' explains" if doubtful else ""
     caption = [(f"{len(table.rows)} runs by {table.engine}{told}", GREY)]
     return framed_figure(Words(table.title, subject, notes, caption), height, style)
 
@@ -158,17 +163,20 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
     x, y = along
     columns = 1 if style.narrow or len(seen) == 1 else 2
     rows = ceil(len(seen) / columns)
-    figure = _frame(table, f"over {x.label} and {y.label}", 0.4 + MAP * rows, style)
+    size, words = 0.4 + MAP * rows, (" (crosses)", " (white dots)")
+    figure = _frame(table, f"over {x.label} and {y.label}", size, style, words)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     grid = _is_grid(x.places, y.places)
-    failed = _of(table, FAILED)
+    marks = ((_of(table, FAILED), "x", RED), (_of(table, DOUBTFUL), "o", BLACK))
     for axes, own in zip(panels.flat, seen, strict=False):
         if grid:
             shown = axes.pcolormesh(*_cells(x.places, y.places, own.places), shading="nearest")
         else:
             shown = axes.scatter(x.places, y.places, c=own.places, s=sized(5) ** 2)
         figure.colorbar(shown, ax=axes)
-        axes.plot(x.places[failed], y.places[failed], "x", color=RED, markersize=sized(5))
+        for of, shape, colour in marks:
+            axes.plot(x.places[of], y.places[of], shape, color=colour, markerfacecolor="white",
+                      markersize=sized(4))  # fmt: skip
         axes.set_title(own.label, parse_math=False)
         axes.grid(visible=False)
     for axes in panels.flat[len(seen) :]:
@@ -205,9 +213,11 @@ def _parallel(table: SweepTable, along: list[Scale], seen: list[Scale], style: S
     """An axis for every value that varied and every observable, a line for every row."""
     # Names stand upright where there is no room for them.
     height = 6.5 if style.narrow else 3.6
-    figure = _frame(table, f"coloured by {seen[0].label}", height, style)
+    marks = (" (dotted red)", " (dashed)")
+    figure = _frame(table, f"coloured by {seen[0].label}", height, style, marks)
     scales = [*along, *seen]
     places = np.stack([scale.places for scale in scales], axis=1)
     labels = [(scale.label, scale.words) for scale in scales]
-    parallel_coordinates(figure, places, labels, len(along), _of(table, FAILED))
+    status = [row.status for row in table.rows]
+    parallel_coordinates(figure, places, labels, len(along), status)
     return figure
