@@ -249,3 +249,9 @@ def test_a_force_that_is_rounding_while_nothing_touches_has_no_row():
     told = "\n".join(lines_of(force_error_table({"slot force of way": own})))
     assert "slot force of way, in contact" in told
     assert "333" not in told
+
+
+def test_a_force_that_is_rounding_throughout_has_no_row():
+    """A rail along which a body slides freely carries nothing."""
+    own = ForceDeviation("N", ForceSpread(5e-14, 0.1, 2e-14, 1.5e-14), None)
+    assert not force_error_table({"joint force of way": own}).rows

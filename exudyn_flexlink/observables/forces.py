@@ -23,7 +23,7 @@ BoolArray = NDArray[np.bool_]
 Pair = tuple[str, str]
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
-NO_FORCE = 1e-12  # N or N m: likewise
+NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from exudyn_flexlink.observables import force_peaks
-from exudyn_flexlink.observables.forces import NEGLIGIBLE
+from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
 from exudyn_flexlink.report.tables import Table, left_out
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
 
@@ -52,10 +52,11 @@ def _rows(name: str, own: ForceDeviation) -> list[list[str]]:
     """Return a row of a force, and one of it in contact; none where it is rounding."""
     free, touching = own.free, own.touching
     largest = max(part.size for part in (free, touching, NOTHING) if part is not None)
+    rounding = max(NEGLIGIBLE * largest, NO_FORCE)
     rows = []
-    if free is not None and free.size > NEGLIGIBLE * largest:
+    if free is not None and free.size > rounding:
         rows.append([name, *_cells(free, own.unit)])
-    if touching is not None and touching.size > NEGLIGIBLE * largest:
+    if touching is not None and touching.size > rounding:
         rows.append(
             ["  in contact" if rows else f"{name}, in contact", *_cells(touching, own.unit)]
         )
