@@ -158,17 +158,17 @@ ITEMS = (
     ),
     Item(
         "stability_map",
-        "10 min",
+        "20 min",
         (
-            script("stability_map", "--speeds", "5", "10", "20", "--clearances", "0", "1", "5",
-                   "--hinges", "paper", "--out", OUT, "--work", f"{OUT}/work"),
+            script("stability_map", "--speeds", "2", "5", "10", "20", "40",
+                   "--clearances", "0", "1", "5", "--out", OUT, "--work", f"{OUT}/work"),
         ),
         {"stability_map.png": "stability_map.png"},
         "tables/stability_map.md",
     ),
     Item(
         "published_exponents",
-        "10 min",
+        "30 min",
         (script("published_exponents"),),
         table="tables/published_exponents.md",
     ),

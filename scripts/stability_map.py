@@ -25,6 +25,7 @@ from matplotlib.figure import Figure
 import exudyn_flexlink as fl
 from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
+from exudyn_flexlink.report import doubted_text
 from exudyn_flexlink.stability import Asked, long_scene, rhythm_of, study
 from exudyn_flexlink.sweeps import DOUBTFUL
 
@@ -166,11 +167,10 @@ def main() -> None:
         for row in sorted(rows, key=lambda row: (speed_of(row), row["gap"])):
             told = "-"
             if row.get("exponent_per_s") is not None:
-                told = f"{row['exponent_per_s']:.2f} +- {row['uncertainty_per_s']:.2f}"
+                told = doubted_text(row["exponent_per_s"], row["uncertainty_per_s"])
             print(f"| {hinges} | {speed_of(row):g} | {row['gap']:g} | {told} | {word(row)} |")
-    reasons = {row["reason"] for rows in maps.values() for row in rows if row["status"] == DOUBTFUL}
-    if reasons:
-        print(f"\n\\* a run of this study warned: {'; '.join(sorted(reasons))}")
+    if any(row["status"] == DOUBTFUL for rows in maps.values() for row in rows):
+        print("\n\\* a run of this study warned: `reason` in the sweep's table says of what")
 
 
 if __name__ == "__main__":

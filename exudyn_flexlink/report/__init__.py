@@ -17,7 +17,7 @@ from exudyn_flexlink.report.run import (
     run_text,
 )
 from exudyn_flexlink.report.sensitivity import sensitivity_text
-from exudyn_flexlink.report.stability import exponent_text, stability_text
+from exudyn_flexlink.report.stability import doubted_text, exponent_text, stability_text
 from exudyn_flexlink.report.strikes import response_table, strike_table
 from exudyn_flexlink.report.sweep import sweep_text
 from exudyn_flexlink.report.tables import Table
@@ -34,6 +34,7 @@ __all__ = [
     "check_text",
     "comparison_text",
     "cost_table",
+    "doubted_text",
     "effects_table",
     "energy_table",
     "error_table",

@@ -34,10 +34,14 @@ def stability_text(found: Stability) -> str:
 
 
 def exponent_text(exponent: Exponent) -> str:
-    """Return an exponent with its uncertainty, which has two digits."""
-    doubt = f"{exponent.uncertainty:.1e}"
-    digits = max(0, 1 - int(doubt.partition("e")[2]))
-    return f"{exponent.value:.{digits}f} +- {exponent.uncertainty:.{digits}f} 1/s"
+    """Return an exponent with its uncertainty, and the unit."""
+    return f"{doubted_text(exponent.value, exponent.uncertainty)} 1/s"
+
+
+def doubted_text(value: float, uncertainty: float) -> str:
+    """Return a number with its uncertainty, which has two digits."""
+    digits = max(0, 1 - int(f"{uncertainty:.1e}".partition("e")[2]))
+    return f"{value:.{digits}f} +- {uncertainty:.{digits}f}"
 
 
 def _tolerance_text(found: Stability) -> str:
