@@ -14,6 +14,7 @@ from netcdf_runs import change_array, change_bytes
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.storage import StorageError, load, read_series
+from exudyn_flexlink.storage.errors import FORMAT
 
 NAN, INF = float("nan"), float("inf")
 HUGE = 10**400  # an integer of JSON that no float can hold
@@ -325,10 +326,12 @@ def test_an_array_that_was_changed_since(capsys):
 
 def test_a_run_of_an_earlier_version(capsys):
     summary = json.loads(Path("rigid/summary.json").read_text(encoding="utf-8"))
-    Path("rigid/summary.json").write_text(json.dumps(summary | {"format": 4}), encoding="utf-8")
+    Path("rigid/summary.json").write_text(
+        json.dumps(summary | {"format": FORMAT - 1}), encoding="utf-8"
+    )
     Path("rigid/result.nc").rename("rigid/result.npz")
     assert main(["plot", "rigid"]) == 2
     assert capsys.readouterr().err == (
-        "rigid/summary.json was written by an earlier version of this program (format 4, this one "
-        "reads 6); run the model again\n"
+        f"rigid/summary.json was written by an earlier version of this program (format {FORMAT - 1}, "
+        f"this one reads {FORMAT}); run the model again\n"
     )
