@@ -332,6 +332,6 @@ def test_a_run_of_an_earlier_version(capsys):
     Path("rigid/result.nc").rename("rigid/result.npz")
     assert main(["plot", "rigid"]) == 2
     assert capsys.readouterr().err == (
-        f"rigid/summary.json was written by an earlier version of this program (format {FORMAT - 1}, "
-        f"this one reads {FORMAT}); run the model again\n"
+        "rigid/summary.json was written by an earlier version of this program "
+        f"(format {FORMAT - 1}, this one reads {FORMAT}); run the model again\n"
     )
