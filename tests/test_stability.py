@@ -223,3 +223,11 @@ def test_a_bifurcation_from_python(tmp_path):
         assert one.velocity.tolist() == other.velocity.tolist()
     with pytest.raises(StoppedError, match="has a section; at 0: NoRhythmError"):
         made([0.0], workers=1)
+
+
+def test_python_and_the_command_run_as_many_laps():
+    """The command has its own numbers: the room of studies is too slow for a help text."""
+    from exudyn_flexlink.api import stability as api  # noqa: PLC0415
+    from exudyn_flexlink.cli import stability as cli  # noqa: PLC0415
+
+    assert (cli.LAPS, cli.AFTER) == (api.LAPS, api.AFTER)

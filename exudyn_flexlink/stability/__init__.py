@@ -24,6 +24,7 @@ from exudyn_flexlink.stability.sections import (
     Section,
     section_by_crank,
     section_by_time,
+    section_columns,
     section_of_row,
     section_row,
 )
@@ -61,6 +62,7 @@ __all__ = [
     "rhythm_of",
     "section_by_crank",
     "section_by_time",
+    "section_columns",
     "section_of_row",
     "section_row",
     "study",

@@ -21,8 +21,8 @@ from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
 
-ROW = ("time_s", "x_m", "y_m", "speed_x_m_per_s", "speed_y_m_per_s")
-"""What a table tells of each point of a section."""
+COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+"""What tables tell of each point of a section."""
 
 
 @dataclass(frozen=True)
@@ -118,21 +118,26 @@ def _passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArr
     return np.array(found)
 
 
+def section_columns(section: Section) -> dict[str, FloatArray]:
+    """Return a section as columns (N,) by name and unit, of a table with a row for each point."""
+    columns = section.time, *section.position.T, *section.velocity.T
+    return dict(zip(COLUMNS, columns, strict=True))
+
+
 def section_row(section: Section) -> dict[str, float | int]:
     """Return a section as numbers by name, for one row of a table; units end the names."""
-    columns = [section.time[:, None], section.position, section.velocity]
-    points = np.concatenate(columns, axis=1).tolist()
-    found: dict[str, float | int] = {"section.points": len(points)}
-    for number, point in enumerate(points, start=1):
-        found |= {f"section.{number}.{name}": x for name, x in zip(ROW, point, strict=True)}
+    found: dict[str, float | int] = {"section.points": len(section.time)}
+    for name, column in section_columns(section).items():
+        numbered = enumerate(column.tolist(), start=1)
+        found |= {f"section.{number}.{name}": value for number, value in numbered}
     return found
 
 
 def section_of_row(row: Mapping[str, Any], point: str, phase: float, *, by_crank: bool) -> Section:
     """Return the section that a row of a table tells; see `section_row`."""
     numbers = range(1, int(row["section.points"]) + 1)
-    found = [[float(row[f"section.{number}.{name}"]) for name in ROW] for number in numbers]
-    time, x, y, vx, vy = np.array(found, dtype=float).reshape(-1, len(ROW)).T
+    found = [[float(row[f"section.{number}.{name}"]) for name in COLUMNS] for number in numbers]
+    time, x, y, vx, vy = np.array(found, dtype=float).reshape(-1, len(COLUMNS)).T
     place, speed = np.stack([x, y], axis=1), np.stack([vx, vy], axis=1)
     return Section(point, phase, by_crank, time, place, speed)
 

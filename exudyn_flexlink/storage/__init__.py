@@ -13,7 +13,7 @@ from exudyn_flexlink.storage.errors import PROGRAM, StorageError
 from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load, read_summary
 from exudyn_flexlink.storage.series import Series, read_series
-from exudyn_flexlink.storage.stability import save_stability, section_columns
+from exudyn_flexlink.storage.stability import save_stability
 from exudyn_flexlink.storage.staging import (
     KeptBesideError,
     replace_bytes,
@@ -62,7 +62,6 @@ __all__ = [
     "save_comparison",
     "save_stability",
     "save_table",
-    "section_columns",
     "staged_files",
     "staged_folder",
     "touch_columns",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.stability import Exponent, Section, Stability
+from exudyn_flexlink.stability import Exponent, Stability, section_columns
 from exudyn_flexlink.storage.errors import (
     FORMAT,
     PROGRAM,
@@ -105,9 +105,3 @@ def _laps(found: Stability) -> dict[str, Any]:
     return {"lap": laps.laps.astype(float), "end_s": laps.end} | {
         f"from_{before}_before_m": row for before, row in rows
     }
-
-
-def section_columns(section: Section) -> dict[str, Any]:
-    """A Poincare section as columns by name and unit."""
-    (x, y), (vx, vy) = section.position.T, section.velocity.T
-    return {"time_s": section.time, "x_m": x, "y_m": y, "vx_m_per_s": vx, "vy_m_per_s": vy}
