@@ -168,7 +168,7 @@ ITEMS = (
     ),
     Item(
         "published_exponents",
-        "30 min",
+        "15 min",
         (script("published_exponents"),),
         table="tables/published_exponents.md",
     ),
