@@ -95,13 +95,40 @@ def test_a_release_that_multiplies_errors_says_how_and_has_them_measured(
     (release,) = releases(slow)
     assert multiplying(slow) == (
         f"the point of 'strike' crept off its face's end at {release.time:.6g} s, at "
-        f"{release.creep:.2g} m/s, and what was bent sprang back at {release.spring_back:.2g} m/s: "
+        f"{release.creep:.2g} m/s, and set free what it had pressed: "
         f"{release.growth:.2g} times the error of before"
     )
     fast = pushed(tmp_path, FAST)
     (brisk,) = releases(fast)
     assert brisk.growth == pytest.approx(release.growth * SLOW / FAST, rel=0.2)
     assert multiplying(fast) == ""
+
+
+def cut_off(folder: Path, tip: float) -> Result:
+    """A strike at 8 m/s that ends half-way, where the crank's end comes past the lever's."""
+    model = folder / "model.yaml"
+    written = PUSHED.format(speed=80, tip=tip, duration=0.02)
+    model.write_text(written.replace("1.0e-6", "1.0e-9"))
+    return simulate(load_scene(model), measure=False)
+
+
+def test_a_strike_that_is_cut_off_leaves_an_error_of_speed_which_grows_within_a_swing(
+    tmp_path: Path,
+) -> None:
+    """Here the lever's speed of 4 m/s tells a thirtieth of how errors grow.
+
+    An error dt of the instant is one F tip^2 dt / J of the end's speed, and 1/omega times that of
+    its place.
+    """
+    tip, dx = 0.02904, 1e-8
+    run, shorter = (cut_off(tmp_path, length) for length in (tip, tip - dx))
+    (release,) = releases(run)
+    time = np.linspace(release.time, release.time + 0.5 / FREQUENCY, 200)
+    angles = [lever_response(one, "strike").value_at(time) for one in (run, shorter)]
+    grown = tip * np.abs(angles[1] - angles[0]).max() / dx
+    assert release.growth == pytest.approx(grown, rel=0.1)
+    assert release.growth > 20 * release.spring_back / release.creep
+    assert multiplying(run) != ""
 
 
 # --- runs that bounce differently

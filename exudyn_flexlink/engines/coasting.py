@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from exudyn_flexlink.mechanism import Mechanism, swing_times
+from exudyn_flexlink.mechanism import Mechanism, swings
 
 SWING = 4e-3  # s: 1/omega of a lever at 40 Hz, the least that is counted
 KEPT = 0.1  # of a run: for how much of it a guide that turns freely keeps what the solver leaves
@@ -10,7 +10,7 @@ KEPT = 0.1  # of a run: for how much of it a guide that turns freely keeps what 
 
 def coasting(mechanism: Mechanism, end: float) -> float:
     """Time (s) that turns errors of speeds into errors of places, in a run to `end` (s)."""
-    longest = max(swing_times(mechanism).values(), default=0.0)
+    longest = max((swing.time for swing in swings(mechanism).values()), default=0.0)
     return max(SWING, min(longest, end))
 
 

@@ -24,13 +24,14 @@ from exudyn_flexlink.mechanism.contact_pairs import (
 )
 from exudyn_flexlink.mechanism.contacts import (
     Approach,
+    Swing,
     approach,
     contact_length,
     face_length,
     far_behind,
     idle_at_start,
     on_the_contact,
-    swing_times,
+    swings,
 )
 from exudyn_flexlink.mechanism.drive_checks import drive_mistakes
 from exudyn_flexlink.mechanism.dynamics import (
@@ -138,6 +139,7 @@ __all__ = [
     "Slot",
     "Start",
     "State",
+    "Swing",
     "TorqueMotor",
     "TurnGoal",
     "Turning",
@@ -203,7 +205,7 @@ __all__ = [
     "speed_along",
     "spring_force",
     "station",
-    "swing_times",
+    "swings",
     "turn_goal",
     "turned",
     "turning",

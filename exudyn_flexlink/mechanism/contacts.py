@@ -92,13 +92,25 @@ def idle_at_start(mechanism: Mechanism, q: FloatArray, v: FloatArray) -> Iterato
             )
 
 
-def swing_times(mechanism: Mechanism) -> dict[str, float]:
-    """How long (s), by contact, a struck lever turns an error of its speed into one of its angle.
+@dataclass(frozen=True)
+class Swing:
+    """A struck lever that turns on the ground: its inertia (kg m^2) about the pivot, and a time.
 
-    That is 1/omega of the lever on its springs, infinite without a spring. A contact with what has
-    no pivot of its own, or is so heavy that a strike hardly moves it, has none.
+    The `time` (s) is how long it turns an error of its speed into one of its angle: 1/omega on its
+    springs, infinite without a spring.
     """
-    times, all_mass = {}, sum(part.mass for part in mechanism.parts)
+
+    inertia: float
+    time: float
+
+
+def swings(mechanism: Mechanism) -> dict[str, Swing]:
+    """How a struck lever swings, by contact.
+
+    A contact with what has no pivot of its own, or is so heavy that a strike hardly moves it, has
+    none.
+    """
+    found, all_mass = {}, sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:
         lever = contact.parts[1]
         pivot = _pivot(mechanism, lever)
@@ -111,8 +123,9 @@ def swing_times(mechanism: Mechanism) -> dict[str, float]:
             continue
         held = {lever, GROUND}
         stiffness = sum(s.stiffness for s in mechanism.springs if {s.first, s.second} == held)
-        times[contact.name] = float(np.sqrt(inertia / stiffness)) if stiffness > 0 else np.inf
-    return times
+        time = float(np.sqrt(inertia / stiffness)) if stiffness > 0 else inf
+        found[contact.name] = Swing(inertia, time)
+    return found
 
 
 def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:

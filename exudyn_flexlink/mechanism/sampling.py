@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.channels import pairs
-from exudyn_flexlink.mechanism.contacts import swing_times
+from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.scene import Scene
 
@@ -72,9 +72,9 @@ def _needs(scene: Scene, mechanism: Mechanism, end: float) -> Iterator[float]:
     for speed in (*speeds, *scene.initial.speeds.values()):
         if speed:
             yield 2 * pi / abs(speed) / PER_TURN
-    for time in swing_times(mechanism).values():
-        if isfinite(time):
-            yield 2 * pi * time / PER_SWING
+    for swing in swings(mechanism).values():
+        if isfinite(swing.time):
+            yield 2 * pi * swing.time / PER_SWING
     weight = hypot(*mechanism.gravity)
     reach = min((part.reach for part in mechanism.parts if part.reach > 0), default=inf)
     if weight > 0 and isfinite(reach):

@@ -60,6 +60,6 @@ def _sliding_off(result: Result) -> Iterator[str]:
     for name, release in worst.items():
         yield (
             f"the point of '{name}' crept off its face's end at {release.time:.6g} s, at "
-            f"{release.creep:.2g} m/s, and what was bent sprang back at "
-            f"{release.spring_back:.2g} m/s: {release.growth:.2g} times the error of before"
+            f"{release.creep:.2g} m/s, and set free what it had pressed: "
+            f"{release.growth:.2g} times the error of before"
         )

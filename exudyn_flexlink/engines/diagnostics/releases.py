@@ -13,6 +13,7 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     approach,
     build_mechanism,
+    swings,
 )
 from exudyn_flexlink.observables.answers import ANGLE, Turned, answer_of
 from exudyn_flexlink.result import Result
@@ -22,25 +23,29 @@ NO_SPEED = 1e-300  # m/s: a point that stands as it slides off; only divided by
 
 @dataclass(frozen=True)
 class Release:
-    """A point that slid off the end of a face, and what was bent sprang back.
+    """A point that slid off the end of a face, and what was bent or pushed went free.
 
     At `time` (s) it crept along the face at `creep` (m/s); the gap then opened at up to
-    `spring_back` (m/s), by the face or the point.
+    `spring_back` (m/s), by the face or the point. `push` (m/s) is what the force of that instant
+    would have changed the speed of a lever's end by in 1/omega of the lever, or to the run's end.
     """
 
     contact: str
     time: float
     creep: float
     spring_back: float
+    push: float = 0.0
 
     @property
     def growth(self) -> float:
         """Error of the places after the release, over that before.
 
         An error dx of the place along the face is one of the instant, dx / creep, for which what
-        springs back is off by spring_back dx / creep.
+        springs back is off by spring_back dx / creep. A lever that is pushed so much longer is off
+        by that force in its speed, of which it makes push dx / creep within its swing. Where it
+        was at rest before, both are the same; where a strike is cut off, push is the larger.
         """
-        return self.spring_back / max(self.creep, NO_SPEED)
+        return max(self.spring_back, self.push) / max(self.creep, NO_SPEED)
 
 
 def releases(result: Result) -> list[Release]:
@@ -51,27 +56,32 @@ def releases(result: Result) -> list[Release]:
 
 
 def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iterator[Release]:
-    touches = result.contacts[face.name].touches
+    history = result.contacts[face.name]
+    touches = history.touches
     if not touches.slides_off.any():
         return
     at = approach(face, result.poses, result.rates)
     part = mechanism.parts[face.start.part].body if face.start.part >= 0 else ""
     swing, arm = result.extremes.get(f"{part}.{ANGLE.rate_name}"), _arm(result, mechanism, face)
+    lever = swings(mechanism).get(face.name)
     nexts = [*touches.begin[1:], np.inf]
     for touch, following in zip(touches, nexts, strict=True):
         if not touch.slides_off or touch.lasts:
             continue
         last = int(np.searchsorted(result.time, touch.end)) - 1  # sample before the end
         creep = abs(touch.end_place - touch.place) / max(touch.end - touch.begin, NO_SPEED)
+        force = touch.peak_force
         if result.time[last] >= touch.begin:
-            creep = abs(float(at.slip[last]))
+            creep, force = abs(float(at.slip[last])), float(history.force[last])
         opening = at.gap_rate[last + 1 :][result.time[last + 1 :] < following]
         closing = np.flatnonzero(opening < 0)
         fastest = float(opening[: closing[0] if len(closing) else None].max(initial=0.0))
         if swing is not None:  # of steps, where samples may be too far apart to show the swing
             turns = swing.between(touch.end, following).value
             fastest = max(fastest, arm * float(np.abs(turns).max(initial=0.0)))
-        yield Release(face.name, touch.end, creep, fastest)
+        left = float(result.time[-1]) - touch.end
+        push = 0.0 if lever is None else force * arm**2 / lever.inertia * min(lever.time, left)
+        yield Release(face.name, touch.end, creep, fastest, push)
 
 
 def _arm(result: Result, mechanism: Mechanism, face: FaceContact) -> float:
