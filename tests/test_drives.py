@@ -314,7 +314,11 @@ def mistake(drive, *settings, text=BOB):
     ("{type: motion, joint: pivot, value: 'abs(t - 1)'}", "the speed jumps from -1 to 1"),
     ("{type: motion, joint: pivot, value: 'sqrt(t)'}", "no derivative at t = 0 s"),
     ("{type: motion, joint: pivot, value: 'log(t)'}", "no value at t = 0 s"),
-    ("{type: torque, joint: pivot, value: 'sqrt(1 - t)'}", "no value at t = 1.01"),
+    ("{type: torque, joint: pivot, value: 'sqrt(1 - t)'}", "no value at t = 1.005 s"),
+    ("{type: torque, joint: pivot, value: 'sin(t - 1.5)/(t - 1.5)'}", "no value at t = 1.5 s"),
+    ("{type: torque, joint: pivot, value: 'where(t < 1, 1, sqrt(t - 1 - 1e-6))'}",
+     "no value at t = 1 s"),
+    ("{type: speed, joint: pivot, value: 'sqrt(3 - t)'}", "no derivative at t = 3 s"),
     ("{type: torque, joint: pivot, value: 'log(speed(pivot))'}", "no value at t = 0 s"),
     ("{type: speed, joint: pivot, value: 'angle(pivot)'}", "a speed is of t alone"),
     ("{type: speed, joint: pivot, value: '2*t', ramp: 1}", "a ramp belongs to a number"),
@@ -364,6 +368,29 @@ def test_a_formula_that_ends_within_a_run_is_named():
         assert not outcome.completed
         assert "'sqrt(1 - angle(pivot))' has no value at t = 1.3" in outcome.reason
         assert outcome.time == pytest.approx(np.sqrt(J / 3) * beta(2 / 3, 1 / 2), abs=1e-4)
+
+
+def test_a_formula_of_the_state_without_a_value_past_a_knot_ends_the_run():
+    """J a'' = 1 N m up to 1 s. What was computed until then is kept."""
+    value = "where(t < 1, 1, sqrt(angle(pivot) - 100000))"
+    text = f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: '{value}'}}}}\n"
+    for settings in ((), REDUNDANT):
+        result = simulate(scene(text, *settings))
+        assert not result.outcome.completed
+        assert f"'{value}' has no value at t = 1 s" in result.outcome.reason
+        assert "mend the expression" in result.outcome.advice
+        assert result.outcome.time == pytest.approx(1)
+        assert result.time[-1] > 0.9
+        assert result.poses[:, 0, 2] == pytest.approx(result.time**2 / (2 * J), rel=1e-6)
+
+
+@pytest.mark.parametrize("settings", [(), REDUNDANT])
+def test_a_formula_with_a_hole_at_the_end_is_as_given_before_it(settings):
+    """The root ends where the run does: no step asks for what comes after."""
+    text = f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: 'sqrt(3 - t)'}}}}\n"
+    result = simulate(scene(text, *settings))
+    assert result.outcome.completed
+    assert result.drive_torques["m"][:-1] == pytest.approx(np.sqrt(3 - result.time[:-1]), abs=1e-9)
 
 
 def test_the_lagrangian_takes_numbers_alone():

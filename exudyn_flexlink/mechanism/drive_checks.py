@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
 
 import numpy as np
@@ -13,7 +13,7 @@ from exudyn_flexlink.mechanism.prescribed import Applied, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.source import KeyPath, Mistake
 
-LOOKS = 200  # at a value over a run
+LOOKS = 200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
 BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
 JUMP = 1e-6  # of the largest value: a difference that is no rounding
 
@@ -26,7 +26,7 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
     found: list[Mistake] = []
     for motor in mechanism.speed_motors:
         path = ("drives", motor.name, "value")
-        missing = list(_missing(path, motor.speed, end))
+        missing = list(_missing(path, motor.speed, end, motor.speed.rate))
         found += missing or _jumps(path, motor, end)
     for torque in mechanism.torque_motors:
         if not torque.size.senses:
@@ -38,7 +38,10 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
     return found
 
 
-def _missing(path: KeyPath, course: Applied, end: float) -> Iterator[Mistake]:
+def _missing(
+    path: KeyPath, course: Applied, end: float, *others: Callable[[float], float]
+) -> Iterator[Mistake]:
+    """Say where a course has no value, or no value of `others` of it."""
     if isinstance(course, Ramp) or end == inf:
         return
     table = course.motion if isinstance(course, SpeedOf) else course
@@ -49,12 +52,21 @@ def _missing(path: KeyPath, course: Applied, end: float) -> Iterator[Mistake]:
             yield Mistake(path, message, "more rows, or a shorter run")
         return
     try:
-        for time in np.linspace(0.0, end, LOOKS).tolist():
-            course.at(time)
+        for time in _instants(course, end):
+            for value in (course.at, *others):
+                value(time)
             if isinstance(course, SpeedOf):
                 course.integral(time)
     except NoValueError as error:
         yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
+
+
+def _instants(course: Applied, end: float) -> Iterator[float]:
+    """Instants (s) of a run up to `end` at which a value is looked at: both sides of knots, too."""
+    yield from np.linspace(0.0, end, LOOKS + 1).tolist()
+    for knot in course.knots(end):
+        beside = max(BESIDE, BESIDE * knot)
+        yield from (max(knot - beside, 0.0), min(knot + beside, end))
 
 
 def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
@@ -65,7 +77,7 @@ def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
     kinds = [("speed", speed.at, speed.rate)]
     if isinstance(speed, SpeedOf):
         kinds = [("value", speed.motion.at, speed.at), *kinds]
-    looks = np.linspace(0.0, end, LOOKS).tolist()
+    looks = np.linspace(0.0, end, LOOKS + 1).tolist()
     for knot in speed.knots(end):
         for name, value, rate in kinds:
             beside = max(BESIDE, BESIDE * knot)

@@ -27,6 +27,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     result_of,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
@@ -99,6 +100,8 @@ def solve(run: MinimalRun) -> tuple[str, str]:
             complaint = str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
             complaint = _no_convergence(run, error)
+        except NoValueError as error:  # of a drive, as it goes on past a knot, or at a sample
+            complaint = str(error), NO_VALUE_ADVICE
     if run.stepper.time < run.problem.end * (1 - 1e-9):
         run.recorder.mark()  # stopped early: the last state is kept
     run.recorder.flush()

@@ -12,6 +12,7 @@ from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name
+from exudyn_flexlink.engines.exudyn.redundant.recording import just_before
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -125,7 +126,7 @@ def _torques(
 ) -> dict[str, FloatArray]:
     """Torque of each drive that has one on its joint's second part, N m."""
     mechanism = prepared.assembly.mechanism
-    time, poses, rates = (kept[key] for key in ("time", "poses", "rates"))
+    time, poses, rates = just_before(kept["time"]), kept["poses"], kept["rates"]
     rows = prepared.recorder.motor_rows
     torques = {
         motor.name: -multipliers[:, row]
@@ -142,7 +143,7 @@ def _drive_forces(
 ) -> dict[str, FloatArray]:
     """Force of each drive that has one, at its point or on its joint's second part, N."""
     mechanism = prepared.assembly.mechanism
-    state = kept["time"], kept["poses"], kept["rates"]
+    state = just_before(kept["time"]), kept["poses"], kept["rates"]
     found = {force.name: force_at(force, *state) for force in mechanism.forces}
     for motor, row in zip(mechanism.speed_motors, prepared.recorder.motor_rows, strict=True):
         if motor.slide:

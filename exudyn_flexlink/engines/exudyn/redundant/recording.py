@@ -33,6 +33,11 @@ BLOCK = 1024  # steps
 BESIDE = (-2e-12, 2e-12)  # s: twice as near as steps end at the knots of a drive
 
 
+def just_before(time: FloatArray) -> FloatArray:
+    """Instants (s) at which drives are as they were within the step that ends there."""
+    return np.maximum(time + BESIDE[0], 0.0)
+
+
 @dataclass
 class Samples:
     """What is kept of a run; lists of arrays, one for each block."""
@@ -152,6 +157,11 @@ class Recorder:
         """Keep a sample at this time too; it must be that of a step not yet flushed."""
         self._marks.append(time)
 
+    def mark_last(self) -> None:
+        """Keep a sample at the last step that was taken."""
+        if self._count:
+            self._marks.append(float(self._time[self._count - 1]))
+
     def note(self, contact: int) -> None:
         """Keep impulse and loss of a contact at the step that is taken next."""
         if self._count == BLOCK:
@@ -255,7 +265,9 @@ class Recorder:
             work[1:] += np.cumsum(-np.interp(middle, at, rows[:, row]) * moved)
             supply -= np.interp(time, at, rows[:, row]) * motor_speed(motor, q, v)
         # Where a drive jumps, one step ends with what was before, the next begins with what comes.
-        ends, begins = (self._load_power(np.maximum(time + away, 0), q, v) for away in BESIDE)
+        ends, begins = (
+            self._load_power(np.clip(time + away, 0, self.grid[-1]), q, v) for away in BESIDE
+        )
         work[1:] += np.cumsum(0.5 * np.diff(time) * (begins[:-1] + ends[1:]))
         return work, supply + begins
 

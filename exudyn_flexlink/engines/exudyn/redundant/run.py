@@ -27,6 +27,7 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -135,7 +136,7 @@ def solve(prepared: Prepared) -> tuple[str, int]:
     """Run the solver; return its complaint (empty if there is none) and its Newton iterations."""
     found = _solve(prepared)
     if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
-        prepared.recorder.mark(prepared.loop.time)  # stopped early: its last state is kept
+        prepared.recorder.mark_last()  # stopped early: its last state is kept
     prepared.recorder.flush()
     return found
 
@@ -157,10 +158,13 @@ def _solve(prepared: Prepared) -> tuple[str, int]:
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
+    if isinstance(loop.error, NoValueError):  # of a drive, as it goes on past a knot
+        prepared.load_errors.append(loop.error)
+        complaint = str(loop.error)
+    elif loop.error is not None:
+        raise loop.error
     if prepared.load_errors and complaint:
         complaint = str(prepared.load_errors[-1])
-    if loop.error is not None:
-        raise loop.error
     return complaint, int(system.mbs.sys["dynamicSolver"].it.newtonStepsCount)
 
 
