@@ -317,6 +317,17 @@ def test_a_point_farther_behind_its_face_than_that_is_long_is_told_to_check_and_
     assert simulate(found).warnings == ()
 
 
+def test_a_point_that_comes_round_its_face_is_told_by_check_alone():
+    """A spring swings it round the middle, past an end of the face: the contact acts from there."""
+    spring = """
+springs: {s: {type: linear, points: [ground, ball.centre], at: [0, 0], stiffness: 40, length: 0}}
+"""
+    text = KILOGRAM_PLATE.format(y=-1.2).replace("-1.2]}}", "-1.2]}, velocities: {ball: [5, 0]}}")
+    found, assembly = assembled(text + spring)
+    assert "does not act" in check_text(found, assembly)
+    assert simulate(found).warnings == ()
+
+
 KILOGRAM_PLATE = """
 bodies:
   plate: {{type: rigid, mass: 1, inertia: 0.1, points: {{a: [-0.5, 0], b: [0.5, 0]}}}}

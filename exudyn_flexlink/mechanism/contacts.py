@@ -76,19 +76,22 @@ def far_behind(contact: Contact, at: Approach) -> bool:
     return opposite and float(at.gap) <= -contact_length(contact)
 
 
-def idle_at_start(mechanism: Mechanism, q: FloatArray, v: FloatArray) -> Iterator[str]:
-    """Say which contacts do not act at first, though the point is opposite their face.
+def idle_at_start(
+    mechanism: Mechanism, q: FloatArray, v: FloatArray
+) -> Iterator[tuple[Contact, str]]:
+    """Give the contacts that do not act at first, though the point is opposite their face.
 
-    At coordinates and velocities (parts, 3) of time 0.
+    At coordinates and velocities (parts, 3) of time 0; with a sentence for each.
     """
     for contact in mechanism.contacts:
         at = approach(contact, q, v)
         if far_behind(contact, at):
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
+                contact,
                 f"'{contact.name}' starts {-float(at.gap):.3g} m behind its {what}, which is "
                 f"{contact_length(contact):.3g} m long: it does not act until the point has come "
-                "round an end; if that side is the free one, choose the other 'side'"
+                "round an end; if that side is the free one, choose the other 'side'",
             )
 
 

@@ -30,7 +30,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
         *(["", _angles(way)] for way in ways),
     ]
     state = assembly.state
-    idle = [["", told] for told in idle_at_start(assembly.mechanism, state.q, state.v)]
+    idle = [["", told] for _, told in idle_at_start(assembly.mechanism, state.q, state.v)]
     return ["Start", *table([["", _angles(here)], *(others if ways else []), *idle])]
 
 

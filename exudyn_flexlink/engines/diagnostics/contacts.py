@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from exudyn_flexlink.mechanism import FaceContact, build_mechanism, face_length, idle_at_start
+import numpy as np
+
+from exudyn_flexlink.mechanism import (
+    FaceContact,
+    approach,
+    build_mechanism,
+    face_length,
+    idle_at_start,
+)
 from exudyn_flexlink.result import Result
 
 ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 1 %
@@ -56,7 +64,12 @@ def thin_overlaps(result: Result) -> Iterator[str]:
 
 
 def idle_contacts(result: Result) -> Iterator[str]:
-    """Say which contacts did not act as the run began, though their points were opposite them."""
+    """Say which contacts never acted: their points stayed behind the face that they began behind.
+
+    Those that come round an end need no warning: so do the slots and hollows of a Geneva wheel.
+    """
     if len(result.time):
         mechanism = build_mechanism(result.scene)
-        yield from idle_at_start(mechanism, result.poses[0], result.rates[0])
+        for contact, told in idle_at_start(mechanism, result.poses[0], result.rates[0]):
+            if np.all(approach(contact, result.poses, result.rates).gap < 0):
+                yield told
