@@ -90,8 +90,9 @@ STABLE = (*PROGRAM, "stability", "models/no_clearance.yaml", "--engine", "lagran
 VERIFY = (*PROGRAM, "verify", "--quiet", "--as", "markdown")
 PAPER = {f"paper_fig{number}.png": f"paper_fig{number}.png" for number in (3, 4, 5)}
 
-SHOWN = ("geneva_wheel", "cam_follower", "pump")  # of the textbook models, as animations
 ONE_TURN, TWO_TURNS = ("--set", "run.turns=1"), ("--set", "run.turns=2")
+# Textbook models as animations, with options of their runs.
+SHOWN = {"geneva_wheel": ONE_TURN, "cam_follower": (), "pump": ()}
 SLOW = ("--slow", "strike", "--speed", "0.2")
 
 ITEMS = (
@@ -118,9 +119,9 @@ ITEMS = (
             gif_of("clearance", "--width", "400", *SLOW),
             *(
                 command
-                for name in SHOWN
+                for name, options in SHOWN.items()
                 for command in (
-                    run_of(f"models/textbook/{name}.yaml", "--no-plots"),
+                    run_of(f"models/textbook/{name}.yaml", "--no-plots", *options),
                     gif_of(name, "--width", "360"),
                 )
             ),
