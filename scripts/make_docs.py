@@ -91,8 +91,10 @@ VERIFY = (*PROGRAM, "verify", "--quiet", "--as", "markdown")
 PAPER = {f"paper_fig{number}.png": f"paper_fig{number}.png" for number in (3, 4, 5)}
 
 ONE_TURN, TWO_TURNS = ("--set", "run.turns=1"), ("--set", "run.turns=2")
-# Textbook models as animations, with options of their runs.
-SHOWN = {"geneva_wheel": ONE_TURN, "cam_follower": (), "pump": ()}
+# Textbook models as animations, with options of their runs and of their films.
+SHOWN: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "geneva_wheel": (ONE_TURN, ("--speed", "0.1")), "cam_follower": ((), ()), "pump": ((), ()),
+}  # fmt: skip
 SLOW = ("--slow", "strike", "--speed", "0.2")
 
 ITEMS = (
@@ -119,10 +121,10 @@ ITEMS = (
             gif_of("clearance", "--width", "400", *SLOW),
             *(
                 command
-                for name, options in SHOWN.items()
+                for name, (of_run, of_film) in SHOWN.items()
                 for command in (
-                    run_of(f"models/textbook/{name}.yaml", "--no-plots", *options),
-                    gif_of(name, "--width", "360"),
+                    run_of(f"models/textbook/{name}.yaml", "--no-plots", *of_run),
+                    gif_of(name, "--width", "360", *of_film),
                 )
             ),
         ),
