@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -16,13 +17,17 @@ from exudyn_flexlink.mechanism.closing import (
     positions,
     scale_roots,
 )
-from exudyn_flexlink.mechanism.constraints import along_slides, along_slots, constraint_rows
+from exudyn_flexlink.mechanism.constraints import (
+    Constraints,
+    along_slides,
+    along_slots,
+    constraint_rows,
+)
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
-from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
 
@@ -191,93 +196,62 @@ def _velocities(
 
     A flexible body moves as if it were rigid, unless the joints can't have that.
     """
-    motion = _Moving(mechanism, q, places, start)
+    joints = constraints_at(mechanism, q, places)
+    rows, wanted = _with_speeds(mechanism, joints, q, places, start)
+    free = len(rows) - len(wanted)  # those of joints: these move at no speed
+    right = np.append(np.zeros(free), [speed for speed, _ in wanted])
     for rigid in (True, False):
-        v, follows = motion.least(len(motion.wanted), rigid)
-        if follows:
+        v = _least_velocities(mechanism, rows, right, rigid)
+        if _follows(rows, v, right):
             return v
+
+    def contradicted(last: int) -> bool:
+        some = np.where(np.arange(len(rows)) <= free + last, right, np.nan)
+        return not _follows(rows, _least_velocities(mechanism, rows, some), some)
+
     # The first that contradicts: with those before it the parts can move, with it they can't.
-    can, cannot = 0, len(motion.wanted)
-    while cannot - can > 1:
-        middle = (can + cannot) // 2
-        can, cannot = (middle, cannot) if motion.least(middle)[1] else (can, middle)
-    raise motion.wanted[cannot - 1].error
+    raise wanted[bisect_left(range(len(wanted)), True, key=contradicted)][1]
 
 
-@dataclass(frozen=True)
-class _Wanted:
-    """A speed at time 0: that of a row, or of a part that turns; who contradicts it."""
+def _with_speeds(
+    mechanism: Mechanism, joints: Constraints, q: FloatArray, places: FloatArray, start: Start
+) -> tuple[Constraints, list[tuple[float, CannotMoveError]]]:
+    """Add a row for each speed given; of these and of the motors, the speed and its error."""
+    slotted = [k for k, slot in enumerate(mechanism.slots) if slot.name in start.speeds_along]
+    slots = [mechanism.slots[k] for k in slotted]
+    in_slots = [slot.name for slot in slots]
+    sliding = [name for name in start.speeds_along if name not in in_slots]
+    slides = slides_named(mechanism, sliding)
+    of_parts = {(part, 2): speed for part, speed in start.speeds.items()}
+    for part, velocity in start.velocities.items():
+        of_parts |= {(part, axis): velocity[axis] for axis in (0, 1)}
+    rows = (
+        joints.with_fixed(list(of_parts))
+        .with_rows(*along_slides(slides, np.zeros(len(slides)), q))
+        .with_rows(*along_slots(slots, q, places[slotted]))
+    )
+    wanted = [
+        (motor.speed.at(0.0), CannotMoveError(motor.name)) for motor in mechanism.speed_motors
+    ]
+    wanted += [(x, CannotMoveError(part=part, axis=axis)) for (part, axis), x in of_parts.items()]
+    names = (*sliding, *in_slots)
+    return rows, wanted + [(start.speeds_along[k], CannotMoveError(slide=k)) for k in names]
 
-    value: float
-    error: CannotMoveError
-    row: int | None = None
-    turning: int | None = None
+
+def _least_velocities(
+    mechanism: Mechanism, rows: Constraints, right: FloatArray, rigid: bool = False
+) -> FloatArray:
+    """Velocities of least size that satisfy rows, as far as they can."""
+    roots = np.tile(np.eye(3), (rows.count, 1, 1))
+    if rigid:  # then the first part of a body speaks for it
+        firsts = [parts[0] for parts in mechanism.bodies.values()]
+        roots[np.setdiff1d(np.arange(len(roots)), firsts)] = 0.0
+    return LeastMotion(mechanism, rows, roots, Demand(right, rigid=rigid)).nearest()
 
 
-class _Moving:
-    """Velocities of a mechanism under more or fewer of the speeds that are wanted."""
-
-    def __init__(
-        self, mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start
-    ) -> None:
-        joints = constraints_at(mechanism, q, places)
-        along = [(part, axis) for part in start.velocities for axis in (0, 1)]
-        slotted = [k for k, s in enumerate(mechanism.slots) if s.name in start.speeds_along]
-        slots = [mechanism.slots[k] for k in slotted]
-        in_slots = [slot.name for slot in slots]
-        sliding = [name for name in start.speeds_along if name not in in_slots]
-        slides = slides_named(mechanism, sliding)
-        self._mechanism, self._q = mechanism, q
-        fixed = joints.with_fixed(along)
-        self._constraints = fixed.with_rows(
-            *along_slides(slides, np.zeros(len(slides)), q)
-        ).with_rows(*along_slots(slots, q, places[slotted]))
-        self._tree = spanning_tree(mechanism)
-        self._driven = len(joints) - len(mechanism.speed_motors)
-        self.wanted = [
-            *(
-                _Wanted(motor.speed.at(0.0), CannotMoveError(motor.name), row=self._driven + i)
-                for i, motor in enumerate(mechanism.speed_motors)
-            ),
-            *(
-                _Wanted(speed, CannotMoveError(part=part, axis=2), turning=part)
-                for part, speed in start.speeds.items()
-            ),
-            *(
-                _Wanted(
-                    start.velocities[part][axis],
-                    CannotMoveError(part=part, axis=axis),
-                    row=len(joints) + i,
-                )
-                for i, (part, axis) in enumerate(along)
-            ),
-            *(
-                _Wanted(start.speeds_along[name], CannotMoveError(slide=name), row=len(fixed) + i)
-                for i, name in enumerate((*sliding, *in_slots))
-            ),
-        ]
-
-    def least(self, count: int, rigid: bool = False) -> tuple[FloatArray, bool]:
-        """Least velocities with the first `count` speeds, as far as possible, and whether it is."""
-        wanted = self.wanted[:count]
-        right = np.zeros(len(self._constraints))
-        right[self._driven :] = np.nan
-        turns: dict[int, float] = {}
-        for speed in wanted:
-            if speed.row is not None:
-                right[speed.row] = speed.value
-            if speed.turning is not None:
-                turns[speed.turning] = speed.value
-        roots = np.tile(np.eye(3), (len(self._q), 1, 1))
-        if rigid:  # then the first part of a body speaks for it
-            firsts = [parts[0] for parts in self._mechanism.bodies.values()]
-            roots[np.setdiff1d(np.arange(len(roots)), firsts)] = 0.0
-        demand = Demand(right, turns, rigid)
-        motion = LeastMotion(self._mechanism, self._constraints, self._tree, roots, demand)
-        v = motion.nearest()
-        violated = np.nanmax(np.abs(self._constraints.times(v) - right), initial=0.0)
-        largest = max((abs(speed.value) for speed in wanted), default=0.0)
-        return v, bool(violated <= 1e-9 * max(1.0, largest))
+def _follows(rows: Constraints, v: FloatArray, right: FloatArray) -> bool:
+    violated = np.nanmax(np.abs(rows.times(v) - right), initial=0.0)
+    return bool(violated <= 1e-9 * max(1.0, np.nanmax(np.abs(right), initial=0.0)))
 
 
 def _closest_speeds(
@@ -289,7 +263,7 @@ def _closest_speeds(
     right[len(joints) - len(motors) :] = [motor.speed.at(0.0) for motor in motors]
     roots = scale_roots(mechanism)
     metric = roots @ roots.transpose(0, 2, 1)
-    motion = LeastMotion(mechanism, joints, spanning_tree(mechanism), roots, Demand(right, {}))
+    motion = LeastMotion(mechanism, joints, roots, Demand(right))
     return motion.nearest(np.einsum("pij,pj->pi", metric, given))
 
 
@@ -309,8 +283,5 @@ def always_redundant(assembly: Assembly) -> bool:
 def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
     """Constraints of each joint and drive that those before it imply already, where there are."""
     joints = constraint_rows(mechanism, q, places, np.zeros(len(mechanism.speed_motors)))
-    demand = Demand(np.zeros(len(joints)), turns={})
-    motion = LeastMotion(
-        mechanism, joints, spanning_tree(mechanism), scale_roots(mechanism), demand
-    )
+    motion = LeastMotion(mechanism, joints, scale_roots(mechanism), Demand(np.zeros(len(joints))))
     return {joints.names[joint]: count for joint, count in motion.surplus().items()}

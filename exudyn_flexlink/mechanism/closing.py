@@ -21,7 +21,6 @@ from exudyn_flexlink.mechanism.laying_out import (
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
 
@@ -233,14 +232,13 @@ def _close(
     """
     q = _straightened(mechanism, q) if straight else q
     places = np.array([_place_in(slot, laps.get(slot.name, 1), q) for slot in mechanism.slots])
-    tree = spanning_tree(mechanism)
     joints = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
         roots = _whole_roots(mechanism, q) if straight else scale_roots(mechanism)
-        demand = Demand(-joints.residual, dict.fromkeys(held.turns, 0.0), straight)
-        step = _shortened(LeastMotion(mechanism, joints, tree, roots, demand).nearest())
+        demand = Demand(-joints.residual, held.turns, straight)
+        step = _shortened(LeastMotion(mechanism, joints, roots, demand).nearest())
         q = q + step
         q = _straightened(mechanism, q) if straight else q
         places = np.array(

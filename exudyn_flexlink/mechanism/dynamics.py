@@ -22,7 +22,6 @@ from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.sensing import force_at, size_at
-from exudyn_flexlink.mechanism.spanning import spanning_tree
 
 FloatArray = NDArray[np.float64]
 
@@ -125,9 +124,7 @@ def _moving(
     constraints = constraints_at(mechanism, q, places)
     right = np.zeros(len(constraints)) if right is None else right
     roots = np.asarray(np.linalg.cholesky(mass_blocks(mechanism, q)), dtype=np.float64)
-    return LeastMotion(
-        mechanism, constraints, spanning_tree(mechanism), roots, Demand(right, turns={})
-    )
+    return LeastMotion(mechanism, constraints, roots, Demand(right))
 
 
 def contact_mass(

@@ -10,7 +10,7 @@ and drives are solved together, by least squares.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.mechanism.constraints import Constraints
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, within_body
+from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree, within_body
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
@@ -32,13 +32,13 @@ _TIED = ("weld", "slide")  # joints whose last row ties the angles of their part
 
 @dataclass(frozen=True)
 class Demand:
-    """What a motion shall do: ``J x = right``, rows with NaN left out; some parts turn as told.
+    """What a motion shall do: ``J x = right``, rows with NaN left out.
 
-    `turns` gives angles, or angular speeds, of parts; `rigid` keeps the parts of a body in line.
+    Parts in `unturned` do not turn, whatever joints ask; `rigid` keeps the parts of a body in line.
     """
 
     right: FloatArray
-    turns: Mapping[int, float]
+    unturned: Set[int] = frozenset()
     rigid: bool = False
 
 
@@ -53,12 +53,11 @@ class LeastMotion:
         self,
         mechanism: Mechanism,
         constraints: Constraints,
-        tree: Spanning,
         roots: FloatArray,
         demand: Demand,
     ) -> None:
         self._constraints = constraints
-        self._tree = tree
+        tree = self._tree = spanning_tree(mechanism)
         hung = _hang(mechanism, constraints, tree, demand)
         self._offset = hung.offset
         self._eliminate(roots @ roots.transpose(0, 2, 1), hung)
@@ -229,7 +228,7 @@ def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand
     count = constraints.count
     own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
     ties = _ties(mechanism, constraints, tree, demand)
-    turns = _turns(tree, ties, demand.turns)
+    turns = _turns(tree, ties, demand.unturned)
     for part, joint in enumerate(tree.joints):
         if joint != NOTHING:
             first = int(constraints.first_rows[joint])
@@ -280,11 +279,9 @@ def _ties(
     return ties
 
 
-def _turns(
-    tree: Spanning, ties: Mapping[int, float], told: Mapping[int, float]
-) -> dict[int, float]:
-    """Turns of all parts that those told leave no choice, along the ties to either side."""
-    turns = dict(told)
+def _turns(tree: Spanning, ties: Mapping[int, float], unturned: Set[int]) -> dict[int, float]:
+    """Turns of all parts that those that do not turn leave no choice, along ties to either side."""
+    turns = dict.fromkeys(unturned, 0.0)
     for part in reversed(tree.order):
         parent = tree.parents[part]
         if part in turns and part in ties and parent != GROUND:
