@@ -13,17 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines import NotRepresentableError
-from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight, without_rods
+from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import cross
+from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
     Contact,
-    EnergyMeter,
     anchor_jacobian,
     applied_forces,
     constraints_at,
-    joint_residuals,
     mass_matrix,
     mobility,
     rate_of_jacobian_times_velocity,
@@ -52,18 +51,16 @@ class _Placed:
         return x[..., self.columns].reshape(*x.shape[:-1], -1, 2)
 
 
-class BeamCoordinates:
-    """Reads coordinates of rigid parts and of beams' nodes; see `coordinates.Coordinates`."""
+class BeamCoordinates(Coordinates):
+    """Coordinates of rigid parts and of beams' nodes; the beams' rods have no mass."""
 
     def __init__(self, assembly: Assembly, beams: tuple[BeamLink, ...]) -> None:
-        self.mechanism = without_rods(assembly.mechanism, beams)
-        self._state = assembly.state
-        self._meter = EnergyMeter(self.mechanism)
+        super().__init__(assembly)
         self._gravity = np.asarray(self.mechanism.gravity)
         self._beams: list[_Placed] = []
         self._rigid: list[tuple[int, int]] = []  # part, first coordinate
         self._lay_out(beams)
-        _refuse_bent(self._state.q, self._state.v, beams)
+        _refuse_bent(assembly.state.q, assembly.state.v, beams)
         self._q, self._v = self._straight()
 
     def _lay_out(self, beams: tuple[BeamLink, ...]) -> None:
@@ -87,26 +84,25 @@ class BeamCoordinates:
 
     def start(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Straight beams that move as their rods, and the accelerations that joints allow."""
-        return self._q, self._v, self._driven(self._q, self._v, self._state.places, 0.0)
-
-    def jump(
-        self, q: FloatArray, v: FloatArray, places: FloatArray, instants: tuple[float, float]
-    ) -> FloatArray:
-        """Difference of accelerations of beams that are unbent: what bends them cancels."""
-        before, after = (self._driven(q, v, places, time) for time in instants)
-        return after - before
+        places = self.assembly.state.places
+        return self._q, self._v, self.accelerations(self._q, self._v, places, 0.0)
 
     def _straight(self) -> tuple[FloatArray, FloatArray]:
         q, v = np.zeros(len(self.weights)), np.zeros(len(self.weights))
         for part, first in self._rigid:
-            q[first : first + 3], v[first : first + 3] = self._state.q[part], self._state.v[part]
+            q[first : first + 3], v[first : first + 3] = (
+                self.assembly.state.q[part],
+                self.assembly.state.v[part],
+            )
         for beam in self._beams:
-            for x, controls in zip((q, v), straight(beam.link, self._state), strict=True):
+            for x, controls in zip((q, v), straight(beam.link, self.assembly.state), strict=True):
                 x[beam.columns] = controls.ravel()
         return q, v
 
-    def _driven(self, q: FloatArray, v: FloatArray, places: FloatArray, time: float) -> FloatArray:
-        """Accelerations where beams are unbent and turn as one: they weigh, nothing else."""
+    def accelerations(
+        self, q: FloatArray, v: FloatArray, places: FloatArray, time: float
+    ) -> FloatArray:
+        """Accelerations without what bends beams: it is nothing at time 0, and never jumps."""
         poses, rates = self._at_one(q, v)
         spread = self._spread(q)
         forces = spread.T @ applied_forces(self.mechanism, poses, rates, time)
@@ -153,7 +149,7 @@ class BeamCoordinates:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
-        mass, joints = self._mass(self._q), self._joints(self._q, self._state.places)
+        mass, joints = self._mass(self._q), self._joints(self._q, self.assembly.state.places)
         first, second = (
             max(mobility(mass, joints, anchor_jacobian(anchor, poses) @ spread) for anchor in own)
             for own in contact.anchors
@@ -233,12 +229,12 @@ class BeamCoordinates:
 
     def kinetic(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Kinetic energy of rigid parts and beams."""
-        total = self._meter.kinetic(*self.at_joints(q, v))
+        total = super().kinetic(q, v)
         return total + sum(beam.link.shape.kinetic(beam.controls(v)) for beam in self._beams)
 
     def potential(self, q: FloatArray) -> FloatArray:
         """Energy of springs, bent and stretched beams, and weight."""
-        total = self._meter.potential(self.at_joints(q, q)[0])
+        total = super().potential(q)
         for beam in self._beams:
             shape, controls = beam.link.shape, beam.controls(q)
             weight = shape.elastic.mass * shape.weight_rows() @ controls @ self._gravity
@@ -247,15 +243,11 @@ class BeamCoordinates:
 
     def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Power lost in springs' dampers and in beams."""
-        total = self._meter.damping_power(*self.at_joints(q, v))
+        total = super().damping_power(q, v)
         return total + sum(
             beam.link.shape.damping_power(beam.controls(q), beam.controls(v))
             for beam in self._beams
         )
-
-    def joint_errors(self, q: FloatArray, places: FloatArray) -> FloatArray:
-        """Residuals of all joints; a beam is held at its start."""
-        return joint_residuals(self.mechanism, self.at_joints(q, q)[0], places)
 
 
 def _angle(along: FloatArray, near: FloatArray) -> FloatArray:

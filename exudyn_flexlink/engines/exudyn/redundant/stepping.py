@@ -297,8 +297,10 @@ class Loop:
             step = min(step, self.chooser.first)
             self.chooser.restart_from(step)
             places = np.array([slot.place() for slot in self.slots])
-            instants = before, self.window.inside(time)
-            self._jump = self.recorder.coordinates.jump(now.q, now.v, places, instants)
+            accelerations = self.recorder.coordinates.accelerations
+            after = accelerations(now.q, now.v, places, self.window.inside(time))
+            # Neither the state nor what contacts do changes at a knot: that cancels.
+            self._jump = after - accelerations(now.q, now.v, places, before)
         return end_on(step, ahead - time)
 
     def _contacts(self, now: StepEnd, step: float) -> float:

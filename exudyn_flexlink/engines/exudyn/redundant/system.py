@@ -10,7 +10,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight, without_rods
 from exudyn_flexlink.engines.exudyn.redundant.beam_coordinates import BeamCoordinates
 from exudyn_flexlink.engines.exudyn.redundant.beam_items import add_beam, add_beam_weight
-from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates, PartCoordinates
+from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -40,7 +40,6 @@ class System:
     a beam's first rod are those at its start, those of its last rod at its end.
     """
 
-    assembly: Assembly
     coordinates: Coordinates
     beams: tuple[BeamLink, ...] = ()
     container: Any = field(default_factory=Engine.SystemContainer)
@@ -56,9 +55,14 @@ class System:
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
 
     @property
+    def assembly(self) -> Assembly:
+        """What is simulated; rods of beams have neither mass nor hinges."""
+        return self.coordinates.assembly
+
+    @property
     def mechanism(self) -> Mechanism:
-        """The mechanism behind the items; rods of beams have neither mass nor hinges."""
-        return self.assembly.mechanism
+        """The mechanism of the assembly."""
+        return self.coordinates.mechanism
 
     @property
     def newton(self) -> tuple[float, float]:
@@ -129,12 +133,9 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System
         NotRepresentableError: a flexible body that shall be a beam does not start straight.
 
     """
-    if beams:
-        coordinates: Coordinates = BeamCoordinates(assembly, beams)
-        assembly = replace(assembly, mechanism=without_rods(assembly.mechanism, beams))
-    else:
-        coordinates = PartCoordinates(assembly)
-    system = System(assembly, coordinates, beams)
+    assembly = replace(assembly, mechanism=without_rods(assembly.mechanism, beams))
+    coordinates = BeamCoordinates(assembly, beams) if beams else Coordinates(assembly)
+    system = System(coordinates, beams)
     system.mbs = system.container.AddSystem()
     system.ground = system.mbs.AddObject(items.ObjectGround())
     system.ground_node = system.mbs.AddNode(items.NodePointGround())
