@@ -8,19 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One beginning or end of the contact `index` at `time` (s)."""
+    """One beginning or end of the contact `index` at `time` (s).
+
+    `peak_force` (N) is the largest that was noted, of what `engines.extremes` does not look at.
+    """
 
     time: float
     index: int
     kind: str
     touch: Touch
     approach_speed: float
-    peak_force: float
+    peak_force: float = 0.0
 
 
 @dataclass
@@ -31,12 +33,10 @@ class ContactLog:
     entries: list[Entry] = field(default_factory=list)
     _known: int = 0
 
-    def tell(
-        self, now: StepEnd, index: int, kind: str, touch: Touch, speeds: tuple[float, float]
-    ) -> None:
-        """Write down that a contact began or ended, with its approach speed and its peak force."""
+    def tell(self, time: float, index: int, kind: str, touch: Touch, approach: float) -> None:
+        """Write down that a contact began or ended at a time (s), with its approach speed (m/s)."""
         self.pressed[index] = kind == "contact begins"
-        self.entries.append(Entry(now.time, index, kind, touch, *speeds))
+        self.entries.append(Entry(time, index, kind, touch, approach))
 
     def fresh(self) -> list[Entry]:
         """Return the entries since the last call."""

@@ -7,7 +7,7 @@ whatever is behind the face, within its length, is pressed back.
 
 from __future__ import annotations
 
-from math import inf, tanh
+from math import inf
 
 from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
@@ -21,7 +21,13 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import (
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import CircleContact, FaceContact, Resolution
+from exudyn_flexlink.mechanism import (
+    Channel,
+    CircleContact,
+    FaceContact,
+    Resolution,
+    deepest_allowed,
+)
 
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
@@ -59,9 +65,7 @@ class ContactItem:
             self.geometry = FaceGeometry(contact)
             self.items = PressingFace(system, contact, self.geometry)
         self.log = log
-        e2 = self.law.restitution**2
-        self._elastic = self.law.stiffness * (1 + e2) / 2
-        self._lossy = self.law.stiffness * (1 - e2) / 2
+        self.channel: Channel | None = None  # whose link and guide it is a pair of
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self._touch: Touch | None = None
         state = system.assembly.state
@@ -69,7 +73,6 @@ class ContactItem:
         self.behind = not self.walled and start.gap < 0
         self.pressed = False
         self._jumped = False
-        self.peak = 0.0
 
     @property
     def jumped(self) -> bool:
@@ -78,14 +81,11 @@ class ContactItem:
         return jumped
 
     @property
-    def depth(self) -> float:
-        """Penetration at the end of the last step, m; 0 while apart."""
-        return -self._touch.gap if self.pressed and self._touch is not None else 0.0
-
-    def press(self, touch: Touch) -> float:
-        """Force (N) of the law, in plain floats; the gap is negative."""
-        rising = tanh(-touch.gap_rate / self.law.transition_speed)
-        return -touch.gap * (self._elastic + self._lossy * rising)
+    def broken(self) -> bool:
+        """Whether the link is so deep in a wall that it can't come back."""
+        if self.channel is None or self._touch is None or not self.pressed:
+            return False
+        return -self._touch.gap > deepest_allowed(self.channel)
 
     def after_step(self, now: StepEnd, step: float) -> float:
         """Note what began or ended in the last step; return the next step (s)."""
@@ -99,7 +99,6 @@ class ContactItem:
             self.items.wake(False)
             return self._toward_free_side(touch, step)
         if self.pressed:
-            self.peak = max(self.peak, self.press(touch))
             return self._while_pressed(touch, step)
         if touch.gap < 0 or self._two_sided:
             return self._toward_face(touch, step)
@@ -135,12 +134,10 @@ class ContactItem:
 
     def _tell(self, now: StepEnd, kind: str, touch: Touch, before: Touch | None) -> None:
         speed = -touch.gap_rate
-        if kind == "contact begins":
-            self.peak = 0.0
-            if before is not None:
-                # The step that found the contact ended in it, already slowed down a little.
-                speed = max(speed, -before.gap_rate)
-        self.log.tell(now, self.index, kind, touch, (speed, self.peak))
+        if kind == "contact begins" and before is not None:
+            # The step that found the contact ended in it, already slowed down a little.
+            speed = max(speed, -before.gap_rate)
+        self.log.tell(now.time, self.index, kind, touch, speed)
 
     # --- steps ---------------------------------------------------------------------------------
 

@@ -101,7 +101,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["step"] = accuracy.step
     if (tolerance := prepared.loop.chooser.tolerance) is not None:
         settings["tolerance"] = tolerance
-    contact_step = min((own.step for own in prepared.resolutions), default=inf)
+    contact_step = min((own.contact_step for own in prepared.loop.contacts), default=inf)
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
@@ -110,15 +110,8 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 def _written(prepared: Prepared) -> Written:
     """Return what the run wrote down of its contacts and of its channels' pairs."""
     recorder, loop = prepared.recorder, prepared.loop
-    channels = (contact for channel in loop.channels for contact in channel.contacts)
-    items = {contact.index: contact for contact in (*loop.contacts, *channels)}
-    return Written(
-        loop.log.entries,
-        recorder.totals,
-        recorder.totals_of,
-        lambda k: items[k].peak,
-        recorder.seeker,
-    )
+    noted, seeker = recorder.totals, recorder.seeker
+    return Written(loop.log.entries, noted, recorder.totals_of, lambda _: 0.0, seeker)
 
 
 def _torques(
@@ -193,7 +186,7 @@ def _histories(
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
     given = prepared.scene.accuracy.step
-    per_contact = min((own.steps(given) for own in prepared.resolutions), default=inf)
+    per_contact = min((own.resolution.steps(given) for own in loop.contacts), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -211,7 +204,8 @@ def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    shorter = [own for own in prepared.resolutions if given is not None and own.step < given]
+    resolutions = [contact.resolution for contact in prepared.loop.contacts]
+    shorter = [own for own in resolutions if given is not None and own.step < given]
     if given is None or not (touched and shorter):
         return []
     shortest = min(shorter, key=lambda own: own.step)

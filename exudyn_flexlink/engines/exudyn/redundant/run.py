@@ -14,7 +14,6 @@ from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
-from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
@@ -34,7 +33,6 @@ from exudyn_flexlink.mechanism import (
     Contact,
     CurveContact,
     Mechanism,
-    Resolution,
     end_of_run,
     pairs,
     resolution_of_strike,
@@ -58,7 +56,6 @@ class Prepared:
     slots: list[SlotItems]
     recorder: Recorder
     loop: Loop
-    resolutions: list[Resolution]  # of contacts and channels
     load_errors: list[ArithmeticError]
 
 
@@ -79,7 +76,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     slots = [SlotItems(system, i, events) for i in range(count)]
     all_contacts = _all_contacts(assembly.mechanism)
     log = ContactLog(np.zeros(len(all_contacts), dtype=bool))
-    contacts, channels = _contact_items(scene, system, log)
+    contacts = _contact_items(scene, system, log)
     system.mbs.Assemble()
     motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
@@ -91,10 +88,9 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
         ExtremeSeeker(watched, all_contacts, HERMITE),
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
-    loop = Loop(chooser, slots, contacts, channels, log, events, recorder, end, goal, progress)
+    loop = Loop(chooser, slots, contacts, log, events, recorder, end, goal, progress)
     loop.knots, loop.window = assembly.mechanism.knots(end), system.window
-    resolutions = [*(x.resolution for x in contacts), *(x.resolution for x in channels)]
-    return Prepared(scene, assembly, system, slots, recorder, loop, resolutions, errors)
+    return Prepared(scene, assembly, system, slots, recorder, loop, errors)
 
 
 def _all_contacts(mechanism: Mechanism) -> list[Contact]:
@@ -103,9 +99,8 @@ def _all_contacts(mechanism: Mechanism) -> list[Contact]:
     return [*mechanism.touching, *(pair for channel in channels for pair in pairs(channel))]
 
 
-def _contact_items(
-    scene: Scene, system: System, log: ContactLog
-) -> tuple[list[ContactItem], list[ChannelItems]]:
+def _contact_items(scene: Scene, system: System, log: ContactLog) -> list[ContactItem]:
+    """Items of contacts, in the order of `_all_contacts`."""
     assembly = system.assembly
     asked = scene.solver.steps_per_contact
     contacts = []
@@ -116,13 +111,12 @@ def _contact_items(
         half = system.coordinates.half_period(contact)
         resolution = resolution_of_strike(half, contact.law, asked)
         contacts.append(ContactItem(system, contact, i, resolution, log))
-    channels: list[ChannelItems] = []
-    first = len(contacts)
     for channel in assembly.mechanism.channels:
         resolution = resolution_of_wall(wall_half_period(assembly, channel), asked)
-        channels.append(ChannelItems(system, channel, first, resolution, log))
-        first += len(channels[-1].contacts)
-    return contacts, channels
+        for k, pair in enumerate(pairs(channel), start=len(contacts)):
+            contacts.append(ContactItem(system, pair, k, resolution, log))
+            contacts[-1].channel = channel
+    return contacts
 
 
 def _chooser(scene: Scene, system: System, end: float) -> StepChooser:

@@ -23,7 +23,6 @@ from exudyn_flexlink.engines.diagnostics.walls import (
     broken_wall,
 )
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
-from exudyn_flexlink.engines.exudyn.redundant.channels import ChannelItems
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
@@ -160,8 +159,7 @@ class Loop:
 
     chooser: StepChooser
     slots: list[SlotItems]
-    contacts: list[ContactItem]  # of the scene
-    channels: list[ChannelItems]
+    contacts: list[ContactItem]  # of the scene and its bearings, then pairs of its channels
     log: ContactLog
     events: list[Event]  # of the slots
     recorder: Recorder
@@ -182,12 +180,6 @@ class Loop:
     _goal_rate: float = 0.0
     _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
     _solver: Any = None
-    all_contacts: list[ContactItem] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Collect the contacts of the scene and of all channels."""
-        pairs = (contact for channel in self.channels for contact in channel.contacts)
-        self.all_contacts = [*self.contacts, *pairs]
 
     def start(self, q: FloatArray, v: FloatArray, multipliers: FloatArray) -> float:
         """Record the state at time 0; return the first step (s)."""
@@ -243,7 +235,7 @@ class Loop:
 
     def _worth_a_sample(self) -> bool:
         """Even samples miss the peaks of a contact's force: there, keep some steps too."""
-        pressed = any(contact.pressed for contact in self.contacts)
+        pressed = any(contact.pressed for contact in self.contacts if contact.channel is None)
         return pressed and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
 
     def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
@@ -253,7 +245,7 @@ class Loop:
             self.recorder.note(entry.index)
         places = [slot.place() for slot in self.slots]
         self.recorder.take(now, multipliers, self.log.pressed, places)
-        return any(entry.index < len(self.contacts) for entry in fresh)
+        return any(self.contacts[entry.index].channel is None for entry in fresh)
 
     def _count(self, now: StepEnd) -> None:
         self.time = now.time
@@ -305,21 +297,21 @@ class Loop:
 
     def _contacts(self, now: StepEnd, step: float) -> float:
         """Let contacts shorten the step, and walls that are broken end the run."""
-        for channel in self.channels:
-            if channel.broken:
-                self.stop_reason = broken_wall(channel.channel)
+        for contact in self.contacts:
+            if contact.channel is not None and contact.broken:
+                self.stop_reason = broken_wall(contact.channel)
                 coarse = self.chooser.tolerance is None
                 self.stop_advice = COARSE_WALL_ADVICE if coarse else BROKEN_WALL_ADVICE
-        for contact in self.all_contacts:
+        for contact in self.contacts:
             step = contact.after_step(now, step)
-        for contact in self.all_contacts:
+        for contact in self.contacts:
             if contact.jumped:
                 step = min(step, RESTART * contact.contact_step)
                 self.chooser.restart_from(step)
         return step
 
     def _aim(self, step: float) -> None:
-        for contact in self.all_contacts:
+        for contact in self.contacts:
             contact.aim(step)
 
     def _reached(self, now: StepEnd) -> bool:
