@@ -65,8 +65,8 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         time=kept["time"],
         poses=poses,
         rates=rates,
-        drive_torques=_torques(prepared, kept, kept["multipliers"]),
-        drive_forces=_drive_forces(prepared, kept, kept["multipliers"]),
+        drive_torques=_torques(prepared, kept),
+        drive_forces=_drive_forces(prepared, kept),
         joint_forces=_joint_forces(prepared, poses, kept["multipliers"])
         | bearing_forces(mechanism, poses, rates, kept["forces"]),
         slot_forces=_slot_forces(prepared, poses, kept),
@@ -114,15 +114,13 @@ def _written(prepared: Prepared) -> Written:
     return Written(loop.log.entries, noted, recorder.totals_of, lambda _: 0.0, seeker)
 
 
-def _torques(
-    prepared: Prepared, kept: dict[str, FloatArray], multipliers: FloatArray
-) -> dict[str, FloatArray]:
+def _torques(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:
     """Torque of each drive that has one on its joint's second part, N m."""
     mechanism = prepared.assembly.mechanism
     time, poses, rates = just_before(kept["time"]), kept["poses"], kept["rates"]
     rows = prepared.recorder.motor_rows
     torques = {
-        motor.name: -multipliers[:, row]
+        motor.name: -kept["multipliers"][:, row]
         for motor, row in zip(mechanism.speed_motors, rows, strict=True)
         if motor.slide is None
     }
@@ -131,9 +129,7 @@ def _torques(
     return torques
 
 
-def _drive_forces(
-    prepared: Prepared, kept: dict[str, FloatArray], multipliers: FloatArray
-) -> dict[str, FloatArray]:
+def _drive_forces(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:
     """Force of each drive that has one, at its point or on its joint's second part, N."""
     mechanism = prepared.assembly.mechanism
     state = just_before(kept["time"]), kept["poses"], kept["rates"]
@@ -141,7 +137,7 @@ def _drive_forces(
     for motor, row in zip(mechanism.speed_motors, prepared.recorder.motor_rows, strict=True):
         if motor.slide:
             line = line_of(motor.slide, kept["poses"])
-            found[motor.name] = -multipliers[:, row, None] * line
+            found[motor.name] = -kept["multipliers"][:, row, None] * line
     return found
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.redundant.between import Between
-from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
+from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     anchor_velocity,
@@ -49,68 +49,54 @@ class Samples:
     places: list[FloatArray] = field(default_factory=list)
     forces: list[FloatArray] = field(default_factory=list)  # of contacts, (samples, contacts)
     energies: list[FloatArray] = field(default_factory=list)  # kinetic stored dissipated supplied
-    impulses: list[FloatArray] = field(default_factory=list)  # of contacts, since time 0
-    losses: list[FloatArray] = field(default_factory=list)  # of contacts, since time 0
-
-
-@dataclass(frozen=True)
-class _Flow:
-    """Energy (J, since time 0) and power (W) of dampers and drives; energy stored in contacts."""
-
-    damped: FloatArray
-    damping: FloatArray
-    supplied: FloatArray
-    supply: FloatArray
-    stored: FloatArray
 
 
 @dataclass(frozen=True)
 class _Block:
-    """Steps worked off together; impulses and losses of contacts are since time 0.
+    """Steps worked off together; `q`, `v` are the solver's coordinates.
 
-    `q`, `v` are the solver's coordinates.
+    Energy (J, since time 0) and power (W) of dampers and drives are (steps,); forces (N) of
+    contacts, what they store (J) and what they lost since time 0 (J) are (steps, contacts).
     """
 
     time: FloatArray
     q: FloatArray
     v: FloatArray
-    flow: _Flow
+    damped: FloatArray
+    damping: FloatArray
+    supplied: FloatArray
+    supply: FloatArray
     forces: FloatArray
-    impulses: FloatArray
+    stored: FloatArray
     losses: FloatArray
 
 
-@dataclass(frozen=True)
-class Multipliers:
-    """Number of Lagrange multipliers, and which of them are the torques of speed motors."""
-
-    count: int
-    motor_rows: list[int]
-
-
 class Recorder:
-    """Takes every step, keeps samples at `grid` (s, increasing) and at the times of events."""
+    """Takes every step, keeps samples at `grid` (s, increasing) and at the times of events.
+
+    `motor_rows` are the multipliers that are torques, or forces, of speed motors.
+    """
 
     def __init__(
         self,
-        coordinates: Coordinates,
+        system: System,
         grid: FloatArray,
-        multipliers: Multipliers,
         spectral_radius: float,
         seeker: ExtremeSeeker,
     ) -> None:
-        self.coordinates = coordinates
-        self.mechanism = coordinates.mechanism
+        self.coordinates = system.coordinates
+        self.mechanism = system.mechanism
         self.contacts = contacts = seeker.contacts  # of the scene, then its channels' pairs
         self.grid = grid
         self.seeker = seeker
-        self.motor_rows = multipliers.motor_rows
+        self.motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
         self.samples = Samples()
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
         self.steps = -1  # the state at time 0 is no step
-        width = len(coordinates.weights)
+        width = len(self.coordinates.weights)
+        constraints = len(system.mbs.systemData.GetAECoordinates())
         count, slots = len(contacts), len(self.mechanism.slots)
         # Generalised-alpha balances forces not at the end of a step but at the weighted mean of
         # both ends. Multipliers averaged so are free of the alternating error that the integrator
@@ -120,8 +106,8 @@ class Recorder:
         self._time = np.empty(BLOCK)
         self._balanced_at = np.empty(BLOCK)
         self._q, self._v = np.empty((BLOCK, width)), np.empty((BLOCK, width))
-        self._raw = np.empty((BLOCK, multipliers.count))
-        self._multipliers = np.empty((BLOCK, multipliers.count))
+        self._raw = np.empty((BLOCK, constraints))
+        self._multipliers = np.empty((BLOCK, constraints))
         self._pressed = np.zeros((BLOCK, count), dtype=bool)
         self._places = np.empty((BLOCK, slots))
         self._count = 0
@@ -189,8 +175,20 @@ class Recorder:
         forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
         impulses = self._impulse + _running_integral(time, forces)
         work = self._work + _running_integral(time, power)
-        flow = self._flow(time, self.coordinates.damping_power(q, v), (poses, rates), stored)
-        block = _Block(time, q, v, flow, forces, impulses, work - stored)
+        damping = self.coordinates.damping_power(q, v)
+        supplied, supply = self._motors(time, poses, rates)
+        block = _Block(
+            time,
+            q,
+            v,
+            damped=self._damped + _running_integral(time, damping),
+            damping=damping,
+            supplied=self._supplied + supplied,
+            supply=supply,
+            forces=forces,
+            stored=stored,
+            losses=work - stored,
+        )
         self._check(block)
         self._sample(block)
         self.totals += [
@@ -198,7 +196,7 @@ class Recorder:
         ]
         self._notes.clear()
         self._impulse, self._work = impulses[-1], work[-1]
-        self._damped, self._supplied = block.flow.damped[-1], block.flow.supplied[-1]
+        self._damped, self._supplied = block.damped[-1], block.supplied[-1]
         for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
             rows[0] = rows[n - 1]
         self._count = 1
@@ -242,17 +240,6 @@ class Recorder:
                 power[rows, k] -= contact.friction.force(force, at.slip) * at.slip
         return forces, stored, power
 
-    def _flow(
-        self,
-        time: FloatArray,
-        damping: FloatArray,
-        motion: tuple[FloatArray, FloatArray],
-        stored: FloatArray,
-    ) -> _Flow:
-        damped = self._damped + _running_integral(time, damping)
-        work, supply = self._motors(time, *motion)
-        return _Flow(damped, damping, self._supplied + work, supply, stored)
-
     def _motors(
         self, time: FloatArray, q: FloatArray, v: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
@@ -282,14 +269,13 @@ class Recorder:
         return power
 
     def _check(self, block: _Block) -> None:
-        q, flow = block.q, block.flow
-        kinetic = self.coordinates.kinetic(q, block.v)
-        total = kinetic + self.coordinates.potential(q) + flow.stored.sum(axis=1)
+        kinetic = self.coordinates.kinetic(block.q, block.v)
+        total = kinetic + self.coordinates.potential(block.q) + block.stored.sum(axis=1)
         if self._start_energy is None:
             self._start_energy = float(total[0])
-        lost = flow.damped + block.losses.sum(axis=1)
-        residual = total - self._start_energy + lost - flow.supplied
-        errors = self.coordinates.joint_errors(q, self._places[: len(q)])
+        lost = block.damped + block.losses.sum(axis=1)
+        residual = total - self._start_energy + lost - block.supplied
+        errors = self.coordinates.joint_errors(block.q, self._places[: len(block.q)])
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
@@ -310,18 +296,15 @@ class Recorder:
         kept.multipliers.append(self._balanced_multipliers(wanted, len(time)))
         kept.energies.append(self._energies_at(between, block, position, velocity))
         kept.forces.append(between.linear(block.forces))
-        kept.impulses.append(between.linear(block.impulses))
-        kept.losses.append(between.linear(block.losses))
         kept.places.append(self._places[: len(time)][between.nearer])
 
     def _energies_at(
         self, between: Between, block: _Block, q: FloatArray, v: FloatArray
     ) -> FloatArray:
         """Energies of sampled states: as smooth between steps as the states themselves."""
-        flow = block.flow
-        stored = self.coordinates.potential(q) + between.linear(flow.stored).sum(axis=1)
-        lost, _ = between.cubic(flow.damped, flow.damping)
-        supplied, _ = between.cubic(flow.supplied, flow.supply)
+        stored = self.coordinates.potential(q) + between.linear(block.stored).sum(axis=1)
+        lost, _ = between.cubic(block.damped, block.damping)
+        supplied, _ = between.cubic(block.supplied, block.supply)
         lost = lost + between.linear(block.losses).sum(axis=1)
         return np.stack([self.coordinates.kinetic(q, v), stored, lost, supplied], axis=1)
 

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
-from exudyn_flexlink.engines.exudyn.redundant.recording import Multipliers, Recorder
+from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import (
     ErrorControl,
@@ -78,12 +78,10 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     log = ContactLog(np.zeros(len(all_contacts), dtype=bool))
     contacts = _contact_items(scene, system, log)
     system.mbs.Assemble()
-    motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
     recorder = Recorder(
-        system.coordinates,
+        system,
         sample_times(scene, assembly.mechanism, end),
-        Multipliers(len(system.mbs.systemData.GetAECoordinates()), motor_rows),
         scene.solver.spectral_radius,
         ExtremeSeeker(watched, all_contacts, HERMITE),
     )
