@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FOLDER, completes
-from exudyn_flexlink.cli.figures import add_formats, why_not
+from exudyn_flexlink.cli.figures import add_formats
+from exudyn_flexlink.cli.keeping import why_not
 from exudyn_flexlink.cli.options import add_command, add_force, add_out
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,

@@ -199,6 +199,7 @@ def _add_check(commands: Any) -> None:
     add_figure_file(
         parser, "draw the mechanism where it starts, with names; png, pdf or svg by FILE's ending"
     )
+    parser.set_defaults(impact=None)
 
 
 def _add_verify(commands: Any) -> None:

@@ -8,7 +8,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.figures import look_of, why_not, write_figure
+from exudyn_flexlink.cli.figures import look_of, write_figure
+from exudyn_flexlink.cli.keeping import why_not
 from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, refuse, tell
 
@@ -31,7 +32,7 @@ def check_command(options: argparse.Namespace) -> int:
     from exudyn_flexlink.source import SceneError
 
     try:
-        scene = read_scene(options, None)
+        scene = read_scene(options)
         assembly = assemble_scene(scene)
         refused = formulation_mistakes(scene)
         if refused:

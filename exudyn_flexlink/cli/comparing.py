@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.figures import Look, drawn, look_of
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import (
     LAGRANGIAN_ALONE,
@@ -19,11 +19,9 @@ from exudyn_flexlink.cli.simulating import (
     present,
     read_scene,
     run,
-    write,
 )
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
-    DONE,
     FAILED,
     INTERRUPTED,
     complain,
@@ -93,7 +91,7 @@ def _both_engines(options: argparse.Namespace) -> Found:
     from exudyn_flexlink.engines.diagnostics.neighbour import retuned
     from exudyn_flexlink.loading import require_length
 
-    scene = read_scene(options, options.impact)
+    scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     hint_at_numba("lagrangian", options)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
@@ -218,28 +216,27 @@ class Runs:
 
 
 def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
-    """Write numbers, which Ctrl-C does not hinder, then figures; returns the code, see `drawn`."""
-    from exudyn_flexlink.storage import save_comparison
+    """Write numbers, then figures; returns the exit code, see `kept`."""
+    from exudyn_flexlink.storage import save, save_comparison
 
     compared = found.comparison
     both = (compared.first, compared.second)
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
-    with deferrable_interrupts() as ctrl_c:
-        ctrl_c.defer()
+
+    def save_all() -> None:
         for result, place in places:
-            write(result, place, None)
+            save(result, place)
         save_comparison(compared, folder, options.tolerance, whole=found.whole)
-    if ctrl_c.pending or not found.whole or options.no_plots:
-        return INTERRUPTED if ctrl_c.pending else DONE
-    return drawn(folder, lambda: _draw(compared, folder, places, look_of(options)))
 
+    def draw() -> None:
+        from exudyn_flexlink.plots import comparison
 
-def _draw(found: Comparison, folder: Path, places: list[tuple[Result, Path]], look: Look) -> None:
-    from exudyn_flexlink.plots import comparison
+        look = look_of(options)
+        for result, place in places:
+            look.save_run(result, place)
+        look.save(comparison, compared, folder, "comparison")
 
-    for result, place in places:
-        look.save_run(result, place)
-    look.save(comparison, found, folder, "comparison")
+    return kept(save_all, draw if found.whole and not options.no_plots else None, folder)
 
 
 def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FILE, completes
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
+from exudyn_flexlink.cli.keeping import FIGURES, why_not
+from exudyn_flexlink.cli.terminal import DONE, FAILED, complain, refuse
 from exudyn_flexlink.cli.values import names_of
 
 if TYPE_CHECKING:
@@ -17,16 +18,15 @@ if TYPE_CHECKING:
 
     from exudyn_flexlink.result import Result
 
-FIGURE_FORMATS = ("png", "pdf", "svg")
-"""Those of `plots`, which is too slow to import for a help text; likewise"""
 FIGURE_STYLES = ("screen", "print")
+"""Those of `plots`, which is too slow to import for a help text."""
 
 
 @dataclass(frozen=True)
 class Look:
     """Formats that figures are written in, and the name of their style."""
 
-    formats: tuple[str, ...] = FIGURE_FORMATS[:1]
+    formats: tuple[str, ...] = FIGURES[:1]
     style: str = FIGURE_STYLES[0]
 
     def save_run(self, result: Result, folder: Path) -> None:
@@ -46,7 +46,7 @@ class Look:
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how figures look."""
-    add_formats(parser, FIGURE_FORMATS, "formats of figures", FIGURE_FORMATS[0])
+    add_formats(parser, FIGURES, "formats of figures", FIGURES[0])
     parser.add_argument(
         "--style",
         choices=FIGURE_STYLES,
@@ -95,8 +95,8 @@ def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
 def _figure_file(text: str) -> Path:
     """Read the name of a figure's file; its ending says the format."""
     file = Path(text)
-    if file.suffix[1:].lower() not in FIGURE_FORMATS:
-        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
+    if file.suffix[1:].lower() not in FIGURES:
+        endings = ", ".join(f".{name}" for name in FIGURES)
         raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
     return file
 
@@ -116,32 +116,3 @@ def idle_options(options: argparse.Namespace) -> str:
     verb = "are" if len(given) > 1 else "is"
     told = f"{' and '.join(given)} {verb} for figures, which '--no-plots' leaves out"
     return told if given else ""
-
-
-def drawn(folder: Path, draw: Callable[[], Any]) -> int:
-    """Draw figures into a folder beside the numbers, which no failure of a figure may cost.
-
-    Returns the exit code: `DONE`; with no figure left, `INTERRUPTED` if the user did not wait for
-    them, and `FAILED` if they can't be drawn, which is said.
-    """
-    try:
-        draw()
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    except Exception as error:  # a mistake of the program, too: the run may have taken hours
-        code = complain(f"no figures: {why_not(error)}; the numbers are kept", FAILED)
-    else:
-        return DONE
-    for suffix in FIGURE_FORMATS:
-        for file in folder.rglob(f"*.{suffix}"):  # the last may be half a figure
-            file.unlink()
-    return code
-
-
-def why_not(error: Exception) -> str:
-    """Say why figures can't be drawn."""
-    if isinstance(error, MemoryError):
-        return "not enough memory"
-    if isinstance(error, OSError):
-        return f"they can't be written: {error.strerror or error}"
-    return f"they can't be drawn: {type(error).__name__}: {error}"

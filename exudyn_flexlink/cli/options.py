@@ -9,7 +9,7 @@ from typing import Any
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
 from exudyn_flexlink.cli.figures import add_figures
 from exudyn_flexlink.cli.terminal import PROGRAM
-from exudyn_flexlink.cli.values import EFFECT_NAMES, count, effects, model_path
+from exudyn_flexlink.cli.values import EFFECT_NAMES, count, model_path, names_of
 
 
 def add_impact(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +30,7 @@ def add_without(parser: argparse.ArgumentParser, more: str = "") -> None:
     """Add effects that are left out."""
     parser.add_argument(
         "--without",
-        type=effects,
+        type=names_of(EFFECT_NAMES, "effect"),
         action="extend",
         default=[],
         metavar="EFFECT[,EFFECT]",

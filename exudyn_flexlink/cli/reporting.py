@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, completes
+from exudyn_flexlink.cli.keeping import added, why_not
 from exudyn_flexlink.cli.options import add_command, add_force
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
+from exudyn_flexlink.cli.terminal import DONE, FAILED, complain, refuse
 
 if TYPE_CHECKING:
     from exudyn_flexlink.result import Result
@@ -55,26 +56,16 @@ def report_command(options: argparse.Namespace) -> int:
     except StorageError as error:
         return refuse(error)
     except Exception as error:  # a mistake of the program: the run itself is sound
-        return complain(f"no report: {_why_not(error)}; please report it", FAILED)
+        return complain(f"no report: {why_not(error)}; please report it", FAILED)
     print(f"Report written to {file}")
     return DONE
 
 
 def reported(result: Result, folder: Path) -> int:
-    """Write the page of a run beside its numbers, which no failure of the page may cost.
-
-    Returns the exit code: `DONE`; without a page `INTERRUPTED` if the user did not wait for it, and
-    `FAILED` if it can't be made, which is said.
-    """
+    """Write the page of a run beside its numbers; returns the exit code, see `added`."""
     from exudyn_flexlink.page import PAGE, write_page
 
-    try:
-        write_page(result, folder / PAGE)
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    except Exception as error:  # a mistake of the program, too: the run may have taken hours
-        return complain(f"no report: {_why_not(error)}; the numbers are kept", FAILED)
-    return DONE
+    return added("report", lambda: write_page(result, folder / PAGE))
 
 
 def _page_file(text: str) -> Path:
@@ -83,12 +74,3 @@ def _page_file(text: str) -> Path:
     if file.suffix.lower() not in ENDINGS:
         raise argparse.ArgumentTypeError(f"'{text}' does not end in {' or '.join(ENDINGS)}")
     return file
-
-
-def _why_not(error: Exception) -> str:
-    """Say why there is no page."""
-    from exudyn_flexlink.storage import StorageError
-
-    if isinstance(error, MemoryError):
-        return "not enough memory"
-    return str(error) if isinstance(error, StorageError) else f"{type(error).__name__}: {error}"

@@ -6,12 +6,14 @@ import argparse
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
-from exudyn_flexlink.cli.figures import Look, drawn, look_of
+from exudyn_flexlink.cli.ctrl_c import ends_runs
+from exudyn_flexlink.cli.figures import Look, look_of
+from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.reporting import reported
 from exudyn_flexlink.cli.terminal import (
@@ -43,7 +45,7 @@ def simulate_command(options: argparse.Namespace) -> int:
     if options.engine == "exudyn" and asks_for_lagrangian(options):
         return complain(LAGRANGIAN_ALONE, BAD_INPUT)
     try:
-        scene = read_scene(options, options.impact)
+        scene = read_scene(options)
         if options.impact is not None and not scene.contacts:
             complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
         # The folder is staged first: one that can't be written is no news for the end of a run.
@@ -135,10 +137,8 @@ def asks_for_lagrangian(options: argparse.Namespace) -> bool:
     )
 
 
-def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
-    """Load the model with the settings of the command line, and `impact` in place of its own.
-
-    Effects named in `options.without` are left out.
+def read_scene(options: argparse.Namespace) -> Scene:
+    """Load the model with the settings of the command line, its impacts and its effects.
 
     Raises:
         SceneError: the model, or a setting, has mistakes.
@@ -147,7 +147,7 @@ def read_scene(options: argparse.Namespace, impact: str | None) -> Scene:
     from exudyn_flexlink.loading import load_scene
 
     scene = load_scene(options.model, options.settings, options.allow_outside)
-    return changed(scene, impact, options.without)
+    return changed(scene, options.impact, options.without)
 
 
 def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
@@ -237,9 +237,7 @@ def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator
 
 
 def write(result: Result, folder: Path, look: Look | None) -> int:
-    """Save a run, and draw its figures, if they have a look; returns the exit code, see `drawn`.
-
-    Ctrl-C does not keep the run from being saved.
+    """Save a run, and draw its figures, if they have a look; returns the exit code, see `kept`.
 
     Raises:
         StorageError: the folder can't be written.
@@ -247,12 +245,8 @@ def write(result: Result, folder: Path, look: Look | None) -> int:
     """
     from exudyn_flexlink.storage import save
 
-    with deferrable_interrupts() as ctrl_c:
-        ctrl_c.defer()
-        save(result, folder)
-    if ctrl_c.pending or look is None:
-        return INTERRUPTED if ctrl_c.pending else DONE
-    return drawn(folder, lambda: look.save_run(result, folder))
+    draw = None if look is None else partial(look.save_run, result, folder)
+    return kept(partial(save, result, folder), draw, folder)
 
 
 def _tell(result: Result, place: Place, told: str, quiet: bool, code: int) -> int:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.figures import Look, drawn, look_of
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import (
     LAGRANGIAN_ALONE,
@@ -18,7 +19,6 @@ from exudyn_flexlink.cli.simulating import (
 )
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
-    DONE,
     FAILED,
     INTERRUPTED,
     complain,
@@ -47,7 +47,7 @@ def stability_command(options: argparse.Namespace) -> int:
     if options.engine == "exudyn" and asks_for_lagrangian(options):
         return complain(LAGRANGIAN_ALONE, BAD_INPUT)
     try:
-        scene = read_scene(options, options.impact)
+        scene = read_scene(options)
         require_length("--tolerance", options.tolerance, scene)
         hint_at_numba(options.engine, options)
         # The folder is staged first: one that can't be written is no news for the end of a study.
@@ -88,22 +88,17 @@ def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
 
 
 def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
-    """Write numbers, which Ctrl-C does not hinder, then the figure; returns the exit code."""
+    """Write numbers, then the figure; returns the exit code, see `kept`."""
     from exudyn_flexlink.report import stability_text
     from exudyn_flexlink.storage import save_stability
 
-    with deferrable_interrupts() as ctrl_c:
-        ctrl_c.defer()
-        save_stability(found, stability_text(found), folder)
-    if ctrl_c.pending or options.no_plots:
-        return INTERRUPTED if ctrl_c.pending else DONE
-    return drawn(folder, lambda: _draw(found, folder, look_of(options)))
+    def draw() -> None:
+        from exudyn_flexlink.plots import stability
 
+        look_of(options).save(stability, found, folder, "stability")
 
-def _draw(found: Stability, folder: Path, look: Look) -> None:
-    from exudyn_flexlink.plots import stability
-
-    look.save(stability, found, folder, "stability")
+    save = partial(save_stability, found, stability_text(found), folder)
+    return kept(save, None if options.no_plots else draw, folder)
 
 
 def _tell(found: Stability, place: Place, options: argparse.Namespace, code: int) -> int:

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
-from exudyn_flexlink.cli.figures import Look, drawn, look_of
+from exudyn_flexlink.cli.figures import Look, look_of
+from exudyn_flexlink.cli.keeping import drawn
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.terminal import (
@@ -49,7 +50,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
 
     place = place_of(options, "-accuracy")
     try:
-        scene = read_scene(options, options.impact)
+        scene = read_scene(options)
         require_length("--target", options.target, scene)
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written(force=options.force) as folder:

@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.figures import drawn, look_of
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
 from exudyn_flexlink.cli.simulating import (
     COMPILING,
@@ -22,7 +22,6 @@ from exudyn_flexlink.cli.simulating import (
 )
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
-    DONE,
     FAILED,
     INTERRUPTED,
     complain,
@@ -84,7 +83,7 @@ def _planned(options: argparse.Namespace) -> Sweep:
         mistakes: list[Mistake] = []
         given = _varied(options.vary, mistakes)
         design = grid(given, (), mistakes)
-        scene, document = read_scene(options, options.impact), Document("--vary")
+        scene, document = read_scene(options), Document("--vary")
         engine = options.engine or "exudyn"
     else:
         options.model = Path(options.source)
@@ -197,18 +196,14 @@ def _compiles(plan: Sweep, options: argparse.Namespace) -> str:
 
 
 def _write(plan: Sweep, table: SweepTable, folder: Path, options: argparse.Namespace) -> int:
-    """Write the table, which Ctrl-C does not hinder, and its figure, for which nobody must wait."""
+    """Write the table, then its figure; returns the exit code, see `kept`."""
     from exudyn_flexlink.storage import save_table, staged_folder
 
     with staged_folder(folder, force=options.force) as staged:
-        with deferrable_interrupts() as ctrl_c:
-            ctrl_c.defer()
-            save_table(plan, table, staged)
-        if ctrl_c.pending or not table.whole:
-            return INTERRUPTED
-        if options.no_plots or options.ending.asked:
-            return DONE
-        return drawn(staged, lambda: draw_sweep(table, staged, options))
+        wanted = table.whole and not (options.no_plots or options.ending.asked)
+        draw = partial(draw_sweep, table, staged, options) if wanted else None
+        code = kept(partial(save_table, plan, table, staged), draw, staged)
+    return code if table.whole else INTERRUPTED
 
 
 def draw_sweep(

@@ -49,29 +49,19 @@ at_least_one = _number("a whole number of at least 1", int, lambda value: value 
 
 def names(text: str) -> list[str]:
     """Read names, separated by commas."""
-    return [name.strip() for name in text.split(",") if name.strip()]
+    return [name.strip() for name in text.split(",")]
 
 
-def effects(text: str) -> list[str]:
-    """Read names of effects, separated by commas."""
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        if name not in EFFECT_NAMES:
-            listed = ", ".join(EFFECT_NAMES)
-            raise argparse.ArgumentTypeError(f"no effect '{name}'; there is: {listed}")
-    return names
-
-
-def names_of(known: tuple[str, ...], what: str) -> Callable[[str], tuple[str, ...]]:
+def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
     """Return what reads names separated by commas, of those that are `known`."""
 
-    def read(text: str) -> tuple[str, ...]:
-        names = tuple(name.strip().lower() for name in text.split(","))
-        for name in names:
+    def read(text: str) -> list[str]:
+        found = names(text.lower())
+        for name in found:
             if name not in known:
                 listed = ", ".join(known)
                 raise argparse.ArgumentTypeError(f"no {what} '{name}'; there is: {listed}")
-        return names
+        return found
 
     return read
 

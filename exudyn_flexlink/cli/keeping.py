@@ -1,0 +1,61 @@
+"""Numbers first: no failure of a figure, or of a page, may cost what a run of hours has given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
+
+FIGURES = ("png", "pdf", "svg")
+"""Formats of figures: those of `plots`, which is too slow to import for a help text."""
+
+
+def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) -> int:
+    """Save numbers, which Ctrl-C does not hinder; then `draw` figures, if any are wanted.
+
+    Returns the exit code; see `drawn`.
+    """
+    with deferrable_interrupts() as ctrl_c:
+        ctrl_c.defer()
+        save()
+    if ctrl_c.pending or draw is None:
+        return INTERRUPTED if ctrl_c.pending else DONE
+    return drawn(folder, draw)
+
+
+def drawn(folder: Path, draw: Callable[[], Any]) -> int:
+    """Draw figures into a folder beside the numbers.
+
+    Returns the exit code: `DONE`; with no figure left, `INTERRUPTED` if the user did not wait for
+    them, and `FAILED` if they can't be drawn, which is said.
+    """
+    code = added("figures", draw)
+    for suffix in FIGURES if code else ():
+        for file in folder.rglob(f"*.{suffix}"):  # the last may be half a figure
+            file.unlink()
+    return code
+
+
+def added(what: str, make: Callable[[], Any]) -> int:
+    """Make something beside numbers that are saved; returns the exit code, and says a failure."""
+    try:
+        make()
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception as error:  # a mistake of the program, too
+        return complain(f"no {what}: {why_not(error)}; the numbers are kept", FAILED)
+    return DONE
+
+
+def why_not(error: Exception) -> str:
+    """Say why there are no figures, or no page."""
+    from exudyn_flexlink.storage import StorageError
+
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError):
+        return f"they can't be written: {error.strerror or error}"
+    return str(error) if isinstance(error, StorageError) else f"{type(error).__name__}: {error}"
