@@ -9,9 +9,10 @@ exactly.
 from exudyn_flexlink.storage.accuracy import save_accuracy
 from exudyn_flexlink.storage.arrays import Array, arrays_of, attributes_of
 from exudyn_flexlink.storage.comparison import save_comparison
-from exudyn_flexlink.storage.errors import PROGRAM, StorageError
+from exudyn_flexlink.storage.documents import write_csv
+from exudyn_flexlink.storage.errors import StorageError
 from exudyn_flexlink.storage.manifest import own_files
-from exudyn_flexlink.storage.reading import load, read_summary
+from exudyn_flexlink.storage.reading import load
 from exudyn_flexlink.storage.series import Series, read_series
 from exudyn_flexlink.storage.stability import save_stability
 from exudyn_flexlink.storage.staging import (
@@ -33,12 +34,10 @@ from exudyn_flexlink.storage.tables import (
     lever_columns,
     touch_columns,
     trajectory_columns,
-    write_csv,
 )
 from exudyn_flexlink.storage.writing import save
 
 __all__ = [
-    "PROGRAM",
     "Array",
     "Journal",
     "KeptBesideError",
@@ -54,7 +53,6 @@ __all__ = [
     "open_journal",
     "own_files",
     "read_series",
-    "read_summary",
     "replace_bytes",
     "replace_file",
     "save",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -11,9 +9,8 @@ from typing import Any
 
 from exudyn_flexlink.accuracy import Advice, Errors, Point, Source, Study, advise, dominating
 from exudyn_flexlink.observables import Measure, measures
-from exudyn_flexlink.storage.errors import ACCURACY, FORMAT, PROGRAM, StorageError, cannot_write
-from exudyn_flexlink.storage.plain import plain
-from exudyn_flexlink.storage.replacing import check_regular
+from exudyn_flexlink.storage.documents import write_document
+from exudyn_flexlink.storage.errors import ACCURACY
 
 COLUMNS = (
     "method", "engine", "knob", "value", "processor_time_s", "repeats", "steps", "error_rms_m",
@@ -30,26 +27,18 @@ def save_accuracy(study: Study, sentence: str, folder: Path) -> None:
         StorageError: the folder can't be written.
 
     """
-    data = plain(accuracy_data(study) | {"recommendation": sentence})
-    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-    check_regular(folder, (ACCURACY, "accuracy.csv"))
-    try:
-        (Path(folder) / ACCURACY).write_text(text + "\n", encoding="utf-8")
-        with (Path(folder) / "accuracy.csv").open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore", lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(_point(point) for point in study.points)
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    data = accuracy_data(study) | {"recommendation": sentence}
+    points = [_point(point) for point in study.points]
+    table = {name: [point[name] for point in points] for name in COLUMNS}
+    write_document(folder, ACCURACY, data, {"accuracy.csv": table})
 
 
 def accuracy_data(study: Study) -> dict[str, Any]:
     """Return a study as plain data: SI numbers, units in the names."""
     runs, largest = study.runs, dominating(study.sources)
     return {
-        "program": PROGRAM,
-        "format": FORMAT,
         "title": study.scene.title,
+        "completed": not runs.interrupted,
         "judged_by": list(study.judged_by),
         "target_m": study.target,
         "reference": {"run": study.reference, "processor_time_s": study.reference_processor},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,8 @@ from numpy.typing import NDArray
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
 from exudyn_flexlink.observables import Deviation, Measure, Strike, relative_energy_residual
 from exudyn_flexlink.result import ForceDeviation
-from exudyn_flexlink.storage.errors import COMPARISON, FORMAT, PROGRAM, StorageError, cannot_write
-from exudyn_flexlink.storage.plain import plain
-from exudyn_flexlink.storage.replacing import check_regular
-from exudyn_flexlink.storage.tables import write_csv
+from exudyn_flexlink.storage.documents import write_document
+from exudyn_flexlink.storage.errors import COMPARISON
 from exudyn_flexlink.storage.writing import contact_data, peak_data, strike_data
 
 FloatArray = NDArray[np.float64]
@@ -36,14 +33,8 @@ def save_comparison(
     """
     runs = (comparison.first.result, comparison.second.result)
     completed = {"completed": whole and all(run.outcome.completed for run in runs)}
-    data = plain(comparison_data(comparison) | completed | _verdict(comparison, tolerance))
-    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-    check_regular(folder, (COMPARISON, "comparison.csv"))
-    try:
-        (Path(folder) / COMPARISON).write_text(text + "\n", encoding="utf-8")
-        write_csv(Path(folder) / "comparison.csv", comparison_columns(comparison))
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    data = comparison_data(comparison) | completed | _verdict(comparison, tolerance)
+    write_document(folder, COMPARISON, data, {"comparison.csv": comparison_columns(comparison)})
 
 
 def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
@@ -62,8 +53,6 @@ def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
 def comparison_data(comparison: Comparison) -> dict[str, Any]:
     """Return what was found as plain data: SI numbers, units in the names."""
     return {
-        "program": PROGRAM,
-        "format": FORMAT,
         "title": comparison.second.result.scene.title,
         "point": comparison.point,
         "judged_by": list(comparison.judged_by),

@@ -28,6 +28,14 @@ from exudyn_flexlink.storage.errors import (
 
 PREFIX = ".flexlink-"  # of folders that are there only while something is written
 CHUNK = 1 << 20  # bytes read at once
+KINDS = {
+    SUMMARY: "run",
+    COMPARISON: "comparison",
+    ACCURACY: "study",
+    SWEEP: "sweep",
+    STABILITY: "stability",
+}
+"""What a folder holds, by the document that is in it."""
 
 
 @dataclass(frozen=True)
@@ -143,20 +151,10 @@ def digest(file: Path) -> str:
 
 def _content(folder: Path) -> tuple[str, str, bool]:
     """What stands in a folder, its title, and whether it is complete."""
-    if is_regular(folder / SUMMARY):
-        data = _json(folder / SUMMARY)
-        return "run", data["title"], data["outcome"]["completed"]
-    if is_regular(folder / COMPARISON):
-        data = _json(folder / COMPARISON)
-        return "comparison", data["title"], data["completed"]
-    if is_regular(folder / ACCURACY):
-        data = _json(folder / ACCURACY)
-        return "study", data["title"], not data["interrupted"]
-    if is_regular(folder / SWEEP):
-        data = _json(folder / SWEEP)
-        return "sweep", data["title"], data["completed"]
-    if is_regular(folder / STABILITY):
-        return "stability", _json(folder / STABILITY)["title"], True
+    for name, what in KINDS.items():
+        if is_regular(folder / name):
+            data = _json(folder / name)
+            return what, data["title"], data["completed"]
     return "figures", "", False
 
 

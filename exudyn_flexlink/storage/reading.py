@@ -11,12 +11,13 @@ from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
 from exudyn_flexlink.storage.arrays import told_fields
 from exudyn_flexlink.storage.checking import check_count, check_names, check_result
-from exudyn_flexlink.storage.errors import ARRAYS, FORMAT, PROGRAM, SUMMARY, SWEEP, StorageError
+from exudyn_flexlink.storage.documents import AGAIN, check_readable, read_document
+from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import digest
 from exudyn_flexlink.storage.netcdf import Read, read_netcdf
 from exudyn_flexlink.storage.plain import from_plain
 from exudyn_flexlink.storage.records import Records
-from exudyn_flexlink.storage.replacing import kind_of, turn
+from exudyn_flexlink.storage.replacing import turn
 
 
 def load(folder: Path) -> Result:
@@ -32,9 +33,7 @@ def load(folder: Path) -> Result:
 
 
 def _load(folder: Path) -> Result:
-    summary = read_summary(folder)
-    file = folder / SUMMARY
-    _check_format(summary, file)
+    summary, file = _read_summary(folder), folder / SUMMARY
     try:
         scene, told = _scene(summary["scene"], file), _told(summary)
         samples = check_count(summary["samples"])
@@ -48,64 +47,39 @@ def _load(folder: Path) -> Result:
         records.check(result)
         check_result(result)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise StorageError(f"{file} is damaged: {_reason(error)}; run the model again") from error
+        raise StorageError(f"{file} is damaged: {_reason(error)}; {AGAIN}") from error
     return result
 
 
-def read_summary(folder: Path) -> dict[str, Any]:
+def _read_summary(folder: Path) -> dict[str, Any]:
     """Read the summary of a run, as plain data.
 
     Raises:
-        StorageError: the folder holds no run of this program, or its summary is damaged.
+        StorageError: the folder holds no run, or its summary is damaged.
 
     """
-    file = Path(folder) / SUMMARY
     try:
-        _check_regular(file)
-        summary = json.loads(file.read_bytes().decode("utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        found = "is no folder" if not Path(folder).is_dir() else f"has no {SUMMARY}"
-        if (Path(folder) / SWEEP).is_file():
+        return read_document(folder / SUMMARY)
+    except FileNotFoundError:
+        found = f"has no {SUMMARY}" if folder.is_dir() else "is no folder"
+        if (folder / SWEEP).is_file():
             found = "holds a sweep, no run"
         raise StorageError(f"{folder} {found}; give the folder of a finished run") from None
-    except OSError as error:
-        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
-    except (ValueError, RecursionError) as error:
-        raise StorageError(f"{file} is damaged: {error}; run the model again") from error
-    if not isinstance(summary, dict) or summary.get("program") != PROGRAM:
-        raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a run")
-    return summary
-
-
-def _check_regular(file: Path) -> None:
-    """Refuse a pipe or a device, for which reading might wait without an end."""
-    if file.exists() and not file.is_file():
-        raise StorageError(f"can't read {file}: it is {kind_of(file.resolve())}")
-
-
-def _check_format(summary: dict[str, Any], file: Path) -> None:
-    there = summary.get("format")
-    if there != FORMAT:
-        which = "an earlier" if isinstance(there, int) and there < FORMAT else "another"
-        raise StorageError(
-            f"{file} was written by {which} version of this program (format {there!r}, this one "
-            f"reads {FORMAT}); run the model again"
-        )
 
 
 def _read_arrays(file: Path, written: Any) -> Read:
     """Read the arrays of a run, if they are still those that were `written`, a SHA-256."""
     try:
-        _check_regular(file)
+        check_readable(file)
         if digest(file) != written:
             what = f"it is not what was written, or not the one that belongs to {SUMMARY}"
-            raise StorageError(f"{file} is damaged: {what}; run the model again")
+            raise StorageError(f"{file} is damaged: {what}; {AGAIN}")
         return read_netcdf(file)
     except FileNotFoundError:
-        raise StorageError(f"{file} is missing; run the model again") from None
+        raise StorageError(f"{file} is missing; {AGAIN}") from None
     except MemoryError as error:  # an array is as large as its header says
         what = f"or too large for this machine: {error or 'not enough memory'}"
-        raise StorageError(f"{file} is damaged, {what}; run the model again") from error
+        raise StorageError(f"{file} is damaged, {what}; {AGAIN}") from error
     except OSError as error:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.arrays import dimensions_of, join, name_of
-from exudyn_flexlink.storage.checking import BEYOND
 from exudyn_flexlink.storage.errors import StorageError
 from exudyn_flexlink.storage.netcdf import Read
+from exudyn_flexlink.storage.plain import LARGEST
 from exudyn_flexlink.variables import Member, Variable, members
 
 _TYPES = {float: np.float64, int: np.int64, bool: np.bool_, str: np.str_}
@@ -82,8 +82,8 @@ class Records:
         return np.empty(shape, _TYPES[own.kind])
 
     def _check_finite(self, name: str, values: NDArray[Any]) -> None:
-        if not np.all(np.abs(values) < BEYOND):  # nan isn't, either
-            raise self.damaged(f"'{name}' holds numbers that are not finite, or beyond {BEYOND:g}")
+        if not np.all(np.abs(values) < LARGEST):  # nan isn't, either
+            raise self.damaged(f"'{name}' holds numbers that are not finite, or beyond {LARGEST:g}")
 
     def damaged(self, what: str) -> StorageError:
         """Return the error that says what is wrong with the file."""

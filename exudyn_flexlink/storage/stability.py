@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from exudyn_flexlink.stability import Exponent, Stability, section_columns
-from exudyn_flexlink.storage.errors import (
-    FORMAT,
-    PROGRAM,
-    STABILITY,
-    StorageError,
-    cannot_write,
-)
-from exudyn_flexlink.storage.plain import plain
-from exudyn_flexlink.storage.replacing import check_regular
-from exudyn_flexlink.storage.tables import write_csv
-
-TABLES = ("growth.csv", "laps.csv", "section.csv", "spectrum_x.csv", "spectrum_y.csv")
+from exudyn_flexlink.storage.documents import write_document
+from exudyn_flexlink.storage.errors import STABILITY
 
 
 def save_stability(found: Stability, sentence: str, folder: Path) -> None:
@@ -32,28 +21,23 @@ def save_stability(found: Stability, sentence: str, folder: Path) -> None:
         StorageError: the folder can't be written.
 
     """
-    data = plain(stability_data(found) | {"told": sentence})
-    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-    check_regular(folder, (STABILITY, *TABLES))
-    try:
-        (Path(folder) / STABILITY).write_text(text + "\n", encoding="utf-8")
-        write_csv(folder / "growth.csv", growth_columns(found.exponent))
-        write_csv(folder / "laps.csv", _laps(found))
-        write_csv(folder / "section.csv", section_columns(found.section))
-        for axis, own in (("x", found.vibration.x), ("y", found.vibration.y)):
-            columns = {"frequency_Hz": own.frequency, "power_m2_per_Hz": own.power}
-            write_csv(folder / f"spectrum_{axis}.csv", columns)
-    except OSError as error:
-        raise StorageError(cannot_write(folder, error)) from error
+    tables = {
+        "growth.csv": growth_columns(found.exponent),
+        "laps.csv": _laps(found),
+        "section.csv": section_columns(found.section),
+    }
+    for axis, own in (("x", found.vibration.x), ("y", found.vibration.y)):
+        columns = {"frequency_Hz": own.frequency, "power_m2_per_Hz": own.power}
+        tables[f"spectrum_{axis}.csv"] = columns
+    write_document(folder, STABILITY, stability_data(found) | {"told": sentence}, tables)
 
 
 def stability_data(found: Stability) -> dict[str, Any]:
     """Return a study as plain data: SI numbers, units in the names."""
     laps = found.repeating
     return {
-        "program": PROGRAM,
-        "format": FORMAT,
         "title": found.run.scene.title,
+        "completed": True,
         "engine": found.run.engine,
         "point": found.point,
         "lap_s": found.rhythm.lap,

@@ -7,7 +7,6 @@ are written from it once no more rows come.
 
 from __future__ import annotations
 
-import csv
 import errno
 import json
 import os
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage.documents import read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
 from exudyn_flexlink.storage.manifest import read_manifest
 from exudyn_flexlink.storage.plain import from_plain, plain
@@ -97,8 +97,7 @@ def open_journal(
     there = None if force else _earlier(folder, sweep, resume=resume)
     if there is None:
         with staged_folder(folder, force=force) as staged:
-            text = json.dumps(_plan(sweep), ensure_ascii=False)
-            (staged / SWEEP).write_text(text + "\n", encoding="utf-8")
+            _write_plan(staged, sweep, completed=False)
     try:
         stream = (folder / JOURNAL).open("a+b", buffering=0)
     except OSError as error:
@@ -155,20 +154,12 @@ def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
     """
     columns = table.columns()
     try:
-        text = json.dumps(_plan(sweep) | {"completed": table.whole}, ensure_ascii=False)
-        (folder / SWEEP).write_text(text + "\n", encoding="utf-8")
-        with (folder / f"{TABLE}.csv").open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
-            writer.writerows(map(_cell, row) for row in zip(*columns.values(), strict=True))
+        _write_plan(folder, sweep, completed=table.whole)
+        write_csv(folder / f"{TABLE}.csv", columns)
         if find_spec("pyarrow") is not None:
             _write_parquet(columns, folder / f"{TABLE}.parquet")
     except OSError as error:
         raise StorageError(cannot_write(folder, error)) from error
-
-
-def _cell(value: Scalar) -> Scalar:
-    return f"{value:.12g}" if isinstance(value, float) else value
 
 
 def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
@@ -186,12 +177,22 @@ def _write_parquet(columns: Mapping[str, list[Scalar]], file: Path) -> None:
     import_module("pyarrow.parquet").write_table(pyarrow.table(made), file)
 
 
+def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
+    """Write the plan in one line: its points may be many.
+
+    Raises:
+        OSError: the folder can't be written.
+
+    """
+    text = json.dumps(_plan(sweep) | {"completed": completed}, ensure_ascii=False)
+    (folder / SWEEP).write_text(text + "\n", encoding="utf-8")
+
+
 def _plan(sweep: Sweep) -> dict[str, Any]:
     return {
         "program": PROGRAM,
         "format": FORMAT,
         "title": sweep.scene.title,
-        "completed": False,
         "engine": sweep.engine,
         "measure": sweep.measure,
         "retries": sweep.retries,
@@ -212,16 +213,9 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
 
     """
     try:
-        data = json.loads((folder / SWEEP).read_bytes().decode("utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
+        return read_document(folder / SWEEP)
+    except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
-        raise StorageError(f"{folder / SWEEP} is damaged: {error}") from error
-    if not isinstance(data, dict) or data.get("program") != PROGRAM:
-        raise StorageError(f"{folder / SWEEP} was not written by {PROGRAM}")
-    if data.get("format") != FORMAT:
-        raise StorageError(f"{folder / SWEEP} was written by another version of this program")
-    return data
 
 
 def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | None:

@@ -1,10 +1,9 @@
-"""Tables of a run: columns by name and unit, as CSV."""
+"""Tables of a run: columns by name and unit."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +19,6 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import Result
 
 FloatArray = NDArray[np.float64]
-
-
-def write_csv(file: Path, columns: Mapping[str, FloatArray]) -> None:
-    """Write columns (N,) under their names, with 12 significant digits.
-
-    Raises:
-        OSError: the file can't be written.
-
-    """
-    header, table = ",".join(columns), np.column_stack(list(columns.values()))
-    np.savetxt(file, table, "%.12g", ",", header=header, comments="", encoding="utf-8")
 
 
 def trajectory_columns(result: Result, point: str) -> dict[str, FloatArray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -21,19 +20,13 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, named_fields, told_fields
-from exudyn_flexlink.storage.errors import (
-    ARRAYS,
-    FORMAT,
-    PROGRAM,
-    SUMMARY,
-    StorageError,
-    cannot_write,
-)
+from exudyn_flexlink.storage.documents import write_document
+from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, StorageError, cannot_write
 from exudyn_flexlink.storage.manifest import digest
 from exudyn_flexlink.storage.netcdf import write_netcdf
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
-from exudyn_flexlink.storage.tables import tables_of, write_csv
+from exudyn_flexlink.storage.tables import tables_of
 
 _UNITS = {
     "begin": "_s",
@@ -68,21 +61,17 @@ def save(result: Result, folder: Path) -> None:
         check_regular(folder, (ARRAYS, SUMMARY, *tables))
         write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result))
         summary = _summary(result) | {"sha256": {ARRAYS: digest(folder / ARRAYS)}}
-        text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
-        (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
-        for name, columns in tables.items():
-            write_csv(folder / name, columns)
     except OSError as error:
         raise StorageError(cannot_write(folder, error)) from error
+    write_document(folder, SUMMARY, summary, tables)
 
 
 def _summary(result: Result) -> dict[str, Any]:
     """What is told of a run: first what most want to know; what is derived is not read back."""
     scene, told = result.scene, {name: getattr(result, name) for name in told_fields()}
-    found = {
-        "program": PROGRAM,
-        "format": FORMAT,
+    return {
         "title": scene.title,
+        "completed": result.outcome.completed,
         "source": scene.source,
         **{name: told.pop(name) for name in ("engine", "outcome", "warnings", "error", "checks")},
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
@@ -101,8 +90,6 @@ def _summary(result: Result) -> dict[str, Any]:
         "pairs": {name: sleeve.pairs for name, sleeve in result.sleeves.items()},
         "scene": scene.to_data(),
     }
-    data: dict[str, Any] = plain(found)
-    return data
 
 
 def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:

@@ -1,0 +1,103 @@
+"""What a result says of itself: a JSON file, with tables as CSV beside it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, StorageError, cannot_write
+from exudyn_flexlink.storage.plain import plain
+from exudyn_flexlink.storage.replacing import check_regular, kind_of
+
+AGAIN = "run the model again"
+
+Column = NDArray[Any] | Sequence[Any]
+
+
+def write_document(
+    folder: Path,
+    name: str,
+    data: Mapping[str, Any],
+    tables: Mapping[str, Mapping[str, Column]],
+) -> None:
+    """Write a document and its tables, by the names of their files, into an existing folder.
+
+    The `data` have a title, and tell whether the result is `completed`.
+
+    Raises:
+        StorageError: the folder can't be written, or something else than a file is in the way.
+
+    """
+    check_regular(folder, (name, *tables))
+    whole = plain({"program": PROGRAM, "format": FORMAT, **data})
+    text = json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False)
+    try:
+        (folder / name).write_text(text + "\n", encoding="utf-8")
+        for table, columns in tables.items():
+            write_csv(folder / table, columns)
+    except OSError as error:
+        raise StorageError(cannot_write(folder, error)) from error
+
+
+def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
+    """Write columns (N,) under their names: numbers with 12 significant digits, nothing for None.
+
+    Raises:
+        OSError: the file can't be written.
+
+    """
+    lists = [own.tolist() if isinstance(own, np.ndarray) else own for own in columns.values()]
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(map(_cell, row) for row in zip(*lists, strict=True))
+
+
+def _cell(value: Any) -> Any:
+    return f"{value:.12g}" if isinstance(value, float) else value
+
+
+def read_document(file: Path) -> dict[str, Any]:
+    """Read a document that this version of the program wrote.
+
+    Raises:
+        FileNotFoundError: there is none.
+        StorageError: it can't be read, is damaged, or of another program or version.
+
+    """
+    check_readable(file)
+    try:
+        data = json.loads(file.read_bytes().decode("utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        raise FileNotFoundError(file) from None
+    except OSError as error:
+        raise StorageError(f"can't read {file}: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
+        raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a result")
+    there = data.get("format")
+    if there != FORMAT:
+        which = "an earlier" if isinstance(there, int) and there < FORMAT else "another"
+        raise StorageError(
+            f"{file} was written by {which} version of this program (format {there!r}, this one "
+            f"reads {FORMAT}); {AGAIN}"
+        )
+    return data
+
+
+def check_readable(file: Path) -> None:
+    """Refuse a pipe or a device, for which reading might wait without an end.
+
+    Raises:
+        StorageError: it is one.
+
+    """
+    if file.exists() and not file.is_file():
+        raise StorageError(f"can't read {file}: it is {kind_of(file.resolve())}")
