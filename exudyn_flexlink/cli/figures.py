@@ -59,9 +59,10 @@ def add_formats(
     parser: argparse.ArgumentParser, known: tuple[str, ...], about: str, default: str
 ) -> None:
     """Add the option that names formats of files; `default` says in words which are usual."""
+    read = names_of(known, "format")
     parser.add_argument(
         "--format",
-        type=names_of(known, "format"),
+        type=lambda text: read(text.lower()),
         action="extend",
         metavar="FORMAT[,FORMAT]",
         help=f"{about}: {', '.join(known)}; default: {default}; may be repeated",

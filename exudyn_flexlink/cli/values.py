@@ -56,7 +56,7 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
     """Return what reads names separated by commas, of those that are `known`."""
 
     def read(text: str) -> list[str]:
-        found = names(text.lower())
+        found = names(text)
         for name in found:
             if name not in known:
                 listed = ", ".join(known)
