@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from exudyn_flexlink.sections import rod_inertia
 
@@ -82,42 +82,6 @@ class Chain:
                 f"{len(self.rods)} rods need {max(len(self.rods) - 1, 0)} hinges, "
                 f"got {len(self.hinges)}"
             )
-
-    @property
-    def length(self) -> float:
-        """Length of the straight chain, m."""
-        return sum(rod.length for rod in self.rods)
-
-    @property
-    def mass(self) -> float:
-        """Mass of all rods, kg."""
-        return sum(rod.mass for rod in self.rods)
-
-    def arms(self) -> FloatArray:
-        """Lever arms (n, n) in m: the centre of rod k is at ``root + sum_i arms[k, i] e(angle_i)``.
-
-        ``arms[k, i]`` is the length of rod i for i < k, half of it for i = k, else 0.
-        """
-        lengths = np.array([rod.length for rod in self.rods])
-        n = len(lengths)
-        return np.asarray((np.tri(n, n, -1) + 0.5 * np.eye(n)) * lengths)
-
-    def mass_matrix(self, angles: ArrayLike) -> FloatArray:
-        """Mass matrix (n, n) in kg m^2 for the absolute rod ``angles`` (n,), root at rest.
-
-        ``M_ij = sum_k m_k a_ki a_kj cos(angle_i - angle_j) + J_i delta_ij``.
-        """
-        theta = np.asarray(angles, dtype=float)
-        arms = self.arms()
-        masses = np.array([rod.mass for rod in self.rods])
-        inertias = np.diag([rod.inertia for rod in self.rods])
-        turned = np.cos(theta[:, None] - theta[None, :])
-        return np.asarray((arms.T * masses) @ arms * turned + inertias)
-
-    def stiffness_matrix(self) -> FloatArray:
-        """Stiffness matrix (n, n) in N m/rad of the hinges, on the absolute rod angles."""
-        bend = np.diff(np.eye(len(self.rods)), axis=0)
-        return np.asarray((bend.T * [hinge.stiffness for hinge in self.hinges]) @ bend)
 
     def cantilever_frequencies(self, count: int = 1) -> FloatArray:
         """Lowest ``count`` natural frequencies in rad/s of the straight chain, first rod clamped.

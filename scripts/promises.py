@@ -22,6 +22,7 @@ from time import process_time
 
 import numpy as np
 from numpy.typing import NDArray
+from reference_series import deviation, read_series
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.comparison import compare
@@ -34,7 +35,6 @@ from exudyn_flexlink.observables import (
     State,
     contact_states,
     crank_angle,
-    deviation,
     lever_response,
     path,
     settled,
@@ -42,7 +42,6 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
-from exudyn_flexlink.storage import read_series
 
 ROOT = Path(__file__).parent.parent
 MODELS, DATA = ROOT / "models", ROOT / "tests" / "data"

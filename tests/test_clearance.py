@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reference_series import deviation, read_series
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import State, contact_states, deviation, lever_response, path
-from exudyn_flexlink.storage import read_series
+from exudyn_flexlink.observables import State, contact_states, lever_response, path
 
 HERE = Path(__file__).parent
 MODEL = HERE.parent / "models" / "clearance.yaml"

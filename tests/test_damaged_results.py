@@ -1,4 +1,4 @@
-"""Saved runs and time series that still load as files, but whose values can't be a run's."""
+"""Saved runs that still load as files, but whose values can't be a run's."""
 
 import json
 import shutil
@@ -13,7 +13,7 @@ from netcdf_runs import change_array, change_bytes
 
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.storage import StorageError, load, read_series
+from exudyn_flexlink.storage import StorageError, load
 from exudyn_flexlink.storage.errors import FORMAT
 
 NAN, INF = float("nan"), float("inf")
@@ -220,48 +220,6 @@ def test_a_summary_with_the_scene_of_another_run(capsys):
     summary = json.loads(file.read_text()) | {"scene": results.pendulum().scene.to_data()}
     file.write_text(json.dumps(summary))
     refused("rigid", capsys, "summary.json")
-
-
-HEAD = "# made up\nt_s,S_x_m,S_y_m,lever_angle_rad\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (HEAD, "it has no rows"),
-        (HEAD + "0,0,0\n1,0,0\n", "row 1 has 3 numbers instead of 4"),
-        (HEAD + "0,0,0,0\n1,0,0\n", "row 2 has 3 numbers"),
-        (HEAD + "0,0,0,nan\n", "not all of its numbers are finite"),
-        (HEAD + "0,1e999,0,0\n", "not all of its numbers are finite"),
-        (HEAD + "1,0,0,0\n0,0,0,0\n", "its time does not increase"),
-        (HEAD + "0,0,zero,0\n", "could not convert"),
-        ("", "can't be read"),
-        ("# only notes\n", "can't be read"),
-        ("t_s,x\n0,0\n", "its columns are not t_s,"),
-    ],
-)
-def test_damaged_series(text, said):
-    file = Path("series.csv")
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(StorageError, match=f"^{file}: can't be read as a time series.*") as told:
-        read_series(file)
-    assert said in str(told.value)
-
-
-def test_a_series_of_bytes_that_are_no_text():
-    file = Path("series.csv")
-    file.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(StorageError, match="can't be read as a time series"):
-        read_series(file)
-
-
-def test_a_series_that_is_whole():
-    file = Path("series.csv")
-    file.write_text(HEAD + "0,1,2,3\n0.5,4,5,6\n", encoding="utf-8")
-    series = read_series(file)
-    np.testing.assert_array_equal(series.time, [0, 0.5])
-    np.testing.assert_array_equal(series.position, [[1, 2], [4, 5]])
-    np.testing.assert_array_equal(series.lever_angle, [3, 6])
 
 
 @pytest.mark.parametrize(

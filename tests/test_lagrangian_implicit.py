@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reference_series import deviation, read_series
 
 from exudyn_flexlink.curves import (
     CircleArc,
@@ -27,8 +28,6 @@ from exudyn_flexlink.integrate.collocation import radau
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Ramp
-from exudyn_flexlink.observables import deviation
-from exudyn_flexlink.storage import read_series
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"

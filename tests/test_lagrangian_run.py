@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reference_series import deviation, read_series
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import approach
-from exudyn_flexlink.observables import deviation, lever_response
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.source import parse_document
-from exudyn_flexlink.storage import read_series
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"

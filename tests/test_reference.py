@@ -11,12 +11,12 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from reference_series import deviation, read_series
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import deviation, lever_response, settled, strikes
+from exudyn_flexlink.observables import lever_response, settled, strikes
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import read_series
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"

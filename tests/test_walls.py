@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from reference_series import deviation, read_series
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.comparison import compare
-from exudyn_flexlink.observables import deviation
-from exudyn_flexlink.storage import read_series
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"

@@ -13,7 +13,7 @@ from exudyn_flexlink.observables.crank import (
     laps,
     turns,
 )
-from exudyn_flexlink.observables.deviations import Deviation, deviation
+from exudyn_flexlink.observables.deviations import Deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.forces import (
     Force,
@@ -103,7 +103,6 @@ __all__ = [
     "crank_column",
     "crank_joint",
     "deepest",
-    "deviation",
     "extreme_names",
     "farthest",
     "force_deviations",

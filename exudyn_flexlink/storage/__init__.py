@@ -13,7 +13,6 @@ from exudyn_flexlink.storage.documents import write_csv
 from exudyn_flexlink.storage.errors import StorageError
 from exudyn_flexlink.storage.manifest import own_files
 from exudyn_flexlink.storage.reading import load
-from exudyn_flexlink.storage.series import Series, read_series
 from exudyn_flexlink.storage.stability import save_stability
 from exudyn_flexlink.storage.staging import (
     KeptBesideError,
@@ -41,7 +40,6 @@ __all__ = [
     "Array",
     "Journal",
     "KeptBesideError",
-    "Series",
     "SeriesKeeper",
     "StorageError",
     "arrays_of",
@@ -52,7 +50,6 @@ __all__ = [
     "load_sweep",
     "open_journal",
     "own_files",
-    "read_series",
     "replace_bytes",
     "replace_file",
     "save",
