@@ -1,10 +1,15 @@
 """Where quantities turn within steps: against functions whose turns are known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.loading import load_scene
 
+MODELS = Path(__file__).parent.parent / "models"
 RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])
 ENDS = np.array([0.0, 1.0])
 
@@ -41,6 +46,15 @@ def test_a_step_of_its_own_degree_is_met_exactly():
     np.testing.assert_allclose(time[1:-1], np.sort(inside), atol=1e-6)
 
 
+@pytest.mark.parametrize("blocks", [1, 4])
+@pytest.mark.parametrize("nodes", [RADAU, ENDS])
+def test_a_turn_right_where_a_step_ends_is_found(nodes, blocks):
+    """There the slope of the sine is rounding on both sides."""
+    time, value = seek(np.sin, np.cos, np.pi / 4 * np.arange(9), nodes, blocks)
+    np.testing.assert_allclose(time, np.pi * np.array([0, 0.5, 1.5, 2]), atol=1e-15)
+    np.testing.assert_allclose(value, [0, 1, -1, 0], atol=1e-15)
+
+
 def test_an_impulse_leaves_both_values_it_jumps_between():
     edges = np.array([0.0, 1.0, 2.0])
     polynomial, seeker = StepPolynomial(ENDS), TurnSeeker(1)
@@ -59,6 +73,31 @@ def test_what_stands_still_leaves_its_ends_alone():
     )
     assert time.tolist() == [0, 1]
     assert value.tolist() == [1, 1]
+
+
+def test_what_is_a_difference_of_larger_numbers_stands_still_where_they_do():
+    """0.3 and 0.1 + 0.2 differ by their rounding, which is no turn; a larger wave is one."""
+    polynomial, edges = StepPolynomial(RADAU), np.linspace(0, 1, 101)
+    time, length = edges[:-1], np.diff(edges)
+    phase = 60 * (time[:, None] + length[:, None] * RADAU)[..., None]
+    for height, count in ((1e-15, 2), (1e-10, 2 + 19)):
+        seeker = TurnSeeker(1)
+        values, slopes = height * np.sin(phase), height * 0.6 * np.cos(phase)
+        seeker.take(polynomial, (time, length), values, slopes, np.array([1e-12]))
+        assert len(seeker.found(0)[0]) == count
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+@pytest.mark.parametrize(
+    ("model", "name", "is_"),
+    [("friction_wheels", "driver.rate_rad_per_s", 20), ("slider_crank", "slider.pin.y_m", 0)],
+)
+def test_what_a_joint_or_a_drive_holds_does_not_turn(formulation, model, name, is_):
+    settings = [f"solver.formulation={formulation}", "run={duration: 0.1}"]
+    scene = load_scene(MODELS / "textbook" / f"{model}.yaml", settings)
+    found = simulate(scene, measure=False).extremes[name]
+    assert len(found.time) == 2
+    np.testing.assert_allclose(found.value, is_, atol=1e-9)
 
 
 def test_the_highest_place_may_be_an_end():

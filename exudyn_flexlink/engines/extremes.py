@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.integrate.turning import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.integrate.turning import ROUNDING, StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 
 # Where a point in a contact turns, its force falls steeply: more looks, nearer and nearer.
 LOOKS_AT_FORCES = (17, 9, 9)
+EPSILON = float(np.finfo(float).eps)
 HERMITE = np.array([0.0, 1.0])  # nodes of a step that is known by its ends: a cubic
 
 
@@ -60,7 +61,8 @@ class ExtremeSeeker:
         slopes = rates * length[:, None, None]
         values = np.concatenate([places, speeds], axis=2)
         slopes = np.concatenate([slopes, polynomial.slopes(speeds)], axis=2)
-        self._seeker.take(polynomial, (time, length), values, slopes)
+        rounding = _rounding(self._watched.sizes(motion[0]), speeds, float(length.min()))
+        self._seeker.take(polynomial, (time, length), values, slopes, rounding)
         if pressed.any():
             for law, members in self._laws.items():
                 self._press(law, [k for k in members if pressed[:, k].any()], (time, length),
@@ -134,3 +136,16 @@ class ExtremeSeeker:
                 force, depth = self._of_contact(k)
                 found |= dict(zip(Watched.of_contact(contact.name), (force, depth), strict=True))
         return found
+
+
+def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatArray:
+    """What rounding may move the watched quantities by in a step, in their order.
+
+    `sizes` are those of what places are differences of, `speeds` (m, n, speeds) have the square of
+    the point's speed last. Where places alone hold the joints, as in redundant coordinates, speeds
+    follow from them within a step: they have the rounding of places over the `shortest` step (s).
+    """
+    of_rates = EPSILON / shortest * sizes[:-2]  # of answers and of x
+    fastest = float(np.sqrt(speeds[..., -1].max()))
+    of_square = (fastest + of_rates[-1]) ** 2 - fastest**2
+    return np.array([*(ROUNDING * sizes), *of_rates[:-1], of_square])

@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 Turns = tuple[NDArray[np.intp], FloatArray, FloatArray]
 
 LOOKS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
-ROUNDING = 1e-12  # of the largest value: what moves by less in a step stands still
+ROUNDING = 1e-12  # of a value: what moves by less in a step stands still
 
 
 def highest(
@@ -96,8 +96,9 @@ class TurnSeeker:
 
     def __init__(self, count: int) -> None:
         self._kept: list[Turns] = []
-        self._time = 0.0  # where the last step ended, with values and slopes there
-        self._last: tuple[FloatArray, FloatArray] | None = None
+        # Where the last step ended, with values and slopes there, and slopes at the node before.
+        self._time = 0.0
+        self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
         self._all = np.arange(count)
 
     def take(
@@ -106,21 +107,24 @@ class TurnSeeker:
         steps: tuple[FloatArray, FloatArray],
         values: FloatArray,
         slopes: FloatArray,
+        rounding: FloatArray | float = 0.0,
     ) -> None:
         """Take steps in a row, which begin at instants (m,) s and have lengths (m,) s.
 
-        `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c).
+        `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c). By less
+        than `rounding` (c,) nothing is known to move in a step.
         """
         time, length = steps
-        still = ROUNDING * np.abs(values).max(axis=(0, 1))
+        still = np.maximum(ROUNDING * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
         if self._last is None:
             self._keep(self._all, np.full(len(self._all), time[0]), values[0, 0])
-            self._last = values[0, 0], slopes[0, 0]
+            self._last = values[0, 0], slopes[0, 0], np.zeros(len(self._all))
         self._keep(*polynomial.turns(time, length, values, slopes))
         self._rests(time[:, None] + polynomial.nodes * length[:, None], values, slopes)
         self._between(time, self._last, (values, slopes), still)
-        self._time, self._last = float(time[-1] + length[-1]), (values[-1, -1], slopes[-1, -1])
+        self._time = float(time[-1] + length[-1])
+        self._last = values[-1, -1], slopes[-1, -1], slopes[-1, -2]
 
     def found(self, which: int) -> tuple[FloatArray, FloatArray]:
         """Instants (k,) s, in order, and values (k,), from the first to the last that was taken."""
@@ -146,18 +150,28 @@ class TurnSeeker:
     def _between(
         self,
         time: FloatArray,
-        last: tuple[FloatArray, FloatArray],
+        last: tuple[FloatArray, FloatArray, FloatArray],
         steps: tuple[FloatArray, FloatArray],
         still: FloatArray,
     ) -> None:
-        """Keep both sides of where a step ends and the next begins, if a value or a rate jumps."""
-        before, rising = (
-            np.concatenate([end[None], own[:-1, -1]]) for end, own in zip(last, steps, strict=True)
+        """Keep both sides of where a step ends and the next begins, if a value or a rate jumps.
+
+        Once, where what has moved stands on both sides: it may turn right there.
+        """
+        values, slopes = steps
+        before, rising, risen = (
+            np.concatenate([end[None], own])
+            for end, own in zip(
+                last, (values[:-1, -1], slopes[:-1, -1], slopes[:-1, -2]), strict=True
+            )
         )
-        after, then = (own[:, 0] for own in steps)
+        after, then = values[:, 0], slopes[:, 0]
         turned = (rising * then <= 0) & ((rising != 0) | (then != 0))
-        step, which = np.nonzero(turned | (np.abs(after - before) > still))
+        jumps = turned | (np.abs(after - before) > still)
+        rests = (risen != 0) & (rising == 0) & (then == 0)
+        step, which = np.nonzero(jumps)
         self._keep(which, time[step], before[step, which])
+        step, which = np.nonzero(jumps | rests)
         self._keep(which, time[step], after[step, which])
 
 

@@ -14,7 +14,7 @@ from exudyn_flexlink.mechanism import (
     anchor_velocity,
     build_mechanism,
 )
-from exudyn_flexlink.observables.answers import answer_of, measures
+from exudyn_flexlink.observables.answers import ANGLE, answer_of, measures
 from exudyn_flexlink.observables.levers import struck_bodies, struck_by
 from exudyn_flexlink.observables.points import point_anchor, watched_point
 from exudyn_flexlink.scene import Scene
@@ -64,6 +64,18 @@ class Watched:
             np.stack([*moving, going[..., 0], going[..., 1], growing], axis=-1),
             np.stack([*moving, speed], axis=-1),
         )
+
+    def sizes(self, poses: FloatArray) -> FloatArray:
+        """Sizes (places,) of what the places are differences of, at poses (m, n, parts, 3).
+
+        They have the rounding of these: a length that of the farthest one, an angle that of the
+        largest, but of a radian at least, as sines and cosines have it.
+        """
+        ends = poses[..., :2], anchor_position(self._anchor, poses)
+        far = max(float(np.abs(end).max()) for end in ends)
+        angle = max(float(np.abs(poses[..., 2]).max()), 1.0)
+        answers = [angle if own.measure is ANGLE else far for own in self._answers]
+        return np.array([*answers, far, far, far**2])
 
     def told(self, which: int, values: FloatArray) -> FloatArray:
         """Values in the unit of their name."""
