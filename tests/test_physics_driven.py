@@ -31,6 +31,32 @@ def test_what_a_drive_supplies_to_a_bob_that_it_alone_moves(sample):
     np.testing.assert_allclose(np.abs(turns.value[1:-1]), 1, atol=1e-12)
 
 
+SWUNG = """
+bodies:
+  bob: {type: rigid, mass: 2, inertia: 0.3, points: {hook: [0, 0]}}
+joints: {pivot: {type: revolute, points: [ground, bob.hook], at: [0, 0]}}
+drives: {motor: {type: torque, joint: pivot, value: '6*cos(40*t)'}}
+run: {duration: 1, sample: 1.3 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+def test_within_steps_energy_supplied_is_read_as_accurately_as_speeds(tolerance):
+    """J w' = M cos(40 t) gives w = M sin(40 t) / (40 J); what is supplied is J w^2 / 2.
+
+    Samples fall anywhere into steps seven times as long, where both are of the order of the step's
+    polynomial.
+    """
+    bob = run(SWUNG, f"accuracy.tolerance={tolerance}")
+    exact = 0.5 * (6 * np.sin(40 * bob.time) / 40) ** 2 / 0.3
+    supplied, kinetic = (
+        np.abs(found - exact).max() for found in (bob.energy.supplied, bob.energy.kinetic)
+    )
+    assert 1e-12 < kinetic < 10 * tolerance * exact.max()
+    assert supplied < 10 * kinetic
+
+
 LIFT = """
 bodies: {cage: {type: rigid, mass: 2, inertia: 0.3, points: {floor: [0, 0]}}}
 joints: {shaft: {type: prismatic, points: [ground, cage.floor], at: [0, 0], axis: [0, 1]}}

@@ -117,4 +117,3 @@ ERROR = REAL * RADAU.differences @ B  # of the speeds' increments, in the embedd
 
 NODES = np.eye(STAGES + 1)  # coefficients, in powers of the part of a step, of the polynomial
 NODES[1:, 1:], NODES[1:, 0] = RADAU.powers, -RADAU.powers.sum(1)  # through start and stages
-INNER = np.linalg.inv(np.vander(C, increasing=True))  # likewise, through the stages alone

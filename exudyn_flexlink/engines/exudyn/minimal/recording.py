@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held, together
 from exudyn_flexlink.engines.exudyn.minimal.driven import cut
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
-from exudyn_flexlink.integrate.collocation import INNER, STAGES, WEIGHTS
+from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.laws import Impulse
@@ -201,7 +201,8 @@ class Recorder:
         parts = np.array([part for _, part, _ in self._between])
         # A sample right after an impact that no step of the block follows is at none of its part.
         inner = np.minimum(rows, len(steps) - 1)
-        gained = np.einsum("si,sij->sj", _shares(parts), rates[inner])
+        nodes = np.concatenate([self._rates_at_starts(inner)[:, None], rates[inner]], axis=1)
+        gained = np.einsum("si,sij->sj", _shares(parts), nodes)
         self.totals.append(reached[rows] + leapt[leaps] + lengths[inner, None] * gained)
         self.at_notes += [reached[row] + leapt[leap] for row, leap in self._notes]
         pressed = np.array(self._pressed)
@@ -216,15 +217,29 @@ class Recorder:
         """Accelerations of all coordinates at the new samples, and forces that are left over."""
         if not self._kept:
             return
-        instants: list[Whole] = [at.kept for at in self._kept]
-        mass = np.concatenate([at.mass for at in self._kept])
-        force = np.concatenate([at.force for at in self._kept])
+        _, accelerations, left = self._solved(self._kept)
+        self.accelerations.append(accelerations)
+        self.left.append(left)
+        self._kept = []
+
+    def _solved(self, found: Sequence[Evaluation]) -> tuple[Held, FloatArray, FloatArray]:
+        """Coordinates, accelerations of all, and forces that are left over, all (n, ...)."""
+        instants: list[Whole] = [at.kept for at in found]
+        mass = np.concatenate([at.mass for at in found])
+        force = np.concatenate([at.force for at in found])
         free = np.linalg.solve(mass, force[..., None])[..., 0]
         held = together([whole.held for whole in instants])
         accelerations = self.model.whole_accelerations(held, free)
-        self.accelerations.append(accelerations)
-        self.left.append(self.model.left_over(instants, accelerations))
-        self._kept = []
+        return held, accelerations, self.model.left_over(instants, accelerations)
+
+    def _rates_at_starts(self, steps: NDArray[np.intp]) -> FloatArray:
+        """Rates of the totals (n, ...) as these steps of the block begin."""
+        which, back = np.unique(steps, return_inverse=True)
+        begins = [self._steps[k].begin.pick(None) for k in which.tolist()]
+        if not begins:
+            return np.zeros((0, len(self._reached)))
+        held, _, left = self._solved(begins)
+        return self._rates_of([at.kept for at in begins], held, left)[back]
 
     def _seek(self, held: Held, lengths: FloatArray, pressed: BoolArray) -> None:
         """Look for extremes within the block's steps, with the coordinates at their stages."""
@@ -295,6 +310,10 @@ def _at_nodes(starts: Sequence[FloatArray], stages: FloatArray) -> FloatArray:
 
 
 def _shares(parts: FloatArray) -> FloatArray:
-    """Weights (instants, stages) with which an integral up to parts of a step takes its stages."""
-    powers = np.arange(1, STAGES + 1)
-    return np.asarray((parts[:, None] ** powers / powers) @ INNER)
+    """Weights (instants, 1 + stages) of an integral up to parts of a step: its start, its stages.
+
+    Of the polynomial through them, as places and speeds have it. Up to the end these are the
+    weights of the method, of which the start has none, since that rule is exact for it.
+    """
+    powers = np.arange(1, STAGES + 2)
+    return np.asarray((parts[:, None] ** powers / powers) @ NODES)
