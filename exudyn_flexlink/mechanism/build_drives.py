@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism.model import (
     Turning,
 )
 from exudyn_flexlink.mechanism.parts import GROUND
-from exudyn_flexlink.mechanism.prescribed import Formula, Later, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf, Tabled
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.scene import (
     ForceDrive,
@@ -30,7 +30,7 @@ from exudyn_flexlink.scene import (
     split_point,
 )
 
-Course = Formula | Later | Tabled
+Course = Formula | Tabled
 
 
 def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Motor:
@@ -96,7 +96,7 @@ def _number_or_course(value: Value, ramp: float, clock: float) -> Ramp | Course:
 def _course(value: Expression | Table, clock: float) -> Course:
     """Course of a drive whose t is `clock` (s) as the run begins."""
     if isinstance(value, Expression):
-        return Later(Formula(value), clock) if clock > 0 else Formula(value)
+        return Formula(value, clock)
     assert value.points is not None  # its file was read
     return Tabled(value.points, value.rule, clock)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Protocol
@@ -51,7 +52,23 @@ class Motion(Applied, Protocol):
         """Second time derivative of the value."""
 
 
-class SpeedOf:
+class OfTime(ABC):
+    """What takes nothing of the state."""
+
+    @abstractmethod
+    def at(self, time: float, sensed: Sequence[float] = ()) -> float:
+        """Value at a time (s)."""
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return np.array([self.at(t) for t in time.tolist()])
+
+    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
+        """Return nothing: there is nothing that it senses."""
+        return []
+
+
+class SpeedOf(OfTime):
     """The speed of a motion: its integral is known without integrating."""
 
     def __init__(self, motion: Motion) -> None:
@@ -61,14 +78,6 @@ class SpeedOf:
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
         """Value at a time (s)."""
         return self.motion.rate(time)
-
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
-        """Values (n,) at instants (n,) s."""
-        return np.array([self.motion.rate(t) for t in time.tolist()])
-
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
-        """Return nothing: it takes nothing of the state."""
-        return []
 
     def rate(self, time: float) -> float:
         """Time derivative of the value."""
@@ -84,67 +93,50 @@ class SpeedOf:
 
 
 class Formula:
-    """An expression of the scene."""
+    """An expression of the scene, whose t is `clock` (s) as the run begins."""
 
-    def __init__(self, expression: Expression) -> None:
-        self.expression = expression
-        self.at = expression.at
-        self.values = expression.values
-        self.rate = expression.rate
-        self.bend = expression.bend
-        self.slopes = expression.slopes
-
-    def integral(self, time: float) -> float:
-        """Integral of the value from 0 to `time` (s)."""
-        return self._integral(time)
-
-    @cached_property
-    def _integral(self) -> Antiderivative:
-        return Antiderivative(self.expression.at, self.expression.linear_bends)
-
-    def knots(self, end: float) -> list[float]:
-        """Instants before `end` (s) at which the value, or a derivative, jumps."""
-        return self.expression.bends(end)
-
-
-class Later:
-    """A formula in a run that begins when its t is `clock` (s)."""
-
-    def __init__(self, formula: Formula, clock: float) -> None:
-        self._formula, self._clock = formula, clock
+    def __init__(self, expression: Expression, clock: float = 0.0) -> None:
+        self._expression, self._clock = expression, clock
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed."""
-        return self._formula.at(time + self._clock, sensed)
+        return self._expression.at(time + self._clock, sensed)
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values sensed."""
-        return self._formula.values(time + self._clock, sensed)
+        return self._expression.values(time + self._clock, sensed)
 
     def rate(self, time: float) -> float:
         """First time derivative of the value."""
-        return self._formula.rate(time + self._clock)
+        return self._expression.rate(time + self._clock)
 
     def bend(self, time: float) -> float:
         """Second time derivative of the value."""
-        return self._formula.bend(time + self._clock)
+        return self._expression.bend(time + self._clock)
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
         """Derivatives by the values sensed."""
-        return self._formula.slopes(time + self._clock, sensed)
+        return self._expression.slopes(time + self._clock, sensed)
 
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
-        whole = self._formula.integral
-        return whole(time + self._clock) - whole(self._clock)
+        return self._integral(time + self._clock) - self._before
+
+    @cached_property
+    def _integral(self) -> Antiderivative:
+        return Antiderivative(self._expression.at, self._expression.linear_bends)
+
+    @cached_property
+    def _before(self) -> float:
+        return self._integral(self._clock)
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative, jumps."""
-        found = self._formula.knots(end + self._clock)
+        found = self._expression.bends(end + self._clock)
         return [time - self._clock for time in found if time > self._clock]
 
 
-class Tabled:
+class Tabled(OfTime):
     """Values by time, from a table of the scene: `rule` linear, cubic or step.
 
     The table's time is `clock` (s) as the run begins.
@@ -173,14 +165,6 @@ class Tabled:
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
         """Value at a time (s)."""
         return float(self._values(time))
-
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
-        """Values (n,) at instants (n,) s."""
-        return np.asarray(self._values(time))
-
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
-        """Return nothing: it takes nothing of the state."""
-        return []
 
     def rate(self, time: float) -> float:
         """First time derivative of the value."""

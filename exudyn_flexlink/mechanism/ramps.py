@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.mechanism.prescribed import OfTime
 
 
 @dataclass(frozen=True)
-class Ramp:
+class Ramp(OfTime):
     """A value (rad/s or N m) reached after `duration` (s) along the quintic smooth step.
 
     ``s(x) = 10 x^3 - 15 x^4 + 6 x^5`` has no first and no second derivative at either end, so that
@@ -29,10 +26,6 @@ class Ramp:
         x = max(time, 0.0) / self.duration
         return self.value * x**3 * (10 - 15 * x + 6 * x * x)
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
-        """Values (n,) at instants (n,) s, whatever the state."""
-        return np.array([self.at(t) for t in time.tolist()])
-
     def rate(self, time: float) -> float:
         """Time derivative of the value."""
         if time >= self.duration or time <= 0:
@@ -46,10 +39,6 @@ class Ramp:
             return self.value * (time - self.duration / 2)
         x = max(time, 0.0) / self.duration
         return self.value * self.duration * x**4 * (2.5 - 3 * x + x * x)
-
-    def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
-        """Return nothing: it takes nothing of the state."""
-        return []
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which derivatives jump: where the ramp ends."""
