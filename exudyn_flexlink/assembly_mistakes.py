@@ -18,7 +18,6 @@ from exudyn_flexlink.mechanism import (
     always_redundant,
     anchor_position,
     approach,
-    face_length,
     far_behind,
     formulation,
     on_the_contact,
@@ -189,7 +188,7 @@ def _deepest(assembly: Assembly, channel: Channel) -> tuple[str, float] | None:
     depths = {}
     for contact in pairs(channel):
         at = approach(contact, state.q, state.v)
-        if 0 <= at.place <= face_length(contact) and at.gap < -TOUCHING:
+        if 0 <= at.place <= contact.length and at.gap < -TOUCHING:
             depths[contact.name.removeprefix(f"{channel.name}: ")] = -float(at.gap)
     return max(depths.items(), key=lambda item: item[1], default=None)
 

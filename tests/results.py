@@ -16,7 +16,6 @@ from exudyn_flexlink.mechanism import (
     EnergyMeter,
     approach,
     build_mechanism,
-    face_length,
     pair_sides,
     pairs,
 )
@@ -239,7 +238,7 @@ def _sleeve(channel: Channel, q: np.ndarray, v: np.ndarray, time: np.ndarray) ->
     deep, rates, faces = [], [], pairs(channel)
     for face in faces:
         near = approach(face, q, v)
-        beside = (near.place < 0) | (near.place > face_length(face))
+        beside = (near.place < 0) | (near.place > face.length)
         deep.append(np.where(beside, -np.abs(near.gap), -near.gap))
         rates.append(near.gap_rate)
     force = channel.law.stiffness * np.maximum(np.array(deep).T, 0.0)

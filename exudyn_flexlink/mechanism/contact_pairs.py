@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
@@ -29,6 +29,11 @@ class FaceContact:
     law: RestitutionPenalty | Impulse
     friction: Friction | None = None
     walled: bool = False
+
+    @property
+    def length(self) -> float:
+        """Length of the face, m."""
+        return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
 
     @property
     def parts(self) -> tuple[int, int]:
@@ -62,6 +67,11 @@ class CircleContact:
         """Distance (m) of the centres at which the circles touch."""
         first, second = self.radii
         return second - first if self.inside else second + first
+
+    @property
+    def length(self) -> float:
+        """Length of what is struck, m: infinite, as a circle has no ends."""
+        return inf
 
     @property
     def parts(self) -> tuple[int, int]:

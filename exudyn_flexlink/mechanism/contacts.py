@@ -49,21 +49,9 @@ class Approach:
     along: FloatArray
 
 
-def face_length(contact: FaceContact) -> float:
-    """Length of the face, m."""
-    return float(np.hypot(contact.end.x - contact.start.x, contact.end.y - contact.start.y))
-
-
-def contact_length(contact: Contact) -> float:
-    """Length of what is struck, m: a face or a curve; infinite if it has no ends."""
-    if isinstance(contact, CircleContact):
-        return inf
-    return contact.length if isinstance(contact, CurveContact) else face_length(contact)
-
-
 def on_the_contact(contact: Contact, place: float) -> bool:
     """Tell whether a place is one where the contact can act: what is closed has no ends."""
-    length = contact_length(contact)
+    length = contact.length
     return length == inf or 0 <= place <= length
 
 
@@ -73,7 +61,7 @@ def far_behind(contact: Contact, at: Approach) -> bool:
     There it counts as one that came beside the face: the contact lets it pass.
     """
     opposite = on_the_contact(contact, float(at.place))
-    return opposite and float(at.gap) <= -contact_length(contact)
+    return opposite and float(at.gap) <= -contact.length
 
 
 def idle_at_start(
@@ -90,7 +78,7 @@ def idle_at_start(
             yield (
                 contact,
                 f"'{contact.name}' starts {-float(at.gap):.3g} m behind its {what}, which is "
-                f"{contact_length(contact):.3g} m long: it does not act until the point has come "
+                f"{contact.length:.3g} m long: it does not act until the point has come "
                 "round an end; if that side is the free one, choose the other 'side'",
             )
 
@@ -152,7 +140,7 @@ def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
 def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
     """Where the point is held on the line, the gap is minus its distance from it."""
     start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
-    along = (end - start) / face_length(contact)
+    along = (end - start) / contact.length
     left = np.stack([-along[..., 1], along[..., 0]], axis=-1)
     between = anchor_position(contact.point, q) - start
     side = _side(contact, np.sum(left * between, axis=-1))

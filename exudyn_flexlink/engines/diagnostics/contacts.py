@@ -10,7 +10,6 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     approach,
     build_mechanism,
-    face_length,
     idle_at_start,
 )
 from exudyn_flexlink.result import Result
@@ -48,7 +47,7 @@ def thin_overlaps(result: Result) -> Iterator[str]:
     for face in build_mechanism(result.scene).contacts:
         if not isinstance(face, FaceContact):  # circles overlap all around
             continue
-        length, worst = face_length(face), (0.0, 0.0, 0.0, 0.0)
+        length, worst = face.length, (0.0, 0.0, 0.0, 0.0)
         for touch in result.contacts[face.name].touches:
             if not touch.lasts:
                 overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import cos, inf, sin
 from typing import NamedTuple
 
-from exudyn_flexlink.mechanism import FaceContact, face_length
+from exudyn_flexlink.mechanism import FaceContact
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ class FaceGeometry:
         self.first, self.second = 3 * contact.point.part, 3 * contact.start.part
         self.ax, self.ay = contact.point.x, contact.point.y
         self.bx, self.by = contact.start.x, contact.start.y
-        self.length = face_length(contact)
+        self.length = contact.length
         self.ex = (contact.end.x - contact.start.x) / self.length
         self.ey = (contact.end.y - contact.start.y) / self.length
         self.side = contact.side

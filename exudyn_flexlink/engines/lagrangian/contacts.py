@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
 from exudyn_flexlink.engines.lagrangian.impact import Impact
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import FaceContact, face_length
+from exudyn_flexlink.mechanism import FaceContact
 from exudyn_flexlink.result import Event
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Contact:
     bounces: Bounces = field(init=False)
 
     def __post_init__(self) -> None:
-        self.length = face_length(self.face)
+        self.length = self.face.length
         self.rigid = isinstance(self.face.law, Impulse)
         self.bounces = Bounces(self.face.name, self.face.law.restitution)
 

@@ -21,7 +21,6 @@ from exudyn_flexlink.mechanism import (
     Contact,
     CurveContact,
     FaceContact,
-    face_length,
 )
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame
@@ -77,7 +76,7 @@ class _Face:
     """A point against a face."""
 
     def __init__(self, layout: TreeLayout, contact: FaceContact) -> None:
-        self.length = face_length(contact)
+        self.length = contact.length
         self._side = contact.side
         self._point = _Carrier(layout, contact.point)
         self._start = _Carrier(layout, contact.start)

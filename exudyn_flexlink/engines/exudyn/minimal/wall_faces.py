@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
-from exudyn_flexlink.mechanism import FaceContact, face_length
+from exudyn_flexlink.mechanism import FaceContact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +58,7 @@ class WallFaces:
         along = [_direction(layout, contact) for contact in contacts]
         self._back = np.conj(np.array(along, dtype=complex))
         self._start = self._back * np.array([complex(x, y) for _, x, y in starts])
-        self.length = np.array([face_length(contact) for contact in contacts])
+        self.length = np.array([contact.length for contact in contacts])
         self._side = np.array([contact.side for contact in contacts])
         self._held = self._side == 0
         self._any_held = bool(self._held.any())
