@@ -37,9 +37,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     applied_forces,
     constraints_at,
     contact_mass,
-    mass_matrix,
-    mobility,
-    solve_saddle,
+    mass_blocks,
 )
 from exudyn_flexlink.mechanism.energy import EnergyMeter, turning
 from exudyn_flexlink.mechanism.kinematics import (
@@ -177,8 +175,7 @@ __all__ = [
     "least_tolerance",
     "length_along",
     "line_of",
-    "mass_matrix",
-    "mobility",
+    "mass_blocks",
     "motor_place",
     "motor_speed",
     "moved_by_forces",
@@ -197,7 +194,6 @@ __all__ = [
     "size_at",
     "sizes_at",
     "slot_point",
-    "solve_saddle",
     "speed_along",
     "spring_force",
     "station",

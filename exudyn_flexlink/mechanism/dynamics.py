@@ -1,4 +1,4 @@
-"""Mass matrix, applied forces and the accelerations that satisfy every joint."""
+"""Masses, applied forces and the accelerations that satisfy every joint."""
 
 from __future__ import annotations
 
@@ -37,14 +37,6 @@ def mass_blocks(mechanism: Mechanism, q: FloatArray) -> FloatArray:
         block[1, 2] = block[2, 1] = part.mass * (c * x - s * y)
         block[2, 2] = part.inertia_about_origin
     return blocks
-
-
-def mass_matrix(mechanism: Mechanism, q: FloatArray) -> FloatArray:
-    """Mass matrix of all parts, (3 parts, 3 parts): kg, kg m, kg m^2."""
-    matrix = np.zeros((3 * len(q), 3 * len(q)))
-    for i, block in enumerate(mass_blocks(mechanism, q)):
-        matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = block
-    return matrix
 
 
 def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: float) -> FloatArray:
@@ -130,15 +122,8 @@ def _moving(
 def contact_mass(
     mechanism: Mechanism, contact: Contact, q: FloatArray, places: FloatArray
 ) -> float:
-    """Least mass in kg that the two bodies oppose to a contact anywhere along its face.
-
-    ``1 / (largest mobility of the first part + that of the second)`` with every joint kept,
-    whatever the direction: it bounds the duration of an impact from below, hence the step.
-    """
-    first, second = contact.anchors
-    rows = [anchor_jacobian(anchor, q) for anchor in (*first, *second)]
-    found = _moving(mechanism, q, places).mobilities(rows)
-    return 1.0 / max(max(found[: len(first)]) + max(found[len(first) :]), 1e-300)
+    """Least mass in kg that the two bodies oppose to a contact anywhere along its face."""
+    return _least_mass(mechanism, contact.anchors, q, places)
 
 
 def channel_mass(
@@ -147,35 +132,22 @@ def channel_mass(
     """Least mass in kg that any node of the link and the guide oppose to a contact between them."""
     guide = channel.guide
     end = Anchor(guide.part, guide.x + channel.length, guide.y)
-    nodes = [node_anchor(channel, i) for i in range(len(channel.rods) + 1)]
-    rows = [anchor_jacobian(anchor, q) for anchor in (*nodes, guide, end)]
+    nodes = tuple(node_anchor(channel, i) for i in range(len(channel.rods) + 1))
+    return _least_mass(mechanism, (nodes, (guide, end)), q, places)
+
+
+def _least_mass(
+    mechanism: Mechanism,
+    anchors: tuple[tuple[Anchor, ...], tuple[Anchor, ...]],
+    q: FloatArray,
+    places: FloatArray,
+) -> float:
+    """``1 / (largest mobility of the first body's anchors + that of the second's)``, kg.
+
+    With every joint kept, and whatever the direction: it bounds the duration of an impact from
+    below, hence the step.
+    """
+    first, second = anchors
+    rows = [anchor_jacobian(anchor, q) for anchor in (*first, *second)]
     found = _moving(mechanism, q, places).mobilities(rows)
-    return 1.0 / max(max(found[:-2]) + max(found[-2:]), 1e-300)
-
-
-def mobility(mass: FloatArray, jacobian: FloatArray, rows: FloatArray) -> float:
-    """Largest acceleration of a point per unit force on it, joints kept, 1/kg.
-
-    The point is given by its rows (directions, coordinates).
-    """
-    moved = solve_saddle(mass, jacobian, rows.T, np.zeros((len(jacobian), len(rows))))
-    return float(np.linalg.eigvalsh(rows @ moved[: len(mass)]).max())
-
-
-def solve_saddle(
-    mass: FloatArray, jacobian: FloatArray, forces: FloatArray, right: FloatArray
-) -> FloatArray:
-    """Accelerations and multipliers; the multipliers of redundant joints are the smallest.
-
-    `forces` and `right` may have columns, for so many solutions.
-    """
-    rows = len(jacobian)
-    matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((rows, rows))]])
-    vector = np.concatenate([forces, right])
-    scale = np.sqrt(np.maximum(np.abs(matrix).max(axis=1), 1e-300))
-    scaled = matrix / scale[:, None] / scale[None, :]
-    if rows == 0 or np.linalg.cond(scaled) < 1e13:
-        return np.asarray((np.linalg.solve(scaled, (vector.T / scale).T).T / scale).T)
-    # A redundant joint makes the matrix singular but leaves the motion: least squares finds it.
-    solution = np.linalg.lstsq(scaled, (vector.T / scale).T, rcond=1e-12)[0]
-    return np.asarray((solution.T / scale).T)
+    return 1.0 / max(max(found[: len(first)]) + max(found[len(first) :]), 1e-300)

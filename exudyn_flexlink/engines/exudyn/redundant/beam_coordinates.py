@@ -23,14 +23,14 @@ from exudyn_flexlink.mechanism import (
     anchor_jacobian,
     applied_forces,
     constraints_at,
-    mass_matrix,
-    mobility,
+    mass_blocks,
     rate_of_jacobian_times_velocity,
-    solve_saddle,
 )
 
 FloatArray = NDArray[np.float64]
 
+REDUNDANT = 1e-12  # of joints' rows of length 1: what is left of one that others imply
+TINY = 1e-300  # only divided by
 STRAIGHT = 1e-9  # rad, rad/s: rods that differ by less lie in one line and turn as one
 
 
@@ -114,8 +114,20 @@ class BeamCoordinates(Coordinates):
         motors = [motor.speed.rate(time) for motor in self.mechanism.speed_motors]
         if motors:
             right[-len(motors) :] += motors
-        solved = solve_saddle(self._mass(q), self._joints(q, places), forces, right)
-        return np.asarray(solved[: q.size])
+        by_forces, by_joints = self._moving(q, places)
+        return np.asarray(by_forces @ forces + by_joints @ right)
+
+    def _moving(self, q: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Matrices from forces, and from what each joint demands, to accelerations.
+
+        These are the nearest to those without joints, by the mass; joints may be redundant.
+        """
+        mass, joints = self._mass(q), self._joints(q, places)
+        arms = np.linalg.solve(mass, joints.T)
+        sizes = np.sqrt(np.maximum(np.sum(joints.T * arms, axis=0), TINY))
+        unit = arms / sizes
+        inverse = np.linalg.pinv(joints @ unit / sizes[:, None], rcond=REDUNDANT, hermitian=True)
+        return np.linalg.inv(mass) - unit @ inverse @ unit.T, unit @ inverse / sizes
 
     def _joints(self, q: FloatArray, places: FloatArray) -> FloatArray:
         """Jacobian of all joints and motors, (rows, coordinates)."""
@@ -126,7 +138,8 @@ class BeamCoordinates(Coordinates):
     def _mass(self, q: FloatArray) -> FloatArray:
         poses, _ = self._at_one(q, q)
         spread = self._spread(q)
-        mass = spread.T @ mass_matrix(self.mechanism, poses) @ spread
+        rows = spread.reshape(-1, 3, len(q))
+        mass = np.einsum("pik,pij,pjl->kl", rows, mass_blocks(self.mechanism, poses), rows)
         for beam in self._beams:
             mass[beam.columns, beam.columns] += np.kron(beam.link.shape.mass, np.eye(2))
         return np.asarray(mass)
@@ -149,12 +162,12 @@ class BeamCoordinates(Coordinates):
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
-        mass, joints = self._mass(self._q), self._joints(self._q, self.assembly.state.places)
+        moving, _ = self._moving(self._q, self.assembly.state.places)
         first, second = (
-            max(mobility(mass, joints, anchor_jacobian(anchor, poses) @ spread) for anchor in own)
+            max(_mobility(moving, anchor_jacobian(anchor, poses) @ spread) for anchor in own)
             for own in contact.anchors
         )
-        return contact.law.half_period(1.0 / max(first + second, 1e-300))
+        return contact.law.half_period(1.0 / max(first + second, TINY))
 
     # --- as parts --------------------------------------------------------------------------------
 
@@ -248,6 +261,11 @@ class BeamCoordinates(Coordinates):
             beam.link.shape.damping_power(beam.controls(q), beam.controls(v))
             for beam in self._beams
         )
+
+
+def _mobility(moving: FloatArray, rows: FloatArray) -> float:
+    """Largest acceleration (1/kg) by unit forces at a point, of rows (2, coordinates)."""
+    return float(np.linalg.eigvalsh(rows @ moving @ rows.T).max())
 
 
 def _angle(along: FloatArray, near: FloatArray) -> FloatArray:
