@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
     anchor_velocity,
-    slot_place,
+    places_near,
 )
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.scene import parse_scene
@@ -85,9 +85,7 @@ def feet(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
 
 def rows_at(mechanism: Mechanism, q: np.ndarray, near: np.ndarray) -> list[Rows]:
     """Constraints with every slot at the foot point of its own anchor: residuals as they are."""
-    places = np.array(
-        [slot_place(slot, q, place) for slot, place in zip(mechanism.slots, near, strict=True)]
-    )
+    places = places_near(mechanism, q, near)
     return list(constraint_rows(mechanism, q, places, np.array([0.1, 0.2, 0.3])))
 
 

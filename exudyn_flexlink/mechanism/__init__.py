@@ -39,7 +39,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     contact_mass,
     mass_blocks,
 )
-from exudyn_flexlink.mechanism.energy import EnergyMeter, turning
+from exudyn_flexlink.mechanism.energy import EnergyMeter
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
@@ -51,6 +51,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     slot_point,
     speed_along,
     turned,
+    turning,
 )
 from exudyn_flexlink.mechanism.laying_out import laps_near
 from exudyn_flexlink.mechanism.linear_springs import spring_force

@@ -24,7 +24,7 @@ from exudyn_flexlink.mechanism.constraints import (
     constraint_rows,
 )
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
-from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, angle_of
+from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
@@ -112,9 +112,10 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         q, places = closest(mechanism, start.states[:, :3], start.laps)
     else:
         q, places = _places(without_play(mechanism, set(start.angles)), start)
-    mechanism = mechanism.with_springs(
-        tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
-        tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
+    mechanism = replace(
+        mechanism,
+        springs=tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
+        linear_springs=tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
     )
     if start.states is not None:
         v = _closest_speeds(mechanism, q, places, start.states[:, 3:])
@@ -131,7 +132,7 @@ def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
     """Give a spring that is at rest as assembled its angle."""
     if spring.rest_angle is not None:
         return spring
-    turned = float(angle_of(spring.second, q) - angle_of(spring.first, q))
+    turned = float(turning(spring.first, spring.second, q))
     return replace(spring, rest_angle=turned)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.assembly import Assembly, without_play
-from exudyn_flexlink.mechanism.closing import CannotAssembleError, straight_positions
+from exudyn_flexlink.mechanism.closing import CannotAssembleError, shuffled, straight_positions
 from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import DEPENDENT, null_space, rigid_jacobian
 
@@ -43,13 +43,9 @@ def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
 def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) -> list[FloatArray]:
     mechanism = without_play(assembly.mechanism, set(fixed.angles))
     known = [assembly.state.q[:, 2]]
-    random = np.random.default_rng(0)
-    for _ in range(STARTS):
-        guesses = dict[int, float]()
-        for parts in loose:
-            guesses |= dict.fromkeys(parts, float(random.uniform(-np.pi, np.pi)))
+    for start in shuffled(fixed, loose, STARTS):
         try:
-            q, _ = straight_positions(mechanism, replace(fixed, guesses=guesses))
+            q, _ = straight_positions(mechanism, start)
         except CannotAssembleError:
             continue
         if all(_apart(q[:, 2], angles) > SAME for angles in known):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism.constraints import Constraints, along_slides, constraint_rows
-from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, slot_point
+from exudyn_flexlink.mechanism.kinematics import (
+    anchor_position,
+    length_along,
+    places_near,
+    slot_point,
+)
 from exudyn_flexlink.mechanism.laying_out import (
     Start,
     edges_of_lap,
@@ -19,7 +24,7 @@ from exudyn_flexlink.mechanism.laying_out import (
     slides_named,
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
-from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
+from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +34,6 @@ ITERATIONS = 60
 AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
 KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
 SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
-NO_LAPS: Mapping[str, int] = {}
 
 
 class CannotAssembleError(ValueError):
@@ -134,7 +138,7 @@ def closest(
     """
     free = tuple(motor for motor in mechanism.speed_motors if motor.start is None)
     held = _held(replace(mechanism, speed_motors=free), Start({}, {}, {}))
-    return _close(mechanism, q, held, straight=False, laps=laps)
+    return _close(mechanism, q, replace(held, laps=laps), straight=False)
 
 
 def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -154,7 +158,7 @@ class _Held:
     """Parts whose angle stays while the joints close, and places (m) at which parts are held.
 
     Also slides, and how far (m) they are out, and the slides within `rods` that can stretch, which
-    stay as long as they are.
+    stay as long as they are. Slots are in their first lap, but for `laps`.
     """
 
     turns: Set[int] = frozenset()
@@ -162,6 +166,7 @@ class _Held:
     slides: Sequence[Slide] = ()
     lengths: Sequence[float] = ()
     rods: Sequence[Slide] = ()
+    laps: Mapping[str, int] = field(default_factory=dict)
 
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
         """Rows of all joints, of drives that prescribe where they start, and of what is held."""
@@ -181,9 +186,8 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
     known = known_angles(mechanism, start)
     guesses = dict(start.guesses)
     for i, chain in enumerate(mechanism.bodies.values()):
-        waves = np.cos(np.linspace(0, np.pi, len(chain))) if not straight else np.ones(len(chain))
         if len(chain) > 1 and not straight:
-            base = known.get(chain[0], 0.0)
+            base, waves = known.get(chain[0], 0.0), np.cos(np.linspace(0, np.pi, len(chain)))
             guesses |= {k: base + turned * w for k, w in zip(chain, waves, strict=True)}
         elif chain[0] not in known:
             guesses |= dict.fromkeys(chain, turned * (-1) ** i)
@@ -195,24 +199,25 @@ def _shuffled(mechanism: Mechanism, start: Start) -> list[Start]:
     told = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
     known = known_angles(replace(mechanism, speed_motors=told, torque_motors=()), start)
     loose = [chain for chain in mechanism.bodies.values() if chain[0] not in known]
+    return list(shuffled(start, loose, SHUFFLES)) if len(loose) > 1 else []
+
+
+def shuffled(start: Start, loose: Sequence[tuple[int, ...]], count: int) -> Iterator[Start]:
+    """Guess angles of bodies, of which each is its parts, at random, so many times."""
     random = np.random.default_rng(0)
-    found = []
-    for _ in range(SHUFFLES if len(loose) > 1 else 0):
+    for _ in range(count):
+        angles = random.uniform(-np.pi, np.pi, len(loose)).tolist()
         guesses = dict(start.guesses)
-        for chain in loose:
-            guesses |= dict.fromkeys(chain, float(random.uniform(-np.pi, np.pi)))
-        found.append(replace(start, guesses=guesses))
-    return found
+        for parts, angle in zip(loose, angles, strict=True):
+            guesses |= dict.fromkeys(parts, angle)
+        yield replace(start, guesses=guesses)
 
 
 def _held(mechanism: Mechanism, start: Start) -> _Held:
     """What stays: what is given, and the angles that a motor drives from the ground."""
     held = set(start.angles)
-    driven: tuple[Motor | TorqueMotor, ...] = (*mechanism.speed_motors, *mechanism.torque_motors)
-    for motor in driven:
-        if isinstance(motor, Motor) and motor.slide:
-            continue
-        ends = {motor.first, motor.second} - {GROUND}
+    for first, second in mechanism.turned_by_drives:
+        ends = {first, second} - {GROUND}
         if len(ends) == 1 and not ends & set(start.guesses):
             held |= ends
     slides = slides_named(mechanism, start.along)
@@ -220,18 +225,15 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
 
 
 def _close(
-    mechanism: Mechanism,
-    q: FloatArray,
-    held: _Held,
-    straight: bool,
-    laps: Mapping[str, int] = NO_LAPS,
+    mechanism: Mechanism, q: FloatArray, held: _Held, straight: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Gauss-Newton steps of least length until every joint is closed.
 
-    With `straight` the parts of a body move as one. Slots are in their first lap, but for `laps`.
+    With `straight` the parts of a body move as one.
     """
     q = _straightened(mechanism, q) if straight else q
-    places = np.array([_place_in(slot, laps.get(slot.name, 1), q) for slot in mechanism.slots])
+    slots = [(slot, held.laps.get(slot.name, 1)) for slot in mechanism.slots]
+    places = np.array([_place_in(slot, lap, q) for slot, lap in slots])
     joints = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
@@ -241,21 +243,13 @@ def _close(
         step = _shortened(LeastMotion(mechanism, joints, roots, demand).nearest())
         q = q + step
         q = _straightened(mechanism, q) if straight else q
-        places = np.array(
-            [
-                slot.curve.nearest(slot_point(slot, q), near=place)
-                for slot, place in zip(mechanism.slots, places, strict=True)
-            ]
-        )
+        places = places_near(mechanism, q, places)
         joints = held.of(mechanism, q, places)
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
     _refuse_open(joints)
     _refuse_moved(mechanism, held, q)
-    kept = [
-        _kept_in(slot, laps.get(slot.name, 1), q, place)
-        for slot, place in zip(mechanism.slots, places, strict=True)
-    ]
+    kept = [_kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
     return q, np.array(kept)
 
 

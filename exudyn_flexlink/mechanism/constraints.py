@@ -13,7 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point, turned
+from exudyn_flexlink.mechanism.kinematics import (
+    anchor_position,
+    angle_of,
+    slot_point,
+    turned,
+    turning,
+)
 from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import Anchor
 
@@ -319,7 +325,7 @@ def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
         gap = anchor_position(joint.second, q) - anchor_position(joint.first, q)
         residuals.append(np.hypot(gap[..., 0], gap[..., 1]))
         if isinstance(joint, Weld):
-            turned = angle_of(joint.second.part, q) - angle_of(joint.first.part, q)
+            turned = turning(joint.first.part, joint.second.part, q)
             residuals.append(np.abs(turned - joint.angle))
     for slide in mechanism.slides:
         angle = angle_of(slide.first.part, q)

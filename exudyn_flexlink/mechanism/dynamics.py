@@ -13,9 +13,9 @@ from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
-    angle_of,
+    places_near,
     rate_of_jacobian_times_velocity,
-    slot_place,
+    turning,
 )
 from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
 from exudyn_flexlink.mechanism.linear_springs import spring_force
@@ -54,8 +54,8 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
         forces[i, :2] += part.mass * (gravity + v[i, 2] ** 2 * arm)
         forces[i, 2] += part.mass * (arm[0] * gravity[1] - arm[1] * gravity[0])
     for spring in mechanism.springs:
-        angle = angle_of(spring.second, q) - angle_of(spring.first, q)
-        rate = angle_of(spring.second, v) - angle_of(spring.first, v)
+        angle = turning(spring.first, spring.second, q)
+        rate = turning(spring.first, spring.second, v)
         rest = 0.0 if spring.rest_angle is None else spring.rest_angle
         torque = -spring.stiffness * (angle - rest) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
@@ -87,7 +87,7 @@ def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> N
 
 def constraints_at(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> Constraints:
     """All constraints with the motors', slots at their foot points, searched from `places`."""
-    feet = np.array([slot_place(s, q, p) for s, p in zip(mechanism.slots, places, strict=True)])
+    feet = places_near(mechanism, q, places)
     return constraint_rows(mechanism, q, feet, np.zeros(len(mechanism.speed_motors)))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.kinematics import angle_of
 from exudyn_flexlink.mechanism.linear_springs import damping_power, stored_energy
 from exudyn_flexlink.mechanism.model import Mechanism
 
@@ -61,8 +60,3 @@ class EnergyMeter:
         ground = np.zeros((*x.shape[:-2], 1))  # index -1: the ground does not turn
         angles = np.concatenate([x[..., 2], ground], axis=-1)
         return np.asarray(angles[..., self._second] - angles[..., self._first])
-
-
-def turning(first: int, second: int, v: FloatArray) -> FloatArray:
-    """Angle (or angular speed) of the second part relative to the first, (...,)."""
-    return angle_of(second, v) - angle_of(first, v)

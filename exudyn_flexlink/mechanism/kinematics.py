@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.mechanism.model import Slide, Slot
+from exudyn_flexlink.mechanism.model import Mechanism, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 
 FloatArray = NDArray[np.float64]
@@ -75,6 +75,11 @@ def angle_of(part: int, q: FloatArray) -> FloatArray:
     return np.asarray(q[..., part, 2])
 
 
+def turning(first: int, second: int, q: FloatArray) -> FloatArray:
+    """Angle (or angular speed) of the second part relative to the first, (...,)."""
+    return angle_of(second, q) - angle_of(first, q)
+
+
 def line_of(slide: Slide, q: FloatArray) -> FloatArray:
     """Direction of a slide's line in the ground's axes; `q` (..., parts, 3) gives (..., 2)."""
     angle = angle_of(slide.first.part, q) + slide.direction
@@ -118,9 +123,10 @@ def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
-def slot_place(slot: Slot, q: FloatArray, near: float) -> float:
-    """Parameter of the slot's curve next to its anchor, searched from `near`."""
-    return float(slot.curve.nearest(slot_point(slot, q), near=near))
+def places_near(mechanism: Mechanism, q: FloatArray, near: FloatArray) -> FloatArray:
+    """Parameters (slots,) of curves next to the slots' anchors, searched from those `near`."""
+    slots = zip(mechanism.slots, near.tolist(), strict=True)
+    return np.array([s.curve.nearest(slot_point(s, q), near=u) for s, u in slots], dtype=float)
 
 
 def rate_of_jacobian_times_velocity(

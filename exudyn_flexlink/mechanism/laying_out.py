@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.curves import Laps, ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
-from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, TorqueMotor
+from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.spanning import within_body
 
@@ -116,11 +116,8 @@ def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
     """Angles of all parts that are given, passed on by slides and welds, and along a link."""
     known = {**start.guesses, **start.angles}
     _pass_on_all(mechanism, known)
-    driven: tuple[Motor | TorqueMotor, ...] = (*mechanism.speed_motors, *mechanism.torque_motors)
-    for motor in driven:
-        if isinstance(motor, Motor) and motor.slide:
-            continue
-        for part in (motor.first, motor.second):
+    for ends in mechanism.turned_by_drives:
+        for part in ends:
             if part != GROUND:
                 known.setdefault(part, 0.0)
     _pass_on_all(mechanism, known)

@@ -8,7 +8,7 @@ or a point of the ground. Both engines, and the checks that need none, read this
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 from exudyn_flexlink.curves import Curve
@@ -215,11 +215,11 @@ class Mechanism:
         """Springs at angles, then those between anchors."""
         return (*self.springs, *self.linear_springs)
 
-    def with_springs(
-        self, springs: tuple[RotarySpring, ...], linear_springs: tuple[LinearSpring, ...]
-    ) -> Mechanism:
-        """Return the same mechanism with other springs."""
-        return replace(self, springs=springs, linear_springs=linear_springs)
+    @property
+    def turned_by_drives(self) -> list[tuple[int, int]]:
+        """First and second part of every drive at a joint that turns."""
+        by_speed = [(motor.first, motor.second) for motor in self.speed_motors if not motor.slide]
+        return [*by_speed, *((motor.first, motor.second) for motor in self.torque_motors)]
 
     @cached_property
     def bodies(self) -> Mapping[str, tuple[int, ...]]:

@@ -8,7 +8,7 @@ from math import copysign, inf, pi
 
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.build_drives import steady_drives
-from exudyn_flexlink.mechanism.kinematics import angle_of
+from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.scene import ImpulseLaw, PointOnCurve, Scene
@@ -77,7 +77,7 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
         return None
     pin = next(pin for pin in mechanism.hinges if pin.name == run.of)
     first, second = pin.first.part, pin.second.part
-    start = float(angle_of(second, assembly.state.q) - angle_of(first, assembly.state.q))
+    start = float(turning(first, second, assembly.state.q))
     return TurnGoal(first, second, start, 2 * pi * run.turns)
 
 

@@ -10,6 +10,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     angle_of,
     length_along,
     speed_along,
+    turning,
 )
 from exudyn_flexlink.mechanism.model import Motor, PointForce, Sense, Size, Sliding, Turning
 
@@ -20,7 +21,7 @@ def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
     """Value that is sensed at states (..., parts, 3): (...,)."""
     if isinstance(sense, Turning):
         x = v if sense.is_speed else q
-        return np.asarray(angle_of(sense.second, x) - angle_of(sense.first, x))
+        return turning(sense.first, sense.second, x)
     if isinstance(sense, Sliding):
         return speed_along(sense.slide, q, v) if sense.is_speed else length_along(sense.slide, q)
     return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
