@@ -351,7 +351,7 @@ def test_an_earlier_run_is_replaced(copy):
 
 def test_an_earlier_run_of_another_format_is_replaced(rigid, tmp_path, monkeypatch):
     copy = tmp_path / "copy"
-    monkeypatch.setattr("exudyn_flexlink.storage.writing.FORMAT", 0)
+    monkeypatch.setattr("exudyn_flexlink.storage.documents.FORMAT", 0)
     with staged_folder(copy) as folder:
         save(rigid, folder)
     monkeypatch.undo()

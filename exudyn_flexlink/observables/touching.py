@@ -32,6 +32,11 @@ class State(IntEnum):
     SAME_SIDE = 2
     OPPOSITE_SIDES = 3
 
+    @property
+    def told(self) -> str:
+        """In words, short enough for the head of a column."""
+        return ("free", "one point", "two, same side", "two, opposite")[self]
+
 
 TWO_POINTS = (State.SAME_SIDE, State.OPPOSITE_SIDES)
 """Two points or more."""
@@ -39,14 +44,13 @@ TWO_POINTS = (State.SAME_SIDE, State.OPPOSITE_SIDES)
 
 @dataclass(frozen=True)
 class ContactStates:
-    """What holds from `time[k]` to `time[k + 1]` (K + 1,), s: `state` and number of `points` (K,).
+    """Instants `time` (K + 1,) s, and the `state` (K,) that holds from each to the next.
 
     A run of one instant has no time for any state: K = 0.
     """
 
     time: FloatArray
     state: NDArray[np.int64]
-    points: NDArray[np.int64]
 
     def fractions(self, start: float = -np.inf, end: float = np.inf) -> dict[State, float]:
         """Part of the time from `start` to `end` (s) that each state holds; together 1.
@@ -63,14 +67,6 @@ class ContactStates:
             return np.full(np.shape(time), State.FREE, dtype=np.int64)
         k = np.searchsorted(self.time, time, side="right") - 1
         return self.state[np.clip(k, 0, len(self.state) - 1)]
-
-    def longest(self, cases: Collection[State]) -> tuple[float, float] | None:
-        """Begin and end (s) of the longest time in any of the cases; None if there is none."""
-        found = self.stretches(cases)
-        if not len(found):
-            return None
-        begin, end = found[int(np.argmax(found[:, 1] - found[:, 0]))]
-        return float(begin), float(end)
 
     def stretches(self, cases: Collection[State]) -> FloatArray:
         """Begin and end (K, 2) s of every time that is spent in any of the cases, in order."""
@@ -106,18 +102,10 @@ class ContactTotals:
 
 
 @dataclass(frozen=True)
-class LapContacts(ContactTotals):
-    """What happened in one lap of the crank, or the part of it that was run."""
-
-    lap: int
-
-
-@dataclass(frozen=True)
 class PairTotals:
     """What one pair did: its name, how often and how long it touched, and what passed there."""
 
     pair: str
-    side: float
     touches: int
     time: float  # s
     impulse: float  # N s
@@ -145,7 +133,7 @@ def contact_states(result: Result, joint: str) -> ContactStates:
         [State.OPPOSITE_SIDES, State.SAME_SIDE, State.ONE_POINT],
         State.FREE,
     )
-    return ContactStates(edges, state.astype(np.int64), upper + lower)
+    return ContactStates(edges, state.astype(np.int64))
 
 
 def contact_totals(
@@ -158,11 +146,13 @@ def contact_totals(
 
     """
     states, touches = contact_states(result, joint), _walls(result, joint).touches
-    return ContactTotals(*_totals(states, touches, start, end))
+    return _totals(states, touches, start, end)
 
 
-def lap_contacts(result: Result, joint: str) -> list[LapContacts]:
-    """Contacts of a joint, lap by lap; a touch belongs to the lap in which it begins.
+def lap_contacts(result: Result, joint: str) -> list[ContactTotals]:
+    """Contacts of a joint in every lap, the last perhaps cut short, in order.
+
+    A touch belongs to the lap in which it begins.
 
     Raises:
         ValueError: the result has no `joint` with walls, or no crank.
@@ -171,10 +161,7 @@ def lap_contacts(result: Result, joint: str) -> list[LapContacts]:
     states, touches = contact_states(result, joint), _walls(result, joint).touches
     starts = lap_starts(result)
     ends = [*starts[1:], np.inf]
-    return [
-        LapContacts(*_totals(states, touches, start, end), lap)
-        for lap, (start, end) in enumerate(zip(starts, ends, strict=True), start=1)
-    ]
+    return [_totals(states, touches, *lap) for lap in zip(starts, ends, strict=True)]
 
 
 def lap_starts(result: Result) -> list[float]:
@@ -205,7 +192,6 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
         found.append(
             PairTotals(
                 history.pairs[k],
-                history.sides[k],
                 int(mine.sum()),
                 float((touches.until(last) - touches.begin)[mine].sum()),
                 float(touches.impulse[mine].sum()),
@@ -233,12 +219,9 @@ def deepest(result: Result, joint: str) -> float:
     return result.sleeves[joint].deepest if joint in result.sleeves else 0.0
 
 
-def _totals(
-    states: ContactStates, touches: Intervals, start: float, end: float
-) -> tuple[dict[State, float], int, int, float, float, float]:
-    """Fields of `ContactTotals`, in order."""
+def _totals(states: ContactStates, touches: Intervals, start: float, end: float) -> ContactTotals:
     mine = (touches.begin >= start) & (touches.begin < end)
-    return (
+    return ContactTotals(
         states.fractions(start, end),
         int(mine.sum()),
         states.impacts(start, end),

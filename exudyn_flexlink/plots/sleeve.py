@@ -52,12 +52,6 @@ STATE_COLOURS = {
     State.OPPOSITE_SIDES: "#6B1A08",
 }
 """Ever darker, so that they are told apart in grey too."""
-STATE_LABELS = {
-    State.FREE: "free",
-    State.ONE_POINT: "one point",
-    State.SAME_SIDE: "two, same side",
-    State.OPPOSITE_SIDES: "two, opposite",
-}
 MOST_ROWS = 12  # of laps in the strip
 LEGEND_HEIGHT = 1.3  # inches
 ROW_HEIGHT = 0.24
@@ -99,7 +93,7 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
     axes.set_yticks([row + 0.5 for row in range(len(names))], names)
     axes.grid(visible=False)
     handles = [
-        Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=STATE_LABELS[state])
+        Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=state.told)
         for state, colour in STATE_COLOURS.items()
         if np.any(states.state == state)
     ]

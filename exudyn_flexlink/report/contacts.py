@@ -18,14 +18,8 @@ from exudyn_flexlink.report.text import lines_of, table
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
-STATE_NAMES = {
-    State.FREE: "free",
-    State.ONE_POINT: "one point",
-    State.SAME_SIDE: "two, same side",
-    State.OPPOSITE_SIDES: "two, opposite",
-}
 UNITS = {
-    **dict.fromkeys(STATE_NAMES.values(), "%"),
+    **dict.fromkeys((state.told for state in State), "%"),
     "touches": "",
     "impacts": "",
     "impulse": "N s",
@@ -49,7 +43,7 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    rows = [[str(lap.lap), *_numbers(lap)] for lap in laps[:MOST_LAPS]]
+    rows = [[str(i), *_numbers(lap)] for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
     if len(laps) != 1:
         rows.append(["all", *_numbers(whole)])
     more = len(laps) - MOST_LAPS
@@ -133,7 +127,7 @@ def _numbers(totals: ContactTotals) -> list[str]:
 
 def _told(totals: ContactTotals) -> dict[str, str]:
     """All that is told of a stretch of time, by name."""
-    parts = {name: f"{100 * totals.fractions[state]:.1f} %" for state, name in STATE_NAMES.items()}
+    parts = {state.told: f"{100 * totals.fractions[state]:.1f} %" for state in State}
     return parts | {
         "touches": str(totals.touches),
         "impacts": str(totals.impacts),
