@@ -21,8 +21,8 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from benchmarks.series import deviation, read_series
 from numpy.typing import NDArray
-from reference_series import deviation, read_series
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.comparison import compare

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference_series import deviation, read_series
+from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene

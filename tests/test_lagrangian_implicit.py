@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference_series import deviation, read_series
+from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.curves import (
     CircleArc,

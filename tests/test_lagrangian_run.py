@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference_series import deviation, read_series
+from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of

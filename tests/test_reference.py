@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from reference_series import deviation, read_series
+from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from reference_series import deviation, read_series
+from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.comparison import compare

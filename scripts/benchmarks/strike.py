@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from reference_series import deviation, read_series
 
+from benchmarks.series import deviation, read_series
 from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import Result, Scene, load_scene, simulate
 from exudyn_flexlink.observables import lever_response, path
