@@ -56,6 +56,13 @@ class Outcome:
     reason: str = ""
     advice: str = ""
 
+    @property
+    def told(self) -> str:
+        """How it ended, in words."""
+        if self.completed:
+            return "completed"
+        return f"stopped at t = {self.time:.4g} s: {self.reason}"
+
 
 @dataclass(frozen=True)
 class ContactHistory:

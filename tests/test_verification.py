@@ -113,7 +113,7 @@ def test_numbers_of_a_stopped_run_are_missing(files: Path) -> None:
     stopped = replace(result, outcome=Outcome(False, 0.3, "no step was small enough"))
     found = judged(benchmark, benchmark.runs[0], stopped)
     assert not found.fine
-    assert found.stopped == "stopped at 0.3 s: no step was small enough"
+    assert found.stopped == "stopped at t = 0.3 s: no step was small enough"
     assert all(np.isnan(n.computed) for n in found.numbers)
     assert differences([found]).axes
 

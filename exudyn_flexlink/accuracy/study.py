@@ -194,7 +194,7 @@ class Studying:
             return None
         outcome = solved.result.outcome
         if not outcome.completed:
-            self.runs.failed[label] = f"stopped at t = {outcome.time:.4g} s: {outcome.reason}"
+            self.runs.failed[label] = outcome.told
             return None
         return solved
 

@@ -43,11 +43,11 @@ class Animation:
 
         """
         from exudyn_flexlink.animation import film_bytes, is_animation
-        from exudyn_flexlink.storage import replace_bytes
+        from exudyn_flexlink.storage import replace_file
 
         file = Path(path)
         content = film_bytes(self.film, file.suffix[1:].lower(), self.filming, progress)
-        replace_bytes(file, content, is_animation, force=force)
+        replace_file(file, content, is_animation, force=force)
         return file
 
     def html(self) -> str:

@@ -13,7 +13,7 @@ from exudyn_flexlink import engines, observables, storage
 from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import Plots
 from exudyn_flexlink.api.scenes import Scene, own_scene
-from exudyn_flexlink.api.showing import page_of_run
+from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
@@ -239,7 +239,9 @@ class Result(PlainResult):
         )
 
     def _repr_html_(self) -> str:
-        return page_of_run(self, self.summary())
+        from exudyn_flexlink import plots
+
+        return page(self.scene.title, self.summary(), plots.coordinates(self))
 
 
 def simulate(

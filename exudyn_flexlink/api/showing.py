@@ -7,20 +7,11 @@ from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.result import Result
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
 STYLE = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
-
-
-def page_of_run(result: Result, text: str) -> str:
-    """Return HTML: outcome, errors and warnings in words, and the motion of the watched point."""
-    from exudyn_flexlink import plots
-
-    return page(result.scene.title, text, plots.coordinates(result))
 
 
 def page(title: str, text: str, figure: Figure | None) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, fields, is_dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -14,7 +15,6 @@ from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.tables import needed
-from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.source import Document, Mistake
 from exudyn_flexlink.sweeps import (
@@ -24,7 +24,6 @@ from exudyn_flexlink.sweeps import (
     OneRun,
     Row,
     Scalar,
-    Sweep,
     carried_out,
     executor_of,
     grid,
@@ -143,6 +142,8 @@ def sweep(
 
     """
     _check(engine, row, observe, series=series, folder=folder)
+    if resume and force:
+        raise ValueError("'resume' goes on, 'force' begins anew: give one of both")
     place = None if folder is None else Path(folder)
     executor = executor_of(workers, scheduler)
     mistakes: list[Mistake] = []
@@ -159,12 +160,15 @@ def sweep(
     )
     work = work_of(
         plan,
-        _Run(engine, measure, retries),
+        partial(engines.simulate, engine=engine, measure=measure, retries=retries),
         _Own(observe or cast(Observe, OneRun(cast(Any, row or standard_row)))),
         storage.SeriesKeeper(place.resolve()) if series and place else None,
     )
     engines.compile_once(scene, engine)
-    with _journal(plan, place, resume=resume, force=force, series=series) as journal:
+    kept = nullcontext() if place is None else storage.open_journal(
+        place, plan, resume=resume, force=force, series=series
+    )  # fmt: skip
+    with kept as journal:
 
         def told(found: Row, count: int) -> None:
             if journal is not None:
@@ -195,18 +199,6 @@ def load_sweep(folder: str | PathLike[str]) -> SweepTable:
 def own_table(found: PlainTable) -> SweepTable:
     """Return a table with the methods of this room."""
     return SweepTable(**{field.name: getattr(found, field.name) for field in fields(PlainTable)})
-
-
-@dataclass(frozen=True)
-class _Run:
-    """Runs a scene; can be sent to other processes."""
-
-    engine: str
-    measure: bool
-    retries: int
-
-    def __call__(self, scene: PlainScene, /) -> PlainResult:
-        return engines.simulate(scene, self.engine, measure=self.measure, retries=self.retries)
 
 
 @dataclass(frozen=True)
@@ -273,23 +265,3 @@ def _check(
         raise ValueError("'row' observes one run, 'observe' several: give one of both")
     if series and folder is None:
         raise ValueError("'series' are saved in the sweep's folder: give 'folder', too")
-
-
-@contextmanager
-def _journal(
-    plan: Sweep, folder: Path | None, *, resume: bool, force: bool, series: bool
-) -> Iterator[storage.Journal | None]:
-    """Open the journal in a folder, if there is one.
-
-    Raises:
-        StorageError: the folder can't be written, or holds something else.
-        ValueError: it is to go on and to begin anew.
-
-    """
-    if resume and force:
-        raise ValueError("'resume' goes on, 'force' begins anew: give one of both")
-    if folder is None:
-        yield None
-        return
-    with storage.open_journal(folder, plan, resume=resume, force=force, series=series) as journal:
-        yield journal

@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.cli.copying import holds_schema
 from exudyn_flexlink.cli.figures import look_of, write_figure
 from exudyn_flexlink.cli.keeping import why_not
 from exudyn_flexlink.cli.sweeping import draw_sweep
@@ -88,7 +89,7 @@ def _unknown(names: Sequence[str], swept: SweepTable | None) -> str:
 
 def schema_command(options: argparse.Namespace) -> int:
     """Print, or write, the JSON schema of model files; returns the exit code."""
-    from exudyn_flexlink.scene import is_schema, json_schema
+    from exudyn_flexlink.scene import json_schema
     from exudyn_flexlink.storage import StorageError, replace_file
 
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
@@ -96,7 +97,7 @@ def schema_command(options: argparse.Namespace) -> int:
         print(text, end="")
         return DONE
     try:
-        replace_file(options.out, text, is_schema, force=options.force)
+        replace_file(options.out, text.encode(), holds_schema, force=options.force)
     except StorageError as error:
         return refuse(error)
     return DONE

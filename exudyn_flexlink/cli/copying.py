@@ -74,14 +74,14 @@ def _write(texts: dict[Path, str], *, force: bool) -> None:
         StorageError: the same of the model itself.
 
     """
-    from exudyn_flexlink.scene import is_schema
     from exudyn_flexlink.storage import StorageError, replace_file
 
     new = [file for file in texts if not file.exists()]
     try:
         for file, text in texts.items():
-            same = is_schema if file.name == SCHEMA else text.__eq__
-            replace_file(file, text, same, force=force)
+            content = text.encode()
+            same = holds_schema if file.name == SCHEMA else content.__eq__
+            replace_file(file, content, same, force=force)
     except StorageError as error:
         for other in new:
             with suppress(OSError):
@@ -131,6 +131,13 @@ def _models() -> Path:
     from exudyn_flexlink.shipped import models_folder
 
     return models_folder()
+
+
+def holds_schema(content: bytes) -> bool:
+    """Tell whether the content of a file is the schema of model files."""
+    from exudyn_flexlink.scene import is_schema
+
+    return is_schema(content.decode(errors="replace"))
 
 
 def _text(file: Path) -> str:

@@ -81,11 +81,11 @@ def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:
 def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
     """Draw a figure into a file; returns the exit code, and says why there is none."""
     from exudyn_flexlink.plots import figure_bytes, is_figure
-    from exudyn_flexlink.storage import StorageError, replace_bytes
+    from exudyn_flexlink.storage import StorageError, replace_file
 
     try:
         content = figure_bytes(draw(), file.suffix[1:].lower())
-        replace_bytes(file, content, is_figure, force=force)
+        replace_file(file, content, is_figure, force=force)
     except StorageError as error:
         return refuse(error)
     except Exception as error:  # a mistake of the program: what was computed is sound

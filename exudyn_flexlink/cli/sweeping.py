@@ -32,7 +32,7 @@ from exudyn_flexlink.cli.terminal import (
 from exudyn_flexlink.cli.values import model_path
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from exudyn_flexlink.source import Mistake
     from exudyn_flexlink.sweeps import Executor, Row, Sweep, SweepTable
@@ -147,40 +147,32 @@ def _swept(
     with open_journal(
         folder, plan, resume=options.resume, force=options.force, series=options.series
     ) as journal:
-        told = _Telling(len(plan), journal.known.values())
+        made = Counter(row.status for row in journal.known.values())
         if journal.known and not options.quiet:
             rest = "going on with the rest" if len(journal.known) < len(plan) else "none is missing"
             complain(f"{len(journal.known)} of {len(plan)} rows are there; {rest}")
-        with progress_bar(options.quiet, told.what, _compiles(plan, options)) as bar:
+        with progress_bar(
+            options.quiet, _progress(made, len(plan)), _compiles(plan, options)
+        ) as bar:
             engines.compile_once(plan.scene, plan.engine)
 
             def keep(row: Row, count: int) -> None:
                 journal.add(row)
-                told.add(row)
+                made[row.status] += 1
                 if bar is not None:
-                    bar.say(told.what)
+                    bar.say(_progress(made, len(plan)))
                     bar(count / len(plan))
 
             table = carried_out(plan, work, executor, journal.known, keep)
         return table, _write(plan, table, folder, options)
 
 
-class _Telling:
-    """What the progress says: rows that are there, and how many have no numbers."""
+def _progress(count: Counter[str], points: int) -> str:
+    """Rows that are there, and how many have no numbers."""
+    from exudyn_flexlink.sweeps import FAILED
 
-    def __init__(self, points: int, known: Iterable[Row]) -> None:
-        self._points = points
-        self._count = Counter(row.status for row in known)
-
-    def add(self, row: Row) -> None:
-        self._count[row.status] += 1
-
-    @property
-    def what(self) -> str:
-        from exudyn_flexlink.sweeps import FAILED
-
-        failed = f", {self._count[FAILED]} failed" if self._count[FAILED] else ""
-        return f"sweep: {sum(self._count.values())} of {self._points} runs{failed}"
+    failed = f", {count[FAILED]} failed" if count[FAILED] else ""
+    return f"sweep: {count.total()} of {points} runs{failed}"
 
 
 def _compiles(plan: Sweep, options: argparse.Namespace) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from importlib.metadata import PackageNotFoundError, version
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -13,6 +12,7 @@ from exudyn_flexlink.page.moving import policy_of
 from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.versions import THIS, version_of
 
 GENERATOR = "exudyn-flexlink report"
 """How a page says that this program wrote it."""
@@ -40,18 +40,10 @@ def page_of(result: Result) -> str:
         policy=policy_of(players),
         name_of_model=MODEL,
         model_link=f"data:text/yaml;base64,{b64encode(model).decode('ascii')}",
-        program=_program(),
+        program=f"{THIS} {version_of(THIS)}",
     )
 
 
 def is_page(content: bytes) -> bool:
     """Whether the content of a file is a page of this program."""
     return f'name="generator" content="{GENERATOR}"'.encode() in content[:1000]
-
-
-def _program() -> str:
-    """Name and version of this program."""
-    try:
-        return f"exudyn-flexlink {version('exudyn-flexlink')}"
-    except PackageNotFoundError:
-        return "exudyn-flexlink, run from its source"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from exudyn_flexlink.page.rendering import is_page, page_of
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import replace_bytes
+from exudyn_flexlink.storage import replace_file
 
 PAGE = "report.html"
 """Name of the page in the folder of its run."""
@@ -19,4 +19,4 @@ def write_page(result: Result, file: Path, *, force: bool = False) -> None:
         StorageError: the file may not be replaced, or can't be written.
 
     """
-    replace_bytes(file, page_of(result).encode("utf-8"), is_page, force=force)
+    replace_file(file, page_of(result).encode("utf-8"), is_page, force=force)

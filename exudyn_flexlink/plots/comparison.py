@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.comparison import Comparison
 from exudyn_flexlink.observables import Measure, name_of
-from exudyn_flexlink.plots.frame import Words, framed_figure, links_of, stopped
+from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
 from exudyn_flexlink.plots.panels import (
     BEYOND,
     along,
@@ -54,7 +54,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
         return None
     runs = compared.first, compared.second
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
-    notes = [f"{s.name}: {stopped(s.result)}" for s in runs if not s.result.outcome.completed]
+    notes = [f"{s.name}: {s.result.outcome.told}" for s in runs if not s.result.outcome.completed]
     title = runs[1].result.scene.title
     count = 3 + len(_kinds(compared)) + len(compared.levers)
     figure = framed_figure(

@@ -37,7 +37,7 @@ def new_figure(result: Result, subject: str, height: float, style: Style = SCREE
 
     `height` (inches) is that of what is drawn on a screen, without title and caption.
     """
-    note = "" if result.outcome.completed else stopped(result)
+    note = "" if result.outcome.completed else result.outcome.told
     caption = [(caption_of(result), GREY)]
     words = Words(result.scene.title, subject, [note], caption)
     figure = framed_figure(words, height, style)
@@ -148,8 +148,3 @@ def links_of(scene: Scene) -> list[str]:
 def _stiffness(body: FlexibleBody) -> str:
     rule = body.hinges.stiffness
     return f"'{rule}'" if isinstance(rule, str) else f"{rule:.4g} N m/rad"
-
-
-def stopped(result: Result) -> str:
-    """Say when and why a run stopped."""
-    return f"stopped at t = {result.outcome.time:.4g} s: {result.outcome.reason}"

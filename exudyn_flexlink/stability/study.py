@@ -176,8 +176,7 @@ def study(
 def _whole(simulate: Simulate, scene: Scene) -> Result:
     run = simulate(scene)
     if not run.outcome.completed:
-        told = f"the run stopped at {run.outcome.time:.6g} s: {run.outcome.reason}"
-        raise StoppedError(told)
+        raise StoppedError(f"the run {run.outcome.told}")
     return run
 
 

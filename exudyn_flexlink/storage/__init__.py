@@ -16,7 +16,6 @@ from exudyn_flexlink.storage.reading import load
 from exudyn_flexlink.storage.stability import save_stability
 from exudyn_flexlink.storage.staging import (
     KeptBesideError,
-    replace_bytes,
     replace_file,
     staged_files,
     staged_folder,
@@ -50,7 +49,6 @@ __all__ = [
     "load_sweep",
     "open_journal",
     "own_files",
-    "replace_bytes",
     "replace_file",
     "save",
     "save_accuracy",

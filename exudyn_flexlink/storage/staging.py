@@ -80,24 +80,7 @@ def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
             staged.rmdir()
 
 
-def replace_file(file: Path, text: str, is_own: Callable[[str], bool], *, force: bool) -> None:
-    """Write a text to a file, whole or not at all; see `replace_bytes`.
-
-    Raises:
-        StorageError: the file may not be replaced, or can't be written.
-
-    """
-
-    def holds_own(content: bytes) -> bool:
-        try:
-            return is_own(content.decode("utf-8"))
-        except ValueError:
-            return False
-
-    replace_bytes(file, text.encode("utf-8"), holds_own, force=force)
-
-
-def replace_bytes(
+def replace_file(
     file: Path, content: bytes, is_own: Callable[[bytes], bool], *, force: bool
 ) -> None:
     """Write a file, whole or not at all.

@@ -83,9 +83,8 @@ class OneRun:
 
         """
         result = simulate(scene)
-        outcome = result.outcome
-        if not outcome.completed:
-            raise RunFailedError(f"stopped at t = {outcome.time:.4g} s: {outcome.reason}")
+        if not result.outcome.completed:
+            raise RunFailedError(result.outcome.told)
         return self.row(result)
 
 

@@ -85,9 +85,8 @@ class _Runs:
         result = self.simulate(scene)
         self.made += 1
         self.told += result.warnings
-        outcome = result.outcome
-        if not outcome.completed:
-            self.told.append(f"a run stopped at t = {outcome.time:.4g} s: {outcome.reason}")
+        if not result.outcome.completed:
+            self.told.append(f"a run {result.outcome.told}")
         if self.keep is not None:
             self.keep(result, self.name if self.made == 1 else f"{self.name}-{self.made}")
         return result

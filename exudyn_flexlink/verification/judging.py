@@ -90,7 +90,7 @@ def judged(benchmark: Benchmark, run: BenchmarkRun, result: Result) -> VerifiedR
 
     """
     outcome = result.outcome
-    stopped = "" if outcome.completed else f"stopped at {outcome.time:.4g} s: {outcome.reason}"
+    stopped = "" if outcome.completed else outcome.told
     numbers, mistakes = [], []
     for name, number in run.numbers.items():
         value = nan
