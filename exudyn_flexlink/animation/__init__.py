@@ -8,22 +8,18 @@ from exudyn_flexlink.animation.film import Film, FilmError, Take, film_of
 from exudyn_flexlink.animation.html import page, player
 from exudyn_flexlink.animation.slowing import Slow
 from exudyn_flexlink.animation.writing import (
-    FORMATS,
     Filming,
-    ffmpeg,
     film_bytes,
     is_animation,
     usual_formats,
 )
 
 __all__ = [
-    "FORMATS",
     "Film",
     "FilmError",
     "Filming",
     "Slow",
     "Take",
-    "ffmpeg",
     "film_bytes",
     "film_of",
     "is_animation",

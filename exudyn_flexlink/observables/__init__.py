@@ -17,7 +17,6 @@ from exudyn_flexlink.observables.deviations import Deviation
 from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.forces import (
     Force,
-    ForcePeak,
     force_deviations,
     force_peaks,
     forces_of,
@@ -32,7 +31,6 @@ from exudyn_flexlink.observables.levers import (
 )
 from exudyn_flexlink.observables.parting import (
     STILL,
-    VISIBLE,
     common_points,
     common_times,
     farthest,
@@ -59,7 +57,6 @@ from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
     ContactStates,
     ContactTotals,
-    PairTotals,
     State,
     contact_states,
     contact_totals,
@@ -78,15 +75,12 @@ __all__ = [
     "SAME_STRIKE",
     "STILL",
     "TWO_POINTS",
-    "VISIBLE",
     "ContactStates",
     "ContactTotals",
     "Deviation",
     "Force",
-    "ForcePeak",
     "LeverResponse",
     "Measure",
-    "PairTotals",
     "PointPath",
     "Spectrum",
     "State",

@@ -30,7 +30,6 @@ from exudyn_flexlink.report import (
 )
 from exudyn_flexlink.result import INTERRUPTED, Result
 
-ERRORS = "How far the run is off"
 MOST_STRIKES = 100  # of a contact: some screens of a phone
 MOST_PAIRS = 10
 MOST_TOUCHES = 200  # folded, until the reader opens them

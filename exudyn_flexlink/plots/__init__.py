@@ -18,7 +18,7 @@ from exudyn_flexlink.plots.saving import FORMATS, figure_bytes, is_figure, save_
 from exudyn_flexlink.plots.sleeve import guide_contact
 from exudyn_flexlink.plots.stability import bifurcation, stability
 from exudyn_flexlink.plots.start import start
-from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style, styled
+from exudyn_flexlink.plots.style import ENGINE_COLOURS, PRINT, SCREEN, STYLES, Style
 from exudyn_flexlink.plots.sweep import sweep
 from exudyn_flexlink.plots.verification import differences
 from exudyn_flexlink.result import Result
@@ -47,7 +47,6 @@ __all__ = [
     "save_figures",
     "stability",
     "start",
-    "styled",
     "sweep",
     "work_precision",
 ]

@@ -12,12 +12,11 @@ from exudyn_flexlink.stability.exponent import (
     Flow,
     Neighbours,
     TooShortError,
-    Trajectory,
     largest_exponent,
     trajectory,
 )
-from exudyn_flexlink.stability.laps import LapDistances, Repeating, lap_distances, repeating
-from exudyn_flexlink.stability.neighbours import Simulate, StoppedError, exponent_of
+from exudyn_flexlink.stability.laps import LapDistances, lap_distances, repeating
+from exudyn_flexlink.stability.neighbours import StoppedError, exponent_of
 from exudyn_flexlink.stability.rhythm import NoRhythmError, Rhythm, rhythm_of
 from exudyn_flexlink.stability.sections import (
     Branches,
@@ -45,14 +44,11 @@ __all__ = [
     "LapDistances",
     "Neighbours",
     "NoRhythmError",
-    "Repeating",
     "Rhythm",
     "Section",
-    "Simulate",
     "Stability",
     "StoppedError",
     "TooShortError",
-    "Trajectory",
     "Vibration",
     "exponent_of",
     "lap_distances",

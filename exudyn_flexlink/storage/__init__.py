@@ -21,7 +21,6 @@ from exudyn_flexlink.storage.staging import (
     staged_folder,
 )
 from exudyn_flexlink.storage.sweep import (
-    Journal,
     SeriesKeeper,
     is_sweep,
     load_sweep,
@@ -37,7 +36,6 @@ from exudyn_flexlink.storage.writing import save
 
 __all__ = [
     "Array",
-    "Journal",
     "KeptBesideError",
     "SeriesKeeper",
     "StorageError",

@@ -7,49 +7,39 @@ from exudyn_flexlink.sweeps.choosing import executor_of
 from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
 from exudyn_flexlink.sweeps.dimensions import label_of
 from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, InThisProcess
-from exudyn_flexlink.sweeps.plan import Point, Sweep, Varied, planned, versions
+from exudyn_flexlink.sweeps.plan import Sweep, Varied, planned, versions
 from exudyn_flexlink.sweeps.processes import LocalProcesses
 from exudyn_flexlink.sweeps.rows import (
-    DONE,
     DOUBTFUL,
     FAILED,
     Observe,
     OneRun,
     Row,
-    RowFunction,
-    RunFailedError,
     Scalar,
     Simulate,
     standard_row,
 )
 from exudyn_flexlink.sweeps.running import carried_out, work_of
-from exudyn_flexlink.sweeps.study import Study, read_study
-from exudyn_flexlink.sweeps.table import SweepTable, table_of
-from exudyn_flexlink.sweeps.values import Value, in_si
-from exudyn_flexlink.sweeps.work import Keep, Work
+from exudyn_flexlink.sweeps.study import read_study
+from exudyn_flexlink.sweeps.table import SweepTable
+from exudyn_flexlink.sweeps.values import in_si
+from exudyn_flexlink.sweeps.work import Work
 
 __all__ = [
-    "DONE",
     "DOUBTFUL",
     "FAILED",
     "CannotStartError",
     "Design",
     "Executor",
     "InThisProcess",
-    "Keep",
     "LocalProcesses",
     "Observe",
     "OneRun",
-    "Point",
     "Row",
-    "RowFunction",
-    "RunFailedError",
     "Scalar",
     "Simulate",
-    "Study",
     "Sweep",
     "SweepTable",
-    "Value",
     "Varied",
     "Work",
     "carried_out",
@@ -63,7 +53,6 @@ __all__ = [
     "random",
     "read_study",
     "standard_row",
-    "table_of",
     "versions",
     "work_of",
 ]

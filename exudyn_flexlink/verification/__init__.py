@@ -5,11 +5,10 @@ here runs an engine: who verifies gives the results.
 """
 
 from exudyn_flexlink.verification.judging import Compared, VerifiedRun, judged
-from exudyn_flexlink.verification.reading import Benchmark, BenchmarkRun, read_benchmark
+from exudyn_flexlink.verification.reading import Benchmark, read_benchmark
 
 __all__ = [
     "Benchmark",
-    "BenchmarkRun",
     "Compared",
     "VerifiedRun",
     "judged",
