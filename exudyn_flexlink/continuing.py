@@ -47,7 +47,7 @@ def continued(result: Result, at: float | None = None) -> Scene:
         CannotContinueError: something presses at that instant, or nobody knows where the run was.
 
     """
-    k = len(result.time) - 1 if at is None else int(np.abs(result.time - at).argmin())
+    k = len(result.time) - 1 if at is None else result.sample_at(at)
     time = float(result.time[k])
     _require_free(result, time)
     bodies = assemble_scene(result.scene).mechanism.bodies
@@ -89,7 +89,7 @@ def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
 
 def state_at(result: Result, time: float) -> FloatArray:
     """State (parts, 6) at the sample next to an instant (s)."""
-    k = int(np.abs(result.time - time).argmin())
+    k = result.sample_at(time)
     return np.concatenate([result.poses[k], result.rates[k]], axis=-1)
 
 

@@ -295,6 +295,10 @@ class Result:
     outcome: Outcome
     error: MeasuredError | None = None
 
+    def sample_at(self, time: float) -> int:
+        """Index of the sample next to an instant (s)."""
+        return int(np.abs(self.time - time).argmin())
+
     @property
     def intervals(self) -> dict[str, Intervals]:
         """Every contact, by the names of the scene's contacts and then of its joints."""

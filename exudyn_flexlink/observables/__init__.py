@@ -11,6 +11,7 @@ from exudyn_flexlink.observables.crank import (
     crank_joint,
     joint_angle,
     laps,
+    turned_since_start,
     turns,
 )
 from exudyn_flexlink.observables.deviations import Deviation
@@ -128,6 +129,7 @@ __all__ = [
     "strikes",
     "struck_bodies",
     "touching",
+    "turned_since_start",
     "turns",
     "watched_point",
     "worst_force",

@@ -58,6 +58,17 @@ def crank_angle(result: Result) -> FloatArray:
     return joint_angle(result, name)
 
 
+def turned_since_start(result: Result) -> FloatArray:
+    """How far the crank has turned since the first sample (N,), rad, without sign.
+
+    Raises:
+        ValueError: the scene has no revolute joint.
+
+    """
+    angle = crank_angle(result)
+    return np.asarray(np.abs(angle - angle[0]))
+
+
 def joint_angle(result: Result, name: str) -> FloatArray:
     """Angle of the revolute joint `name` (N,), rad: second body relative to the first.
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables.crank import crank_angle, lap_of
+from exudyn_flexlink.observables.crank import laps, turned_since_start
 from exudyn_flexlink.result import Result, SleeveHistory
 
 FloatArray = NDArray[np.float64]
@@ -171,9 +171,8 @@ def lap_starts(result: Result) -> list[float]:
         ValueError: the scene has no revolute joint.
 
     """
-    angle = crank_angle(result)
-    made = np.maximum.accumulate(np.abs(angle - angle[0]) / (2 * np.pi))
-    whole = range(int(lap_of(angle).max()))
+    made = np.maximum.accumulate(turned_since_start(result) / (2 * np.pi))
+    whole = range(int(laps(result).max()))
     return [float(result.time[0]), *(_first(made, n, result.time) for n in whole[1:])]
 
 

@@ -13,7 +13,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from exudyn_flexlink.observables import Strike, crank_angle, lever_response, strikes, turns
+from exudyn_flexlink.observables import (
+    Strike,
+    crank_angle,
+    lever_response,
+    strikes,
+    turned_since_start,
+    turns,
+)
 from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import columns_of, horizon, letter
@@ -62,7 +69,7 @@ def mechanism(
     grid = figure.subplots(len(heights), COLUMNS, squeeze=False)
     panels = list(grid.flat[:count])
     for axes, (time, what) in zip(panels, shown, strict=False):
-        index = int(np.argmin(np.abs(result.time - time)))
+        index = result.sample_at(time)
         sketch.draw(axes, index)
         sketch.draw_path(axes, slice(index + 1))
         sketch.name_points(axes, index)
@@ -129,7 +136,7 @@ def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, Float
     result = sketch.result
     until = min(strike.begin + ZOOM_TIME * (strike.end - strike.begin), float(result.time[-1]))
     times = np.linspace(strike.begin, until, ZOOM_INSTANTS)
-    indices = [int(np.argmin(np.abs(result.time - time))) for time in times]
+    indices = [result.sample_at(time) for time in times]
     around = slice(indices[0], indices[-1] + 1)
     body = split_point(result.scene.contacts[strike.contact].striking)[0]
     # Of the body that strikes, the half at its end is to be seen.
@@ -163,7 +170,7 @@ def _instants(result: Result) -> list[tuple[float, str]]:
         peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
         chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
-        turned = np.abs(crank_angle(result) - crank_angle(result)[0])
+        turned = turned_since_start(result)
         at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
         if turned[-1] >= at:
             time = result.time[int(np.argmin(np.abs(turned - at)))]
@@ -174,7 +181,7 @@ def _instants(result: Result) -> list[tuple[float, str]]:
 def _over_a_turn(result: Result) -> list[float]:
     """Four instants of the first turn of the crank; if it makes none, of the whole run."""
     if turns(result):
-        turned = np.abs(crank_angle(result) - crank_angle(result)[0])
+        turned = turned_since_start(result)
         if turned[-1] >= 2 * np.pi:
             return [float(result.time[np.argmin(np.abs(turned - a))]) for a in IN_TURN]
     even = np.linspace(result.time[0], result.time[-1], min(5, len(result.time)))

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from exudyn_flexlink.observables import crank_angle, laps
+from exudyn_flexlink.observables import laps, turned_since_start
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, sized
 from exudyn_flexlink.result import Result
 
@@ -33,8 +33,7 @@ class Lap:
 
 def by_lap(result: Result) -> Iterator[Lap]:
     """Split a run into laps; each but the last goes on to the first sample of the next."""
-    angle, lap = crank_angle(result), laps(result)
-    turned = np.abs(angle - angle[0])
+    turned, lap = turned_since_start(result), laps(result)
     for number in range(1, int(lap.max()) + 1):
         samples = np.flatnonzero(lap == number)
         if not len(samples):

@@ -14,6 +14,7 @@ from exudyn_flexlink.observables import (
     path,
     sleeves_with_play,
     strikes,
+    turned_since_start,
     turns,
     watched_point,
 )
@@ -103,12 +104,12 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
 
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
-    angle = crank_angle(result)
+    turned = turned_since_start(result)
     first = True
     for name in result.scene.contacts:
         for strike in strikes(result, name):
-            turned = abs(float(np.interp(strike.begin, result.time, angle - angle[0])))
-            x = turned - 2 * np.pi * ((strike.lap or 1) - 1)
+            before = 2 * np.pi * ((strike.lap or 1) - 1)
+            x = float(np.interp(strike.begin, result.time, turned)) - before
             for series in position.T:
                 y = float(np.interp(strike.begin, result.time, series))
                 label = "first contact" if first else None

@@ -15,10 +15,10 @@ from exudyn_flexlink.observables import (
     ANGLE,
     LeverResponse,
     Strike,
-    crank_angle,
     lever_response,
     strikes,
     struck_bodies,
+    turned_since_start,
     turns,
 )
 from exudyn_flexlink.plots.digits import position_error, told
@@ -167,7 +167,7 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
     """Add the crank's turns above the axes, where the crank only goes forward."""
     if not turns(result):
         return
-    made = np.abs(crank_angle(result) - crank_angle(result)[0]) / (2 * np.pi)
+    made = turned_since_start(result) / (2 * np.pi)
     if np.any(np.diff(made) <= 0) or np.any(np.diff(result.time) <= 0):
         return
     functions = (_interpolated(result.time, made), _interpolated(made, result.time))

@@ -28,6 +28,7 @@ from exudyn_flexlink.observables import (
     crank_angle,
     laps,
     sleeves_with_play,
+    turned_since_start,
     turns,
 )
 from exudyn_flexlink.plots.digits import told_time
@@ -110,7 +111,7 @@ def _rows(
     if not forward(result):
         yield "state", states.time, states.state
         return
-    turned = np.abs(crank_angle(result) - crank_angle(result)[0])
+    turned = turned_since_start(result)
     edges = np.interp(states.time, result.time, np.maximum.accumulate(turned))
     for row in range(min(MOST_ROWS, int(laps(result).max()))):
         begin = 2 * np.pi * row

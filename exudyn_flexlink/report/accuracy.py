@@ -18,7 +18,7 @@ from exudyn_flexlink.accuracy import (
     stiffnesses,
 )
 from exudyn_flexlink.observables import measures, name_of
-from exudyn_flexlink.report.text import table
+from exudyn_flexlink.report.text import in_blocks, table
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
 MOST_RODS = 1000
@@ -35,7 +35,7 @@ def accuracy_text(study: Study) -> str:
         _left_out(study),
         [recommendation(study), *_how(study)],
     ]
-    return "\n\n".join("\n".join(block) for block in blocks if block)
+    return in_blocks(blocks)
 
 
 def judged_by(study: Study) -> list[str]:

@@ -27,7 +27,7 @@ from exudyn_flexlink.report.effects import effects_table
 from exudyn_flexlink.report.freedom import freedom_lines
 from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
 from exudyn_flexlink.report.start import start_lines
-from exudyn_flexlink.report.text import lines_of, number, table
+from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
     Body,
     ContactLaw,
@@ -66,7 +66,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         pivot_frequencies(scene, assembly.mechanism),
         _run(scene, assembly),
     ]
-    return "\n\n".join("\n".join(block) for block in blocks if block)
+    return in_blocks(blocks)
 
 
 def estimated_steps(assembly: Assembly, scene: Scene) -> tuple[float | None, float | None]:

@@ -14,7 +14,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.forces import force_error_table
-from exudyn_flexlink.report.text import lines_of, number, table
+from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 
 MOST_STRIKES = 12  # more than that scroll the rest of the table away
 
@@ -34,7 +34,7 @@ def comparison_text(comparison: Comparison) -> str:
         _clearances(comparison),
         _runs(comparison),
     ]
-    return "\n\n".join("\n".join(block) for block in blocks if block)
+    return in_blocks(blocks)
 
 
 def horizon_text(comparison: Comparison) -> str:

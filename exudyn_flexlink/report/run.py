@@ -14,7 +14,7 @@ from exudyn_flexlink.report.contacts import guide_lines
 from exudyn_flexlink.report.forces import force_error_table
 from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
 from exudyn_flexlink.report.tables import Table
-from exudyn_flexlink.report.text import lines_of, number
+from exudyn_flexlink.report.text import in_blocks, lines_of, number
 from exudyn_flexlink.result import MeasuredError, Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
@@ -30,7 +30,7 @@ def run_text(result: Result) -> str:
         lines_of(error_table(result)),
         lines_of(run_force_errors(result)),
     ]
-    return "\n\n".join("\n".join(block) for block in blocks if block)
+    return in_blocks(blocks)
 
 
 def failure_text(result: Result) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from exudyn_flexlink.report.text import number, table
+from exudyn_flexlink.report.text import in_blocks, number, table
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, SweepTable
 
 MOST_REASONS = 5
@@ -14,7 +14,7 @@ LONGEST = 100  # characters of a reason
 def sweep_text(found: SweepTable) -> str:
     """Return the summary of a sweep: its rows, what varied, ranges of observables, reasons."""
     blocks = [_head(found), _ranges(found), *(_reasons(found, kind) for kind in (FAILED, DOUBTFUL))]
-    return "\n\n".join("\n".join(block) for block in blocks if block)
+    return in_blocks(blocks)
 
 
 def _head(found: SweepTable) -> list[str]:

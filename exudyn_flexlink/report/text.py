@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 
 from exudyn_flexlink.report.tables import Table
@@ -27,6 +27,11 @@ def listed(words: Sequence[str]) -> str:
     """Return words in one line, only the first of many."""
     more = len(words) - MOST_LISTED
     return ", ".join(words[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
+
+
+def in_blocks(blocks: Iterable[Sequence[str]]) -> str:
+    """Return blocks of lines with an empty line between them, without those that are empty."""
+    return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -208,7 +208,7 @@ def _sample(at: float | None, result: Result) -> int:
     """
     if at is None:
         return len(result.time) - 1
-    k = int(np.argmin(np.abs(result.time - at)))
+    k = result.sample_at(at)
     if abs(float(result.time[k]) - at) > SAME_INSTANT * float(result.time[-1]):
         raise MissingError("at", f"the run has no sample at {at:g} s: choose 'run.sample' for it")
     return k
