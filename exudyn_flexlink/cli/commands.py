@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.copying import holds_schema
-from exudyn_flexlink.cli.figures import look_of, write_figure
-from exudyn_flexlink.cli.keeping import why_not
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.keeping import why_not, write_figure
 from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, refuse, tell
 

@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.completing import FILE, completes
-from exudyn_flexlink.cli.keeping import FIGURES, why_not
-from exudyn_flexlink.cli.terminal import DONE, FAILED, complain, refuse
 from exudyn_flexlink.cli.values import names_of
 
 if TYPE_CHECKING:
@@ -18,15 +16,16 @@ if TYPE_CHECKING:
 
     from exudyn_flexlink.result import Result
 
+FIGURE_FORMATS = ("png", "pdf", "svg")
+"""Those of `plots`, which is too slow to import for a help text; likewise"""
 FIGURE_STYLES = ("screen", "print")
-"""Those of `plots`, which is too slow to import for a help text."""
 
 
 @dataclass(frozen=True)
 class Look:
     """Formats that figures are written in, and the name of their style."""
 
-    formats: tuple[str, ...] = FIGURES[:1]
+    formats: tuple[str, ...] = FIGURE_FORMATS[:1]
     style: str = FIGURE_STYLES[0]
 
     def save_run(self, result: Result, folder: Path) -> None:
@@ -46,7 +45,7 @@ class Look:
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how figures look."""
-    add_formats(parser, FIGURES, "formats of figures", FIGURES[0])
+    add_formats(parser, FIGURE_FORMATS, "formats of figures", FIGURE_FORMATS[0])
     parser.add_argument(
         "--style",
         choices=FIGURE_STYLES,
@@ -78,26 +77,11 @@ def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:
     )
 
 
-def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
-    """Draw a figure into a file; returns the exit code, and says why there is none."""
-    from exudyn_flexlink.plots import figure_bytes, is_figure
-    from exudyn_flexlink.storage import StorageError, replace_file
-
-    try:
-        content = figure_bytes(draw(), file.suffix[1:].lower())
-        replace_file(file, content, is_figure, force=force)
-    except StorageError as error:
-        return refuse(error)
-    except Exception as error:  # a mistake of the program: what was computed is sound
-        return complain(f"no figure: {why_not(error)}; please report it", FAILED)
-    return DONE
-
-
 def _figure_file(text: str) -> Path:
     """Read the name of a figure's file; its ending says the format."""
     file = Path(text)
-    if file.suffix[1:].lower() not in FIGURES:
-        endings = ", ".join(f".{name}" for name in FIGURES)
+    if file.suffix[1:].lower() not in FIGURE_FORMATS:
+        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
         raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
     return file
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
 
-FIGURES = ("png", "pdf", "svg")
-"""Formats of figures: those of `plots`, which is too slow to import for a help text."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) -> int:
@@ -33,7 +34,7 @@ def drawn(folder: Path, draw: Callable[[], Any]) -> int:
     them, and `FAILED` if they can't be drawn, which is said.
     """
     code = added("figures", draw)
-    for suffix in FIGURES if code else ():
+    for suffix in FIGURE_FORMATS if code else ():
         for file in folder.rglob(f"*.{suffix}"):  # the last may be half a figure
             file.unlink()
     return code
@@ -47,6 +48,21 @@ def added(what: str, make: Callable[[], Any]) -> int:
         return INTERRUPTED
     except Exception as error:  # a mistake of the program, too
         return complain(f"no {what}: {why_not(error)}; the numbers are kept", FAILED)
+    return DONE
+
+
+def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
+    """Draw a figure into a file; returns the exit code, and says why there is none."""
+    from exudyn_flexlink.plots import figure_bytes, is_figure
+    from exudyn_flexlink.storage import StorageError, replace_file
+
+    try:
+        content = figure_bytes(draw(), file.suffix[1:].lower())
+        replace_file(file, content, is_figure, force=force)
+    except StorageError as error:
+        return refuse(error)
+    except Exception as error:  # a mistake of the program: what was computed is sound
+        return complain(f"no figure: {why_not(error)}; please report it", FAILED)
     return DONE
 
 

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.figures import write_figure
+from exudyn_flexlink.cli.keeping import write_figure
 from exudyn_flexlink.cli.simulating import run
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain, tell
 
