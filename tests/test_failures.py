@@ -195,7 +195,9 @@ def test_the_place_that_is_full_is_named_as_the_user_knows_it(monkeypatch):
         with staged_folder(Path("o")) as folder:
             storage.save(results.pendulum(), folder)
 
-    monkeypatch.setattr("exudyn_flexlink.storage.documents.write_csv", full)  # the arrays still had room
+    monkeypatch.setattr(
+        "exudyn_flexlink.storage.documents.write_csv", full
+    )  # the arrays still had room
     said = f"can't write {Path('o').resolve()}: the disk is full; make room"
     with pytest.raises(StorageError, match=said):
         write()

@@ -6,21 +6,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink.cli.animating import add_animate
-from exudyn_flexlink.cli.commands import check_command, plot_command, schema_command
-from exudyn_flexlink.cli.comparing import compare_command
 from exudyn_flexlink.cli.completing import (
     BENCHMARK,
     FILE,
-    FOLDER,
     MODEL,
     SHELLS,
     completes,
-    completion_command,
 )
-from exudyn_flexlink.cli.copying import DEFAULT as NEW_MODEL
-from exudyn_flexlink.cli.copying import new_command
-from exudyn_flexlink.cli.figures import add_figure_file, add_figures
+from exudyn_flexlink.cli.figures import add_figure_file
 from exudyn_flexlink.cli.options import (
     add_command,
     add_engine,
@@ -32,20 +25,19 @@ from exudyn_flexlink.cli.options import (
     add_retries,
     add_without,
 )
-from exudyn_flexlink.cli.reporting import add_report
-from exudyn_flexlink.cli.simulating import simulate_command
+from exudyn_flexlink.cli.saved_options import add_animate, add_plot, add_report
 from exudyn_flexlink.cli.stability_options import add_stability
-from exudyn_flexlink.cli.studying import accuracy_command
 from exudyn_flexlink.cli.sweep_options import add_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
 from exudyn_flexlink.cli.values import (
     duration,
     length,
-    names,
     published_file,
     shipped_model,
 )
-from exudyn_flexlink.cli.verifying import verify_command
+
+NEW_MODEL = "no_clearance"
+"""What `new` copies if nothing is named."""
 
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
@@ -69,7 +61,7 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     add_sweep(commands)
     _add_verify(commands)
     _add_check(commands)
-    _add_plot(commands)
+    add_plot(commands)
     add_report(commands)
     add_animate(commands)
     _add_new(commands)
@@ -95,7 +87,7 @@ def _add_simulate(commands: Any) -> None:
     parser = add_command(
         commands,
         "simulate",
-        simulate_command,
+        "simulating.simulate_command",
         "simulate a model, save its results and draw its figures",
         """\
         exudyn-flexlink simulate no_clearance
@@ -129,7 +121,7 @@ def _add_compare(commands: Any) -> None:
     parser = add_command(
         commands,
         "compare",
-        compare_command,
+        "comparing.compare_command",
         "compare both engines on a model, or a model with and without an effect",
         """\
         exudyn-flexlink compare smooth --set run.turns=2 --tolerance 1e-5
@@ -154,7 +146,7 @@ def _add_accuracy(commands: Any) -> None:
     parser = add_command(
         commands,
         "accuracy",
-        accuracy_command,
+        "studying.accuracy_command",
         "study what accuracy costs in a model: error over processor time, and what limits it",
         """\
         exudyn-flexlink accuracy smooth
@@ -185,7 +177,7 @@ def _add_check(commands: Any) -> None:
     parser = add_command(
         commands,
         "check",
-        check_command,
+        "commands.check_command",
         "check a model without simulating it: parts, effects, frequencies, steps, formulation",
         """\
         exudyn-flexlink check no_clearance
@@ -206,7 +198,7 @@ def _add_verify(commands: Any) -> None:
     parser = add_command(
         commands,
         "verify",
-        verify_command,
+        "verifying.verify_command",
         "run benchmarks and hold the results against published numbers",
         """\
         exudyn-flexlink verify
@@ -237,39 +229,11 @@ def _add_verify(commands: Any) -> None:
     parser.set_defaults(impact=None)
 
 
-def _add_plot(commands: Any) -> None:
-    parser = add_command(
-        commands,
-        "plot",
-        plot_command,
-        "draw the figures of a saved run, or of a sweep, again",
-        """\
-        exudyn-flexlink plot runs/no_clearance
-        exudyn-flexlink plot runs/no_clearance --out figures
-        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print
-        exudyn-flexlink plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes""",
-    )
-    run = parser.add_argument(
-        "run", type=Path, metavar="RUN", help="folder that 'simulate' or 'sweep' wrote"
-    )
-    completes(run, FOLDER)
-    add_out(parser, "DIR", "where to; default: that folder")
-    parser.add_argument(
-        "--of",
-        type=names,
-        default=[],
-        metavar="COLUMN[,COLUMN]",
-        help="columns of a sweep's table to draw; default: the first that differ",
-    )
-    add_figures(parser)
-    add_force(parser, "replace also figures that no run drew, or that were changed since")
-
-
 def _add_new(commands: Any) -> None:
     parser = add_command(
         commands,
         "new",
-        new_command,
+        "copying.new_command",
         "copy a model that comes with the program, to change it",
         """\
         exudyn-flexlink new
@@ -303,7 +267,7 @@ def _add_completion(commands: Any) -> None:
     parser = add_command(
         commands,
         "completion",
-        completion_command,
+        "completing.completion_command",
         "print a script with which a shell completes commands, options and models",
         """\
         exudyn-flexlink completion bash
@@ -316,7 +280,7 @@ def _add_schema(commands: Any) -> None:
     parser = add_command(
         commands,
         "schema",
-        schema_command,
+        "commands.schema_command",
         "print the JSON schema of model files, which editors complete and check with",
         """\
         exudyn-flexlink schema

@@ -5,33 +5,37 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.copying import holds_schema
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import why_not, write_figure
+from exudyn_flexlink.cli.simulating import read_scene
 from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, complain, refuse, tell
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.mechanism import Assembly, formulation_mistakes
+from exudyn_flexlink.report import check_text
+from exudyn_flexlink.scene import Scene, json_schema
+from exudyn_flexlink.source import SceneError, did_you_mean
+from exudyn_flexlink.storage import (
+    StorageError,
+    is_sweep,
+    load,
+    load_sweep,
+    replace_file,
+    staged_files,
+)
+from exudyn_flexlink.sweeps import SweepTable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.figure import Figure
-
-    from exudyn_flexlink.mechanism import Assembly
-    from exudyn_flexlink.scene import Scene
-    from exudyn_flexlink.sweeps import SweepTable
 
 
 def check_command(options: argparse.Namespace) -> int:
     """Check a model without simulating it; returns the exit code."""
-    from exudyn_flexlink.cli.simulating import read_scene
-    from exudyn_flexlink.loading import assemble_scene
-    from exudyn_flexlink.mechanism import formulation_mistakes
-    from exudyn_flexlink.report import check_text
-    from exudyn_flexlink.source import SceneError
-
     try:
         scene = read_scene(options)
         assembly = assemble_scene(scene)
@@ -54,8 +58,6 @@ def _start(scene: Scene, assembly: Assembly) -> Figure:
 
 def plot_command(options: argparse.Namespace) -> int:
     """Draw the figures of a saved run, or of a sweep, again; returns the exit code."""
-    from exudyn_flexlink.storage import StorageError, is_sweep, load, load_sweep, staged_files
-
     folder: Path = options.out or options.run
     try:
         swept = load_sweep(options.run) if is_sweep(options.run) else None
@@ -80,7 +82,6 @@ def _unknown(names: Sequence[str], swept: SweepTable | None) -> str:
     """Say which names are no observables of a sweep; empty if all are."""
     if not names or swept is None:
         return "'--of' is for the folder of a sweep" if names else ""
-    from exudyn_flexlink.source import did_you_mean
 
     known = swept.observables
     wrong = [f"no column '{one}'{did_you_mean(one, known)}" for one in names if one not in known]
@@ -89,9 +90,6 @@ def _unknown(names: Sequence[str], swept: SweepTable | None) -> str:
 
 def schema_command(options: argparse.Namespace) -> int:
     """Print, or write, the JSON schema of model files; returns the exit code."""
-    from exudyn_flexlink.scene import json_schema
-    from exudyn_flexlink.storage import StorageError, replace_file
-
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if options.out is None:
         print(text, end="")

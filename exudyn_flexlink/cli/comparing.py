@@ -6,7 +6,6 @@ import argparse
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
@@ -28,11 +27,23 @@ from exudyn_flexlink.cli.terminal import (
     refuse,
     tell,
 )
-
-if TYPE_CHECKING:
-    from exudyn_flexlink.comparison import Comparison
-    from exudyn_flexlink.result import Result
-    from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.comparison import Comparison, compare, compare_variants
+from exudyn_flexlink.engines.diagnostics.neighbour import retuned
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import (
+    ImpossibleLengthError,
+    assemble_scene,
+    load_scene,
+    require_length,
+)
+from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.observables import watched_point
+from exudyn_flexlink.report import comparison_text, excess_text, failure_text
+from exudyn_flexlink.result import INTERRUPTED as STOPPED
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.storage import StorageError, save, save_comparison
 
 JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
 NEEDED = 2  # runs of a comparison, samples of a run
@@ -42,10 +53,6 @@ FINER = 0.5  # times the tolerances, or the errors of steps, of a variant: likew
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
-    from exudyn_flexlink.loading import ImpossibleLengthError
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError
-
     place = place_of(options, "-compare")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
@@ -87,10 +94,6 @@ def _both_engines(options: argparse.Namespace) -> Found:
         NothingToCompareError: interrupted before there was anything of both.
 
     """
-    from exudyn_flexlink.comparison import compare
-    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
-    from exudyn_flexlink.loading import require_length
-
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     hint_at_numba("lagrangian", options)
@@ -105,9 +108,6 @@ def _both_engines(options: argparse.Namespace) -> Found:
 
 def _tightened(scene: Scene) -> Scene:
     """Return the scene with the tolerance of a judge, where it states one."""
-    from exudyn_flexlink.loading import assemble_scene
-    from exudyn_flexlink.mechanism import least_tolerance
-
     accuracy = scene.accuracy
     if accuracy.tolerance is None:
         return scene
@@ -124,10 +124,6 @@ def _without_effects(options: argparse.Namespace) -> Found:
         NothingToCompareError: interrupted before there was anything of both.
 
     """
-    from exudyn_flexlink.comparison import compare_variants
-    from exudyn_flexlink.engines.diagnostics.neighbour import retuned
-    from exudyn_flexlink.loading import load_scene, require_length
-
     engine = options.engine or "exudyn"
     given = load_scene(options.model, options.settings, options.allow_outside)
     require_length("--tolerance", options.tolerance, given)
@@ -159,8 +155,6 @@ def _require_one_point(whole: Scene, ideal: Scene, what: str) -> None:
         CannotCompareError: that is so.
 
     """
-    from exudyn_flexlink.observables import watched_point
-
     point, other = watched_point(whole), watched_point(ideal)
     if point != other:
         message = f"the point watched is {point}, but {other} without {what}"
@@ -203,8 +197,6 @@ class Runs:
         return result if len(result.time) >= NEEDED else None
 
     def _run(self, scene: Scene, engine: str, what: str) -> Result:
-        from exudyn_flexlink.engines.interrupts import LateInterruptError
-        from exudyn_flexlink.result import INTERRUPTED as STOPPED
 
         try:
             result = run(scene, engine, self._options, what)
@@ -217,8 +209,6 @@ class Runs:
 
 def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, then figures; returns the exit code, see `kept`."""
-    from exudyn_flexlink.storage import save, save_comparison
-
     compared = found.comparison
     both = (compared.first, compared.second)
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
@@ -241,8 +231,6 @@ def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
 
 def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
-    from exudyn_flexlink.report import comparison_text, excess_text, failure_text
-
     if not options.quiet:
         tell(comparison_text(found))
         tell(f"\n{place.told}")

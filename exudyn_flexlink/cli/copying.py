@@ -12,8 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, refuse, tell
+from exudyn_flexlink.scene import is_schema
+from exudyn_flexlink.shipped import model_names, models_folder
+from exudyn_flexlink.source import load_document
+from exudyn_flexlink.storage import StorageError, replace_file
 
-DEFAULT = "no_clearance"
 SCHEMA = "flexlink.schema.json"
 SCHEMA_LINE = re.compile(r"(?<=^# yaml-language-server: \$schema=)\S+", re.MULTILINE)
 WIDTH = 80  # columns of the list of models
@@ -21,9 +24,6 @@ WIDTH = 80  # columns of the list of models
 
 def new_command(options: argparse.Namespace) -> int:
     """Copy a model with the files it needs, or list all models; returns the exit code."""
-    from exudyn_flexlink.source import load_document
-    from exudyn_flexlink.storage import StorageError
-
     if options.list:
         tell(_listed())
         return DONE
@@ -33,7 +33,7 @@ def new_command(options: argparse.Namespace) -> int:
     points = list(dict.fromkeys(_point_files(document.data)))
     texts = {target: SCHEMA_LINE.sub(SCHEMA, document.text)}
     texts |= {target.with_name(name): _text(model.parent / name) for name in points}
-    texts[target.with_name(SCHEMA)] = _text(_models() / SCHEMA)
+    texts[target.with_name(SCHEMA)] = _text(models_folder() / SCHEMA)
     try:
         _write(texts, force=options.force)
     except StorageError as error:
@@ -74,8 +74,6 @@ def _write(texts: dict[Path, str], *, force: bool) -> None:
         StorageError: the same of the model itself.
 
     """
-    from exudyn_flexlink.storage import StorageError, replace_file
-
     new = [file for file in texts if not file.exists()]
     try:
         for file, text in texts.items():
@@ -110,11 +108,8 @@ def _told(target: Path, title: str, points: list[str]) -> str:
 
 def _listed() -> str:
     """All models with their titles: those of the paper first, then the other folders."""
-    from exudyn_flexlink.shipped import model_names
-    from exudyn_flexlink.source import load_document
-
     names = sorted(model_names(), key=lambda name: ("/" in name, name))
-    titles = {name: load_document(_models() / f"{name}.yaml").data["title"] for name in names}
+    titles = {name: load_document(models_folder() / f"{name}.yaml").data["title"] for name in names}
     lines, folder = [f"Models; '{how_called()} new MODEL' copies one:", ""], ""
     for name, title in titles.items():
         above = name.rpartition("/")[0]
@@ -127,16 +122,8 @@ def _listed() -> str:
     return "\n".join(lines)
 
 
-def _models() -> Path:
-    from exudyn_flexlink.shipped import models_folder
-
-    return models_folder()
-
-
 def holds_schema(content: bytes) -> bool:
     """Tell whether the content of a file is the schema of model files."""
-    from exudyn_flexlink.scene import is_schema
-
     return is_schema(content.decode(errors="replace"))
 
 

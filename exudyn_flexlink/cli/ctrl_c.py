@@ -11,6 +11,8 @@ from signal import SIG_DFL, SIGINT, getsignal, signal
 from types import FrameType
 from typing import Any
 
+from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
+
 
 class DeferrableInterrupt:
     """A handler of Ctrl-C that hands it on to the one `before`, until it is told to defer it."""
@@ -73,7 +75,5 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
 @contextmanager
 def ends_runs() -> Iterator[None]:
     """Let Ctrl-C end the runs that are made inside, as the two above say."""
-    from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
-
     with stopped_by(Stopping(interrupts, deferrable_interrupts)):
         yield

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
+from exudyn_flexlink.storage import StorageError, replace_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,7 +55,6 @@ def added(what: str, make: Callable[[], Any]) -> int:
 def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
     """Draw a figure into a file; returns the exit code, and says why there is none."""
     from exudyn_flexlink.plots import figure_bytes, is_figure
-    from exudyn_flexlink.storage import StorageError, replace_file
 
     try:
         content = figure_bytes(draw(), file.suffix[1:].lower())
@@ -68,8 +68,6 @@ def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
 
 def why_not(error: Exception) -> str:
     """Say why there are no figures, or no page."""
-    from exudyn_flexlink.storage import StorageError
-
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError):

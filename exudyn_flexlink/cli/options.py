@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +80,13 @@ def add_force(parser: argparse.ArgumentParser, about: str) -> None:
 
 
 def add_command(
-    commands: Any, name: str, function: Any, about: str, examples: str
+    commands: Any, name: str, function: str, about: str, examples: str
 ) -> argparse.ArgumentParser:
-    """Add a command with its examples; `function` carries it out."""
+    """Add a command with its examples.
+
+    `function` names what carries it out, such as ``simulating.simulate_command``: it is imported
+    when it is called, since much of this program takes longer to import than a help text to print.
+    """
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=about,
@@ -89,8 +95,14 @@ def add_command(
     )
     called = parser.prog.removesuffix(f" {name}")
     parser.epilog = "examples:\n" + examples.replace(f"        {PROGRAM}", f"  {called}")
-    parser.set_defaults(command=function)
+    parser.set_defaults(command=partial(_carried_out, function))
     return parser
+
+
+def _carried_out(function: str, options: argparse.Namespace) -> int:
+    module, _, name = function.partition(".")
+    code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), name)(options)
+    return code
 
 
 def add_model(parser: argparse.ArgumentParser) -> None:

@@ -8,14 +8,11 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.naming import run_name
 from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, refuse
-
-if TYPE_CHECKING:
-    from exudyn_flexlink.storage import KeptBesideError
+from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
 
 
 class Place:
@@ -49,8 +46,6 @@ class Place:
             StorageError: the target can't be written; see `staged_folder`.
 
         """
-        from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
-
         if self._replaces is None:  # what is written twice replaces no earlier run
             self._replaces = bool(own_files(self.target))
         with deferrable_interrupts() as ctrl_c:
@@ -66,8 +61,6 @@ class Place:
 
 def _contents(folder: Path) -> str:
     """Name the files of a result, and count those of every folder in it."""
-    from exudyn_flexlink.storage import own_files
-
     paths = sorted(own_files(folder))
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
     told = [path for path in paths if "/" not in path]

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli.ctrl_c import ends_runs
 from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.cli.keeping import kept
@@ -26,10 +26,16 @@ from exudyn_flexlink.cli.terminal import (
     refuse,
     tell,
 )
-
-if TYPE_CHECKING:
-    from exudyn_flexlink.result import Result
-    from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.effects import absent, idealise, with_impact
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.report import failure_text, idle_settings, run_text, sensitivity_text
+from exudyn_flexlink.result import INTERRUPTED as STOPPED
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.sensitivity import sensitivity
+from exudyn_flexlink.source import Mistake, SceneError
+from exudyn_flexlink.storage import StorageError
 
 LAGRANGIAN_ALONE = (
     "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its formulation's"
@@ -38,9 +44,6 @@ LAGRANGIAN_ALONE = (
 
 def simulate_command(options: argparse.Namespace) -> int:
     """Simulate a model, write its folder, print its summary; returns the exit code."""
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError
-
     place = place_of(options)
     if options.engine == "exudyn" and asks_for_lagrangian(options):
         return complain(LAGRANGIAN_ALONE, BAD_INPUT)
@@ -67,8 +70,6 @@ def simulate_command(options: argparse.Namespace) -> int:
 
 def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
     """Run; also tell whether Ctrl-C came so late that the run is whole all the same."""
-    from exudyn_flexlink.engines.interrupts import LateInterruptError
-
     hint_at_numba(options.engine, options)
     try:
         return run(scene, options.engine, options, retries=options.retries), False
@@ -99,8 +100,6 @@ def _announce(result: Result, options: argparse.Namespace) -> None:
 
     Whoever asked for the end by a signal may not wait: figures are left out.
     """
-    from exudyn_flexlink.result import INTERRUPTED as STOPPED
-
     if result.outcome.reason != STOPPED:
         return
     asked = options.ending.asked
@@ -113,11 +112,6 @@ def _announce(result: Result, options: argparse.Namespace) -> None:
 
 def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str, bool]:
     """Return a run with its error, what '--horizon' asks for, and whether the user gave up."""
-    from exudyn_flexlink import engines
-    from exudyn_flexlink.engines.interrupts import LateInterruptError
-    from exudyn_flexlink.report import sensitivity_text
-    from exudyn_flexlink.sensitivity import sensitivity
-
     try:
         with progress_bar(options.quiet, "again, to measure errors") as progress, ends_runs():
             found = engines.measured(result, progress)
@@ -144,8 +138,6 @@ def read_scene(options: argparse.Namespace) -> Scene:
         SceneError: the model, or a setting, has mistakes.
 
     """
-    from exudyn_flexlink.loading import load_scene
-
     scene = load_scene(options.model, options.settings, options.allow_outside)
     return changed(scene, options.impact, options.without)
 
@@ -159,7 +151,6 @@ def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
     """
     if impact is None and not without:
         return scene
-    from exudyn_flexlink.effects import idealise, with_impact
 
     effects = present(scene, without)
     if effects:
@@ -170,8 +161,6 @@ def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
 
 def present(scene: Scene, effects: list[str]) -> list[str]:
     """Return the effects that the scene has, each once; give a hint for every other."""
-    from exudyn_flexlink.effects import absent
-
     wanted = list(dict.fromkeys(effects))
     missing = absent(scene, wanted)
     for name in missing:
@@ -205,8 +194,6 @@ def run(
         SceneError: the engine can't represent what the scene asks for; shown where it stands.
 
     """
-    from exudyn_flexlink import engines
-
     with refusals(scene, engine, options):
         compiles = "none" if options.quiet else engines.compiles(scene, engine)
         if compiles != "none":
@@ -224,9 +211,6 @@ def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator
         SceneError: the engine can't represent what the scene asks for.
 
     """
-    from exudyn_flexlink import engines
-    from exudyn_flexlink.source import Mistake, SceneError
-
     try:
         yield
     except engines.NotRepresentableError as error:
@@ -243,10 +227,8 @@ def write(result: Result, folder: Path, look: Look | None) -> int:
         StorageError: the folder can't be written.
 
     """
-    from exudyn_flexlink.storage import save
-
     draw = None if look is None else partial(look.save_run, result, folder)
-    return kept(partial(save, result, folder), draw, folder)
+    return kept(partial(storage.save, result, folder), draw, folder)
 
 
 def _tell(result: Result, place: Place, told: str, quiet: bool, code: int) -> int:
@@ -254,9 +236,6 @@ def _tell(result: Result, place: Place, told: str, quiet: bool, code: int) -> in
 
     `code` is the exit code of a run that is whole.
     """
-    from exudyn_flexlink.report import failure_text, idle_settings, run_text
-    from exudyn_flexlink.result import INTERRUPTED as STOPPED
-
     target = place.target
     if not quiet:
         tell(run_text(result))

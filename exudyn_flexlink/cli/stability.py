@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
@@ -25,24 +25,28 @@ from exudyn_flexlink.cli.terminal import (
     progress_bar,
     tell,
 )
+from exudyn_flexlink.loading import ImpossibleLengthError, require_length
+from exudyn_flexlink.report import stability_text
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.stability import (
+    Asked,
+    NoRhythmError,
+    Stability,
+    StoppedError,
+    TooShortError,
+    long_scene,
+    rhythm_of,
+    study,
+)
+from exudyn_flexlink.storage import StorageError, save_stability
 
-if TYPE_CHECKING:
-    from exudyn_flexlink.result import Result
-    from exudyn_flexlink.scene import Scene
-    from exudyn_flexlink.stability import Stability
-
-LAPS, AFTER = 24, 4
-"""Laps of a study, and those of them in which the motion settles."""
 UNTOLD = "interrupted before the exponent was known; nothing was written"
 
 
 def stability_command(options: argparse.Namespace) -> int:
     """Study a model's motion, write and print how stable it is; returns the exit code."""
-    from exudyn_flexlink.loading import ImpossibleLengthError, require_length
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.stability import NoRhythmError, StoppedError, TooShortError
-    from exudyn_flexlink.storage import StorageError
-
     place = place_of(options, "-stability")
     if options.engine == "exudyn" and asks_for_lagrangian(options):
         return complain(LAGRANGIAN_ALONE, BAD_INPUT)
@@ -65,7 +69,6 @@ def stability_command(options: argparse.Namespace) -> int:
 
 
 def _advice(error: Exception, options: argparse.Namespace) -> str:
-    from exudyn_flexlink.stability import TooShortError
 
     if isinstance(error, TooShortError):
         return f"hint: more than '--laps {options.laps}', or less than '--after {options.after}'"
@@ -73,8 +76,6 @@ def _advice(error: Exception, options: argparse.Namespace) -> str:
 
 
 def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
-    from exudyn_flexlink import engines
-    from exudyn_flexlink.stability import Asked, long_scene, rhythm_of, study
 
     rhythm = rhythm_of(scene, options.lap)
     asked = Asked(rhythm, options.after * rhythm.lap, options.at, options.twice)
@@ -89,8 +90,6 @@ def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
 
 def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
     """Write numbers, then the figure; returns the exit code, see `kept`."""
-    from exudyn_flexlink.report import stability_text
-    from exudyn_flexlink.storage import save_stability
 
     def draw() -> None:
         from exudyn_flexlink.plots import stability
@@ -102,7 +101,6 @@ def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
 
 
 def _tell(found: Stability, place: Place, options: argparse.Namespace, code: int) -> int:
-    from exudyn_flexlink.report import stability_text
 
     if not options.quiet:
         tell(stability_text(found))

@@ -12,8 +12,10 @@ from exudyn_flexlink.cli.options import (
     add_output,
     add_without,
 )
-from exudyn_flexlink.cli.stability import AFTER, LAPS, stability_command
 from exudyn_flexlink.cli.values import count, degrees, duration, length
+
+LAPS, AFTER = 24, 4
+"""Laps of a study, and those of them in which the motion settles."""
 
 
 def add_stability(commands: Any) -> None:
@@ -21,7 +23,7 @@ def add_stability(commands: Any) -> None:
     parser = add_command(
         commands,
         "stability",
-        stability_command,
+        "stability.stability_command",
         "tell whether a motion repeats itself, and how fast neighbouring motions part",
         """\
         exudyn-flexlink stability no_clearance --engine lagrangian

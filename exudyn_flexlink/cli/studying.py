@@ -9,8 +9,19 @@ import time
 from collections.abc import Callable
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from exudyn_flexlink import engines
+from exudyn_flexlink.accuracy import (
+    Method,
+    NothingRunError,
+    RefusedError,
+    Runs,
+    Solved,
+    Study,
+    judge,
+    methods_of,
+    study,
+)
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.cli.keeping import drawn
@@ -27,10 +38,13 @@ from exudyn_flexlink.cli.terminal import (
     refuse,
     tell,
 )
-
-if TYPE_CHECKING:
-    from exudyn_flexlink.accuracy import Method, Runs, Solved, Study
-    from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import ImpossibleLengthError, require_length
+from exudyn_flexlink.report import accuracy_text, recommendation
+from exudyn_flexlink.result import INTERRUPTED as STOPPED
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.storage import StorageError, save_accuracy
 
 DEFAULT_TARGET = 1e-4  # m, where the model gives a step
 ENGINES = ("exudyn", "lagrangian")
@@ -42,12 +56,6 @@ SAFETY = 2.0
 
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
-    from exudyn_flexlink.accuracy import NothingRunError, judge
-    from exudyn_flexlink.loading import ImpossibleLengthError, require_length
-    from exudyn_flexlink.report import recommendation
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError, save_accuracy
-
     place = place_of(options, "-accuracy")
     try:
         scene = read_scene(options)
@@ -77,8 +85,6 @@ def _advice(options: argparse.Namespace) -> str:
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
-    from exudyn_flexlink import engines
-    from exudyn_flexlink.accuracy import methods_of, study
 
     methods: list[Method] = methods_of(
         scene,
@@ -98,11 +104,6 @@ class Solver:
 
     def __call__(self, scene: Scene, engine: str, label: str, allowed: float) -> Solved:
         """Run a scene; see `accuracy.Solve`."""
-        from exudyn_flexlink import engines
-        from exudyn_flexlink.accuracy import RefusedError, Solved
-        from exudyn_flexlink.engines.interrupts import LateInterruptError
-        from exudyn_flexlink.result import INTERRUPTED as STOPPED
-
         if self._bar is not None and allowed == inf:  # warming up: it may compile
             self._bar.wait(label)
         elif self._bar is not None:
@@ -169,8 +170,6 @@ def _draw(found: Study, folder: Path, look: Look) -> None:
 
 def _tell(found: Study, place: Place, options: argparse.Namespace, code: int) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
-    from exudyn_flexlink.report import accuracy_text
-
     if not options.quiet:
         tell(accuracy_text(found))
         tell(f"\n{place.told}")

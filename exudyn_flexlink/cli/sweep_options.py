@@ -14,7 +14,6 @@ from exudyn_flexlink.cli.options import (
     add_retries,
     add_without,
 )
-from exudyn_flexlink.cli.sweeping import sweep_command
 from exudyn_flexlink.cli.values import at_least_one
 
 
@@ -23,7 +22,7 @@ def add_sweep(commands: Any) -> None:
     parser = add_command(
         commands,
         "sweep",
-        sweep_command,
+        "sweeping.sweep_command",
         "simulate a model at many points, each a row of one table",
         """\
         exudyn-flexlink sweep no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2

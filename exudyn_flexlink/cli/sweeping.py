@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
@@ -30,20 +31,36 @@ from exudyn_flexlink.cli.terminal import (
     tell,
 )
 from exudyn_flexlink.cli.values import model_path
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from exudyn_flexlink.source import Mistake
-    from exudyn_flexlink.sweeps import Executor, Row, Sweep, SweepTable
+from exudyn_flexlink.report import sweep_text
+from exudyn_flexlink.source import Document, Mistake, SceneError
+from exudyn_flexlink.storage import (
+    SeriesKeeper,
+    StorageError,
+    open_journal,
+    own_files,
+    save_table,
+    staged_folder,
+)
+from exudyn_flexlink.sweeps import FAILED as FAILED_ROW
+from exudyn_flexlink.sweeps import (
+    CannotStartError,
+    Executor,
+    OneRun,
+    Row,
+    Sweep,
+    SweepTable,
+    carried_out,
+    executor_of,
+    grid,
+    planned,
+    read_study,
+    standard_row,
+    work_of,
+)
 
 
 def sweep_command(options: argparse.Namespace) -> int:
     """Run a model at many points, write a table of them; returns the exit code."""
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.storage import StorageError
-    from exudyn_flexlink.sweeps import CannotStartError, executor_of
-
     if options.resume and options.force:
         return complain("'--resume' goes on, '--force' begins anew: give one of both", BAD_INPUT)
     try:
@@ -75,9 +92,6 @@ def _planned(options: argparse.Namespace) -> Sweep:
         SceneError: they, or the model, have mistakes.
 
     """
-    from exudyn_flexlink.source import Document
-    from exudyn_flexlink.sweeps import grid, planned, read_study, standard_row
-
     if options.vary:
         options.model = model_path(options.source)
         mistakes: list[Mistake] = []
@@ -106,8 +120,6 @@ def _planned(options: argparse.Namespace) -> Sweep:
 
 def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
     """Read '--vary path=values'; a path twice would be varied by one of them alone."""
-    from exudyn_flexlink.source import Mistake
-
     found: dict[str, str] = {}
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))
@@ -131,10 +143,6 @@ def _swept(
         StorageError: the folder can't be written.
 
     """
-    from exudyn_flexlink import engines
-    from exudyn_flexlink.storage import SeriesKeeper, open_journal
-    from exudyn_flexlink.sweeps import OneRun, carried_out, standard_row, work_of
-
     hint_at_numba(plan.engine, options)
     work = work_of(
         plan,
@@ -169,16 +177,12 @@ def _swept(
 
 def _progress(count: Counter[str], points: int) -> str:
     """Rows that are there, and how many have no numbers."""
-    from exudyn_flexlink.sweeps import FAILED
-
-    failed = f", {count[FAILED]} failed" if count[FAILED] else ""
+    failed = f", {count[FAILED_ROW]} failed" if count[FAILED_ROW] else ""
     return f"sweep: {count.total()} of {points} runs{failed}"
 
 
 def _compiles(plan: Sweep, options: argparse.Namespace) -> str:
     """Say what goes on before the first run, if that takes long; empty if nothing does."""
-    from exudyn_flexlink import engines
-
     kind = engines.compiles(plan.scene, plan.engine)
     if kind == "none":
         return ""
@@ -189,8 +193,6 @@ def _compiles(plan: Sweep, options: argparse.Namespace) -> str:
 
 def _write(plan: Sweep, table: SweepTable, folder: Path, options: argparse.Namespace) -> int:
     """Write the table, then its figure; returns the exit code, see `kept`."""
-    from exudyn_flexlink.storage import save_table, staged_folder
-
     with staged_folder(folder, force=options.force) as staged:
         wanted = table.whole and not (options.no_plots or options.ending.asked)
         draw = partial(draw_sweep, table, staged, options) if wanted else None
@@ -209,10 +211,6 @@ def draw_sweep(
 
 def _tell(table: SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:
     """Print the summary; that rows are missing, or all failed, also where it is not wanted."""
-    from exudyn_flexlink.report import sweep_text
-    from exudyn_flexlink.storage import own_files
-    from exudyn_flexlink.sweeps import FAILED as FAILED_ROW
-
     if not options.quiet:
         tell(sweep_text(table))
         names = ", ".join(sorted(name for name in own_files(folder) if "/" not in name))

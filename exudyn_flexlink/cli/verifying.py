@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.keeping import write_figure
 from exudyn_flexlink.cli.simulating import run
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain, tell
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.report import verification_data, verification_markdown, verification_text
+from exudyn_flexlink.result import INTERRUPTED as STOPPED
+from exudyn_flexlink.shipped import benchmark_files
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.figure import Figure
-
-    from exudyn_flexlink.verification import Benchmark, VerifiedRun
 
 
 def verify_command(options: argparse.Namespace) -> int:
     """Run benchmarks and print how far they are off; code 1: one by more than is allowed."""
-    from exudyn_flexlink.shipped import benchmark_files
-    from exudyn_flexlink.source import SceneError
-    from exudyn_flexlink.verification import read_benchmark
-
     found: list[VerifiedRun] = []
     try:
         files = options.benchmarks or benchmark_files().values()
@@ -52,10 +51,6 @@ def _verify(
         SceneError: an engine can't represent a scene, or a run has no sample at an instant.
 
     """
-    from exudyn_flexlink.engines.interrupts import LateInterruptError
-    from exudyn_flexlink.result import INTERRUPTED as STOPPED
-    from exudyn_flexlink.verification import judged
-
     pairs = [(benchmark, one) for benchmark in benchmarks for one in benchmark.runs]
     for i, (benchmark, one) in enumerate(pairs, 1):
         what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
@@ -71,7 +66,6 @@ def _verify(
 
 
 def _printed(found: Sequence[VerifiedRun], form: str) -> str:
-    from exudyn_flexlink.report import verification_data, verification_markdown, verification_text
 
     if form == "json":
         return json.dumps(verification_data(found), indent=2, ensure_ascii=False)

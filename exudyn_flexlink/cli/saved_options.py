@@ -1,0 +1,137 @@
+"""Commands on what is saved: `plot`, `report` and `animate`, with their options."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from exudyn_flexlink.cli.completing import FILE, FOLDER, completes
+from exudyn_flexlink.cli.figures import add_figures, add_formats
+from exudyn_flexlink.cli.options import add_command, add_force, add_out
+from exudyn_flexlink.cli.values import count, instant, names, rate
+
+PAGE_ENDINGS = (".html", ".htm")
+ANIMATIONS = ("mp4", "gif", "html")
+"""Formats of `animation`, which is too slow to import for a help text."""
+
+
+def add_plot(commands: Any) -> None:
+    """Add the command `plot`."""
+    parser = add_command(
+        commands,
+        "plot",
+        "commands.plot_command",
+        "draw the figures of a saved run, or of a sweep, again",
+        """\
+        exudyn-flexlink plot runs/no_clearance
+        exudyn-flexlink plot runs/no_clearance --out figures
+        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print
+        exudyn-flexlink plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes""",
+    )
+    _add_run(parser, "'simulate' or 'sweep'")
+    add_out(parser, "DIR", "where to; default: that folder")
+    parser.add_argument(
+        "--of",
+        type=names,
+        default=[],
+        metavar="COLUMN[,COLUMN]",
+        help="columns of a sweep's table to draw; default: the first that differ",
+    )
+    add_figures(parser)
+    add_force(parser, "replace also figures that no run drew, or that were changed since")
+
+
+def add_report(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "report",
+        "reporting.report_command",
+        "write the report of a saved run as one page of HTML, which loads nothing else",
+        """\
+        exudyn-flexlink report runs/no_clearance
+        exudyn-flexlink report runs/no_clearance --out strike.html""",
+    )
+    _add_run(parser, "'simulate'")
+    out = parser.add_argument(
+        "--out",
+        type=_page_file,
+        metavar="FILE",
+        help="where to, a file .html; default: report.html in the folder of the run",
+    )
+    completes(out, FILE)
+    add_force(parser, "replace the file also if it is no report, or was changed since")
+
+
+def add_animate(commands: Any) -> None:
+    """Add the command with its options."""
+    parser = add_command(
+        commands,
+        "animate",
+        "animating.animate_command",
+        "animate a saved run: a video, a GIF, and a page to play and step through it",
+        """\
+        exudyn-flexlink animate runs/no_clearance
+        exudyn-flexlink animate runs/no_clearance --slow strike
+        exudyn-flexlink animate runs/no_clearance --slow strike:2 --from 1.5 --to 1.7 --format gif
+        exudyn-flexlink animate runs/clearance --with runs/no_clearance --format html""",
+    )
+    _add_run(parser, "'simulate'")
+    other = parser.add_argument(
+        "--with",
+        dest="other",
+        type=Path,
+        metavar="RUN",
+        help="show this run over the first, each in its engine's colour",
+    )
+    completes(other, FOLDER)
+    parser.add_argument(
+        "--slow",
+        type=_slow,
+        metavar="NAME[:NUMBER]",
+        help="slow motion around the strikes of a contact, or the touches in a joint with "
+        "clearance; or around one of them, counted from 1; 'strike' stands for all contacts",
+    )
+    parser.add_argument(
+        "--from", dest="begin", type=instant, metavar="S", help="begin at this instant, in s"
+    )
+    parser.add_argument("--to", dest="end", type=instant, metavar="S", help="end there")
+    add_formats(parser, ANIMATIONS, "formats", "mp4, or gif without ffmpeg, and html")
+    parser.add_argument(
+        "--speed",
+        type=rate,
+        metavar="X",
+        help="seconds of the run in a second of the film: 0.1 is ten times slower than it is; "
+        "default: one at which motions can be followed",
+    )
+    parser.add_argument(
+        "--fps", type=rate, metavar="N", help="frames in a second; default: mp4 30, gif 20"
+    )
+    parser.add_argument("--width", type=count, metavar="PIXELS", help="default: mp4 1280, gif 640")
+    add_out(parser, "DIR", "where to; default: the folder of RUN")
+    add_force(parser, "replace also files that this program did not write, or that were changed")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def _add_run(parser: argparse.ArgumentParser, commands: str) -> None:
+    """Add the folder of a saved run; `commands` write it."""
+    run = parser.add_argument("run", type=Path, metavar="RUN", help=f"folder that {commands} wrote")
+    completes(run, FOLDER)
+
+
+def _page_file(text: str) -> Path:
+    """Read the name of a page's file, by whose ending a browser knows it."""
+    file = Path(text)
+    if file.suffix.lower() not in PAGE_ENDINGS:
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in {' or '.join(PAGE_ENDINGS)}")
+    return file
+
+
+def _slow(text: str) -> Any:
+    from exudyn_flexlink.animation.slowing import Slow
+
+    try:
+        return Slow.of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
