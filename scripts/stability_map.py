@@ -26,7 +26,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.report import doubted_text
-from exudyn_flexlink.stability import Asked, long_scene, rhythm_of, study
+from exudyn_flexlink.stability import Asked, study
 from exudyn_flexlink.sweeps import DOUBTFUL
 
 SPEEDS = (2.0, 5.0, 10.0, 20.0, 30.0, 40.0)  # rad/s
@@ -41,9 +41,7 @@ Row = dict[str, Any]
 
 def observe(scene: fl.Scene, simulate: Any) -> Mapping[str, float | int | str | None]:
     """How stable the motion at one point is, as numbers of a sweep's table."""
-    rhythm = rhythm_of(scene)
-    asked = Asked(rhythm, AFTER * rhythm.lap)
-    found = study(long_scene(scene, rhythm, LAPS, None), simulate, asked)
+    found = study(scene, simulate, Asked(LAPS, AFTER))
     laps = found.repeating
     return {
         "exponent_per_s": found.exponent.value,

@@ -12,6 +12,7 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.stability import (
+    Asked,
     LapDistances,
     NoRhythmError,
     Rhythm,
@@ -227,7 +228,6 @@ def test_a_bifurcation_from_python(tmp_path):
 
 def test_python_and_the_command_run_as_many_laps():
     """The command has its own numbers: the room of studies is too slow for a help text."""
-    from exudyn_flexlink.api import stability as api  # noqa: PLC0415
     from exudyn_flexlink.cli import stability_options as cli  # noqa: PLC0415
 
-    assert (cli.LAPS, cli.AFTER) == (api.LAPS, api.AFTER)
+    assert (Asked.laps, Asked.after) == (cli.LAPS, cli.AFTER)

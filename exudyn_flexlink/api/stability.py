@@ -24,7 +24,6 @@ from exudyn_flexlink.stability import (
     Asked,
     Exponent,
     StoppedError,
-    long_scene,
     rhythm_of,
     section_by_crank,
     section_by_time,
@@ -38,9 +37,6 @@ from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, OneRun, Scalar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-LAPS, AFTER = 24, 4
-"""Laps of a study, and those of them in which the motion settles."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,8 +102,8 @@ def stability_of(
     scene: PlainScene,
     engine: str = "exudyn",
     *,
-    laps: int = LAPS,
-    after: float = AFTER,
+    laps: int = Asked.laps,
+    after: float = Asked.after,
     lap: float | None = None,
     angle: float = 0.0,
     tolerance: float | None = None,
@@ -128,9 +124,8 @@ def stability_of(
         TooShortError: there are too few laps.
 
     """
-    rhythm = rhythm_of(scene, lap)
-    asked = Asked(rhythm, after * rhythm.lap, angle, twice)
-    found = study(long_scene(scene, rhythm, laps, tolerance), _by(engine), asked, progress)
+    asked = Asked(laps, after, lap, angle, tolerance, twice)
+    found = study(scene, _by(engine), asked, progress)
     return Stability(**{field.name: getattr(found, field.name) for field in fields(found)})
 
 
@@ -146,8 +141,8 @@ def bifurcation(
     engine: str = "exudyn",
     progress: Callable[[float], None] | None = None,
     *,
-    laps: int = LAPS,
-    after: float = AFTER,
+    laps: int = Asked.laps,
+    after: float = Asked.after,
     lap: float | None = None,
     angle: float = 0.0,
     folder: str | PathLike[str] | None = None,

@@ -36,8 +36,6 @@ from exudyn_flexlink.stability import (
     Stability,
     StoppedError,
     TooShortError,
-    long_scene,
-    rhythm_of,
     study,
 )
 from exudyn_flexlink.storage import StorageError, save_stability
@@ -69,23 +67,21 @@ def stability_command(options: argparse.Namespace) -> int:
 
 
 def _advice(error: Exception, options: argparse.Namespace) -> str:
-
     if isinstance(error, TooShortError):
         return f"hint: more than '--laps {options.laps}', or less than '--after {options.after}'"
     return "hint: '--lap SECONDS'"
 
 
 def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
-
-    rhythm = rhythm_of(scene, options.lap)
-    asked = Asked(rhythm, options.after * rhythm.lap, options.at, options.twice)
-    whole = long_scene(scene, rhythm, options.laps, options.tolerance)
+    asked = Asked(
+        options.laps, options.after, options.lap, options.at, options.tolerance, options.twice
+    )
 
     def simulate(each: Scene) -> Result:
         return engines.simulate(each, options.engine, measure=False)
 
     with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
-        return study(whole, simulate, asked, bar)
+        return study(scene, simulate, asked, bar)
 
 
 def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
@@ -101,7 +97,6 @@ def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
 
 
 def _tell(found: Stability, place: Place, options: argparse.Namespace, code: int) -> int:
-
     if not options.quiet:
         tell(stability_text(found))
         tell(f"\n{place.told}")

@@ -85,7 +85,6 @@ def _advice(options: argparse.Namespace) -> str:
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
-
     methods: list[Method] = methods_of(
         scene,
         {engine: engines.formulations(scene, engine) for engine in ENGINES},

@@ -66,7 +66,6 @@ def _verify(
 
 
 def _printed(found: Sequence[VerifiedRun], form: str) -> str:
-
     if form == "json":
         return json.dumps(verification_data(found), indent=2, ensure_ascii=False)
     return verification_markdown(found) if form == "markdown" else verification_text(found)

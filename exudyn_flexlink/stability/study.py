@@ -32,7 +32,7 @@ from exudyn_flexlink.stability.laps import (
     repeating,
 )
 from exudyn_flexlink.stability.neighbours import Simulate, StoppedError, exponent_of
-from exudyn_flexlink.stability.rhythm import Rhythm
+from exudyn_flexlink.stability.rhythm import Rhythm, rhythm_of
 from exudyn_flexlink.stability.sections import Section, section_by_crank, section_by_time
 
 FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
@@ -112,16 +112,20 @@ def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None)
 
 @dataclass(frozen=True)
 class Asked:
-    """What a study is of: laps of a `rhythm`, from `after` (s) on, and a section.
+    """What a study is of: so many `laps`, of which those up to `after` let the motion settle.
 
-    The section is at a crank angle (rad) `angle`, or at that part of a lap, a whole one being 2 pi.
-    With `twice` the exponent is made again at a ten times smaller tolerance; without it, whether
-    the tolerance matters is told by the noise of the exponent alone.
+    A lap is a turn of the joint that a drive turns at one speed, or takes `lap` (s). The section is
+    at a crank angle (rad) `angle`, or at that part of a lap, a whole one being 2 pi. `tolerance`
+    (m) is by default one that leaves room for neighbours, see `long_scene`. With `twice` the
+    exponent is made again at a ten times smaller tolerance; without it, whether the tolerance
+    matters is told by the noise of the exponent alone.
     """
 
-    rhythm: Rhythm
-    after: float = 0.0
+    laps: int = 24
+    after: float = 4
+    lap: float | None = None
     angle: float = 0.0
+    tolerance: float | None = None
     twice: bool = False
 
 
@@ -136,14 +140,17 @@ def study(
     asked: Asked,
     progress: Callable[[float], None] | None = None,
 ) -> Stability:
-    """Run a scene, of many laps (see `long_scene`), and measure how stable its motion is.
+    """Run a scene over many laps, whatever its own run is, and measure how stable its motion is.
 
     Raises:
+        NoRhythmError: nothing tells what a lap is.
         StoppedError: a run stopped before its end.
         TooShortError: there are too few laps.
 
     """
-    rhythm, after = asked.rhythm, asked.after
+    rhythm = rhythm_of(scene, asked.lap)
+    after = asked.after * rhythm.lap
+    scene = long_scene(scene, rhythm, asked.laps, asked.tolerance)
     whole = end_of_run(scene, build_mechanism(scene)) - after
     if whole < least_time(rhythm) * (1 - 1e-9):
         least = ceil((after + least_time(rhythm)) / rhythm.lap - 1e-9)
@@ -167,7 +174,7 @@ def study(
         tighter,
         laps,
         repeating(laps, tolerance, horizon),
-        _section(run, asked),
+        _section(run, rhythm.lap, asked.angle, after),
         vibration(run, after),
         horizon,
     )
@@ -189,10 +196,10 @@ def _part(
     return lambda done: progress((which + done) / parts)
 
 
-def _section(run: Result, asked: Asked) -> Section:
+def _section(run: Result, lap: float, angle: float, after: float) -> Section:
     if crank_joint(run.scene) is not None and turns(run):
-        return section_by_crank(run, asked.angle, after=asked.after)
-    return section_by_time(run, asked.rhythm.lap, asked.angle / (2 * pi) % 1, after=asked.after)
+        return section_by_crank(run, angle, after=after)
+    return section_by_time(run, lap, angle / (2 * pi) % 1, after=after)
 
 
 def vibration(result: Result, after: float = 0.0) -> Vibration:
