@@ -168,6 +168,12 @@ class Checks:
     steps_per_contact: float  # in the shortest half period; inf: no contact, or steps by error
     largest_penetration: float  # m
 
+    @property
+    def relative_energy_residual(self) -> float:
+        """Largest error of the balance over the largest kinetic energy; 0 if nothing moved."""
+        kinetic = self.largest_kinetic_energy
+        return self.energy_residual / kinetic if kinetic else 0.0
+
 
 @dataclass(frozen=True)
 class ForceSpread:

@@ -100,18 +100,8 @@ class Sensitivity:
     second: RunStatistics
 
 
-def sensitivity(
-    first: Result, second: Result, limit: float | None = None, smooth: Result | None = None
-) -> Sensitivity:
-    """Compare neighbouring runs; `limit` (m) left out: see `compare.parting_limit`.
-
-    `smooth` is a run of the scene without what makes it sensitive (clearance, impact): what S is
-    perturbed from. Without it that is a straight link on the guide's axis.
-
-    Raises:
-        ValueError: `smooth` has no such point.
-
-    """
+def sensitivity(first: Result, second: Result, limit: float | None = None) -> Sensitivity:
+    """Compare neighbouring runs; `limit` (m) left out: see `compare.parting_limit`."""
     limit = parting_limit(first) if limit is None else limit
     time = common_times(first, second)
     points = common_points(first, second)
@@ -119,7 +109,7 @@ def sensitivity(
     found = horizon(first, second, limit)
     if found is None and not all(run.outcome.completed for run in (first, second)):
         found = float(time[-1])
-    one, other = (run_statistics(run, smooth, float(time[-1])) for run in (first, second))
+    one, other = (run_statistics(run, float(time[-1])) for run in (first, second))
     return Sensitivity(
         watched_point(first.scene),
         points,
@@ -200,15 +190,8 @@ def growth_rate(time: FloatArray, apart: FloatArray, limit: float) -> float | No
     return float(np.polyfit(time[inside], np.log(largest[inside]), 1)[0])
 
 
-def run_statistics(
-    result: Result, smooth: Result | None = None, end: float = np.inf
-) -> RunStatistics:
-    """Statistics of a run up to `end` (s); for `smooth` see `sensitivity`.
-
-    Raises:
-        ValueError: `smooth` has no such point.
-
-    """
+def run_statistics(result: Result, end: float = np.inf) -> RunStatistics:
+    """Statistics of a run up to `end` (s)."""
     scene = result.scene
     past = np.nextafter(min(end, float(result.time[-1])), np.inf)
     levers = {
@@ -216,16 +199,16 @@ def run_statistics(
         for body, contact in struck_bodies(scene).items()
     }
     return RunStatistics(
-        _perturbed(result, smooth, end),
+        _perturbed(result, end),
         {body: (seen.least[0], seen.greatest[0]) for body, seen in levers.items()},
         {joint: contact_totals(result, joint, end=end) for joint in joints_with_play(result)},
     )
 
 
-def _perturbed(result: Result, smooth: Result | None, end: float) -> Perturbed | None:
-    time = common_times(result, smooth or result)
+def _perturbed(result: Result, end: float) -> Perturbed | None:
+    time = common_times(result, result)
     time = time[time <= end]
-    off = perturbation(result, watched_point(result.scene), time, smooth)
+    off = perturbation(result, watched_point(result.scene), time)
     if off is None:
         return None
     x, y = (spectrum(time, column) for column in off.T)

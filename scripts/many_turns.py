@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from exudyn_flexlink import load_scene, simulate
-from exudyn_flexlink.observables import relative_energy_residual, strikes
+from exudyn_flexlink.observables import strikes
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -54,7 +54,7 @@ def row(told: str, result: Result) -> str:
     halves = (missed[: len(missed) // 2].max(), missed[len(missed) // 2 :].max())
     return (
         f"| {told} | {by} | {ended} | {len(strikes(result, 'strike'))} | {touches or ''} "
-        f"| {relative_energy_residual(result):.1e} | {halves[0]:.1e}, {halves[1]:.1e} |"
+        f"| {result.checks.relative_energy_residual:.1e} | {halves[0]:.1e}, {halves[1]:.1e} |"
     )
 
 

@@ -8,7 +8,6 @@ import pytest
 import results
 
 from exudyn_flexlink.intervals import Interval, Intervals
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import (
     TWO_POINTS,
     State,
@@ -270,10 +269,3 @@ def test_only_the_end_of_a_link_has_an_ideal_place(tilting):
     assert on_axis(tilting, "link.start") is None
     assert on_axis(tilting, "guide.end") is None
     assert perturbation(results.slider(), "block.nose", np.zeros(1)) is None
-
-
-def test_a_smooth_run_is_the_ideal_where_there_is_one(tilting):
-    straight = results.rigid_link(samples=401, scene=load_scene(results.MODEL, ["run.turns=2"]))
-    moved = replace(straight, poses=straight.poses + np.array([3e-3, -4e-3, 0]))
-    off = perturbation(moved, "link.end", np.linspace(0, 0.5, 7), straight)
-    np.testing.assert_allclose(off, np.tile([3e-3, -4e-3], (7, 1)), atol=1e-12)

@@ -74,12 +74,9 @@ class _Version(argparse.Action):
     """Looks the version up only when it is asked for."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from importlib.metadata import PackageNotFoundError, version
+        from exudyn_flexlink.versions import THIS, version_of
 
-        try:
-            print(f"exudyn-flexlink {version('exudyn-flexlink')}")
-        except PackageNotFoundError:
-            print("exudyn-flexlink, not installed: run from its source")
+        print(f"{THIS} {version_of(THIS)}")
         parser.exit()
 
 

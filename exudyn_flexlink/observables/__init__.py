@@ -15,7 +15,6 @@ from exudyn_flexlink.observables.crank import (
     turns,
 )
 from exudyn_flexlink.observables.deviations import Deviation
-from exudyn_flexlink.observables.energy import relative_energy_residual
 from exudyn_flexlink.observables.forces import (
     Force,
     force_deviations,
@@ -119,7 +118,6 @@ __all__ = [
     "perturbation",
     "point_anchor",
     "positions",
-    "relative_energy_residual",
     "room",
     "separation",
     "separations",

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.mechanism import Anchor, Mechanism, anchor_position, build_mechanism
-from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.points import path, point_anchor
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, RodBody, SleeveJoint, split_point
@@ -14,20 +13,15 @@ from exudyn_flexlink.scene import FlexibleBody, RodBody, SleeveJoint, split_poin
 FloatArray = NDArray[np.float64]
 
 
-def perturbation(
-    result: Result, point: str, time: FloatArray, smooth: Result | None = None
-) -> FloatArray | None:
+def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | None:
     """Distance (N, 2) m of 'body.point', in x and y, from its ideal place at instants (N,) s.
 
-    The ideal place is that of the same point in the run `smooth`; without one, that on a straight
-    link on the axis of its guide (see `on_axis`). None if there is neither.
+    That is on a straight link on the axis of its guide, see `on_axis`; None if there is none.
 
     Raises:
-        ValueError: one of the scenes has no such point.
+        ValueError: the scene has no such point.
 
     """
-    if smooth is not None:
-        return _position(result, point, time) - _position(smooth, point, time)
     ideal = on_axis(result, point)
     if ideal is None:
         return None
@@ -65,8 +59,3 @@ def _guide(mechanism: Mechanism, joint: str) -> Anchor:
     anchors = {slide.name: slide.first for slide in mechanism.slides}
     anchors |= {channel.name: channel.guide for channel in mechanism.channels}
     return anchors[joint]
-
-
-def _position(result: Result, point: str, time: FloatArray) -> FloatArray:
-    seen = path(result, point)
-    return between_samples(seen.time, seen.position, seen.velocity, time)

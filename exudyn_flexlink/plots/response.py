@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from exudyn_flexlink.observables import (
     ANGLE,
@@ -218,15 +219,8 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
 
 def _interpolated(x: FloatArray, y: FloatArray) -> Function:
     """Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
-    before, after = (y[1] - y[0]) / (x[1] - x[0]), (y[-1] - y[-2]) / (x[-1] - x[-2])
-
-    def at(value: Any) -> FloatArray:
-        v = np.asarray(value, dtype=float)
-        inside = np.interp(v, x, y)
-        inside = inside + before * np.minimum(v - x[0], 0) + after * np.maximum(v - x[-1], 0)
-        return np.asarray(inside)
-
-    return at
+    line: Function = make_interp_spline(x, y, k=1)
+    return line
 
 
 def _strike_by_strike(

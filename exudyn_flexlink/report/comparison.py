@@ -10,7 +10,6 @@ from exudyn_flexlink.observables import (
     Deviation,
     Strike,
     name_of,
-    relative_energy_residual,
 )
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.forces import force_error_table
@@ -203,7 +202,7 @@ def _runs(comparison: Comparison) -> list[str]:
 
 
 def _energy(seen: Seen) -> str:
-    share = 100 * relative_energy_residual(seen.result)
+    share = 100 * seen.result.checks.relative_energy_residual
     return f"{seen.result.checks.energy_residual:.2g} J ({share:.2g} %)"
 
 

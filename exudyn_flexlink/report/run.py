@@ -8,7 +8,6 @@ from exudyn_flexlink.observables import (
     forces_of,
     joints_with_play,
     name_of,
-    relative_energy_residual,
 )
 from exudyn_flexlink.report.contacts import guide_lines
 from exudyn_flexlink.report.forces import force_error_table
@@ -66,7 +65,7 @@ def _strikes(result: Result, contact: str) -> list[str]:
 def error_table(result: Result) -> Table:
     """Return how far a run is off, as it knows itself and by a neighbouring run."""
     checks = result.checks
-    share = f"{100 * relative_energy_residual(result):.2g} % of the largest kinetic energy"
+    share = f"{100 * checks.relative_energy_residual:.2g} % of the largest kinetic energy"
     rows = [
         ["energy balance", f"off by {checks.energy_residual:.2g} J, {share}"],
         ["joints", f"open by {checks.constraint_error:.2g} (m or rad) at most"],

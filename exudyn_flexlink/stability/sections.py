@@ -76,21 +76,15 @@ def section_by_crank(
     return _at(result, times[times >= after], angle, point, by_crank=True)
 
 
-def section_by_time(
-    result: Result, lap: float, phase: float = 0.0, point: str | None = None, after: float = 0.0
-) -> Section:
-    """Look at a point once in every lap of its own length (s), from `after` (s) on.
+def section_by_time(result: Result, lap: float, phase: float = 0.0, after: float = 0.0) -> Section:
+    """Look at the watched point once in every lap of its own length (s), from `after` (s) on.
 
     `phase` (0 to 1) is the part of a lap that is over. For what no crank drives, such as a force
     with a period.
-
-    Raises:
-        ValueError: the scene has no such point.
-
     """
     clock = result.scene.initial.clock
     times = np.arange(phase, (float(result.time[-1]) + clock) / lap + 1e-12) * lap - clock
-    return _at(result, times[(times >= after) & (times >= 0)], phase, point, by_crank=False)
+    return _at(result, times[(times >= after) & (times >= 0)], phase, None, by_crank=False)
 
 
 def _at(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
-from exudyn_flexlink.observables import Deviation, Measure, Strike, relative_energy_residual
+from exudyn_flexlink.observables import Deviation, Measure, Strike
 from exudyn_flexlink.result import ForceDeviation
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import COMPARISON
@@ -152,7 +152,7 @@ def _run(seen: Seen) -> dict[str, Any]:
         "completed": result.outcome.completed,
         "end_s": result.outcome.time,
         "energy_residual_J": result.checks.energy_residual,
-        "relative_energy_residual": relative_energy_residual(result),
+        "relative_energy_residual": result.checks.relative_energy_residual,
         "steps": result.checks.steps,
         "wall_time_s": dict(result.timings),
     }
