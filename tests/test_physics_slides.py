@@ -4,7 +4,7 @@ from math import atan2, cos, pi, radians, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import STEEL, TRAMMEL, angle, rod, run, where
+from test_physics_tools import TRAMMEL, angle, run, where
 
 G = 9.81
 TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
@@ -104,111 +104,7 @@ def test_oldham_coupling_turns_both_shafts_alike(formulation, allowed):
     )
 
 
-# --- one mechanism, said in other words ---------------------------------------------------------
-
-SLIDER_CRANK = """
-curves: {rail: {type: line, from: [-1, 0], to: [1, 0]}}
-bodies:
-  crank: {type: rigid, mass: 1, inertia: 0.01, points: {o: [0, 0], p: [0.1, 0]}}
-  rod: {type: rigid, mass: 0.5, inertia: 0.01, centre_of_mass: [0.15, 0],
-        points: {p: [0, 0], s: [0.3, 0]}}
-  block: {type: rigid, mass: 0.7, inertia: 0.01, points: {s: [0, 0], front: [0.05, 0]}}
-joints:
-  shaft: {type: revolute, points: [ground, crank.o], at: [0, 0]}
-  elbow: {type: revolute, points: [crank.p, rod.p]}
-  wrist: {type: revolute, points: [rod.s, block.s]}
-  WAY
-gravity: [0, -9.81]
-initial: {angles: {crank: 60 deg}, guesses: {rod: -17 deg}, speeds: {crank: 20}}
-run: {duration: 1, sample: 1 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-PRISMATIC = "way: {type: prismatic, points: [ground, block.s], at: [0, 0], axis: [1, 0]}"
-
-
-def test_two_straight_slots_move_exactly_like_a_prismatic_joint():
-    slots = """rear: {type: slot, point: block.s, curve: rail}
-  ahead: {type: slot, point: block.front, curve: rail}"""
-    slid, ran = (run(SLIDER_CRANK.replace("WAY", way)) for way in (PRISMATIC, slots))
-    for point in ("block.s", "rod.p"):
-        assert np.abs(where(slid, point) - where(ran, point)).max() < 2e-8
-    both = ran.slot_forces["rear"] + ran.slot_forces["ahead"]
-    np.testing.assert_allclose(slid.joint_forces["way"], both, atol=1e-4)
-
-
-ELBOW = """
-bodies: {upper: UPPER, lower: LOWER}
-joints:
-  shoulder: {type: revolute, points: [ground, upper.start], at: [0, 0]}
-  elbow: {JOINT, points: [upper.end, lower.start]}
-gravity: [0, -9.81]
-initial: {angles: {upper: -20 deg, lower: 40 deg}}
-run: {duration: 1, sample: 1 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
-def test_a_hinge_of_infinite_stiffness_is_a_weld():
-    """It gives way by the moment over the stiffness: 1 N m over 1e9 N m/rad."""
-    arms = STEEL + ELBOW.replace("UPPER", rod(0.4)).replace("LOWER", rod(0.3))
-    stiff = "springs: {stiff: {type: torsional, joint: elbow, stiffness: 1.0e+9}}"
-    welded = run(arms.replace("JOINT", "type: weld, angle: 60 deg"))
-    sprung = run(arms.replace("JOINT", "type: revolute") + stiff)
-    assert np.abs(where(welded, "lower.end") - where(sprung, "lower.end")).max() < 2e-8
-
-
-SWINGING = """
-bodies:
-  guide: {type: rigid, mass: 1, inertia: 0.1,
-          points: {o: [0, 0], start: [0.1, 0.02], end: [1, 0.02]}}
-  link: {type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 10 mm}}
-joints:
-  shaft: {type: revolute, points: [ground, guide.o], at: [0, 0]}
-  JOINT
-gravity: [0, -9.81]
-initial: {angles: {guide: 10 deg}, speeds: {guide: 1}}
-run: {duration: 0.5, sample: 1 ms}
-accuracy: {tolerance: 1.0e-8}
-"""
-
-
-def test_an_ideal_sleeve_is_a_prismatic_joint_along_its_guide():
-    sleeve, way = (
-        run(STEEL + SWINGING.replace("JOINT", joint))
-        for joint in (
-            "in: {type: sleeve, guide: guide, link: link}",
-            "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}",
-        )
-    )
-    assert np.array_equal(sleeve.poses, way.poses)
-
-
-@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
-def test_axes_of_the_bodies_do_not_matter_between_two_that_move(formulation):
-    """The same link said in axes that are turned by 70 deg, and the joint the other way round."""
-    plain = run(
-        STEEL
-        + SWINGING.replace(
-            "JOINT", "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}"
-        ),
-        f"solver.formulation={formulation}",
-        tolerance(1e-5),
-    )
-    mass, inertia = 7850 * 1e-4 * 0.3, 7850 * 1e-4 * 0.3 * 0.09 / 12
-    c, s = cos(radians(-70)), sin(radians(-70))
-    body = f"""{{type: rigid, mass: {mass}, inertia: {inertia},
-    centre_of_mass: [{0.15 * c}, {0.15 * s}],
-    points: {{start: [0, 0], end: [{0.3 * c}, {0.3 * s}]}}}}"""
-    text = SWINGING.replace(
-        "{type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 10 mm}}", body
-    )
-    joint = f"""in: {{type: prismatic, points: [link.start, guide.start], axis: [{c}, {s}],
-    angle: -70 deg}}"""
-    turned = run(text.replace("JOINT", joint), tolerance(1e-8))
-    for point in ("link.start", "link.end"):
-        assert np.abs(where(plain, point) - where(turned, point)).max() < 1e-5
-    forces = plain.joint_forces["in"] + turned.joint_forces["in"]  # on either of the two bodies
-    assert np.abs(forces[5:]).max() < 2e-3 * np.abs(plain.joint_forces["in"]).max()
+# --- on a body that turns ----------------------------------------------------------------------
 
 
 def test_bead_on_a_turning_rod_flees_outwards():

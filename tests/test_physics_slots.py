@@ -7,7 +7,6 @@ import pytest
 from test_physics_tools import (
     KILOGRAM,
     STEEL,
-    on_grid,
     rod,
     run,
     scene,
@@ -20,7 +19,7 @@ from exudyn_flexlink.engines import simulate
 G = 9.81
 
 
-# --- a circular slot is a crank --------------------------------------------------------------
+# --- a rod in a slot ---------------------------------------------------------------------------
 
 
 FREE = """
@@ -34,35 +33,7 @@ run: {{duration: 0.5}}
 accuracy: {{tolerance: 1.0e-6}}
 """
 
-CRANK = """
-{steel}
-bodies:
-  crank: {{type: rigid, mass: 1.0e-9, inertia: 1.0e-12, points: {{a: [0, 0], b: [0.1, 0]}}}}
-  rod: {rod}
-joints:
-  hub: {{type: revolute, points: [ground, crank.a], at: [0, 0]}}
-  pin: {{type: revolute, points: [crank.b, rod.{point}]}}
-gravity: [0, -9.81]
-initial: {{angles: {{crank: 0, rod: 20 deg}}, speeds: {{rod: 0, crank: 0}}}}
-run: {{duration: 0.5}}
-accuracy: {{tolerance: 1.0e-6}}
-"""
-
 RING = "{type: circle, centre: [0, 0], radius: 0.1}"
-
-
-@pytest.mark.parametrize("point", ["start", "end"])
-def test_circular_slot_moves_like_a_massless_crank(point):
-    """Both natively (start: the origin) and by its foot point (end)."""
-    words = {"steel": STEEL, "rod": rod(0.3), "point": point}
-    in_slot = run(FREE.format(curve=RING, **words), "initial.angles.rod=20 deg")
-    on_crank = run(CRANK.format(**words))
-    for of_slot, of_crank, error in (
-        (where(in_slot, "rod.centre"), where(on_crank, "rod.centre"), 1e-5),
-        (in_slot.slot_forces["pin"], on_crank.joint_forces["pin"], 0.05),
-    ):
-        one, other = on_grid(in_slot, of_slot, 2e-4), on_grid(on_crank, of_crank, 2e-4)
-        np.testing.assert_allclose(one, other, atol=error)
 
 
 def test_spline_through_a_circle_is_nearly_that_circle():

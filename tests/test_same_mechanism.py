@@ -1,0 +1,276 @@
+"""One mechanism said in two ways moves alike: to the tolerance at 1e-8 m, and in both formulations.
+
+Each pair is written of different parts, so that different equations are solved.
+"""
+
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+from test_physics_tools import STEEL, angle, rod, run, where
+
+FINE = "accuracy.tolerance=1e-8"
+BOUND = 2e-8  # m: both runs may be off by the tolerance, to either side
+COARSE = ("solver.formulation=redundant", "accuracy.tolerance=1e-4", "run.duration=0.2")
+WAYS = [((), BOUND), (COARSE, 2e-4)]
+
+
+def both(one, other):
+    """Rows of two runs with the same instants; ends of laps are at instants of their own."""
+    _, *rows = np.intersect1d(one.time, other.time, return_indices=True)
+    assert len(rows[0]) > 0.99 * max(len(one.time), len(other.time))
+    return rows
+
+
+def apart(one, other, *points):
+    """Largest distance (m) of points that have the same names in both runs."""
+    mine, others = both(one, other)
+    return max(np.abs(where(one, p)[mine] - where(other, p)[others]).max() for p in points)
+
+
+# --- a circular slot is a crank -----------------------------------------------------------------
+
+SWUNG = """
+gravity: [0, -9.81]
+run: {duration: 1, sample: 1 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+IN_SLOT = """
+curves: {way: {type: circle, centre: [0, 0], radius: 0.1}}
+bodies: {rod: ROD}
+joints: {pin: {type: slot, point: rod.POINT, curve: way}}
+initial: {angles: {rod: 20 deg}, speeds: {rod: 0}}
+"""
+# A crank so light that it changes nothing, as far as the tolerance tells.
+ON_CRANK = """
+bodies:
+  crank: {type: rigid, mass: 1.0e-12, inertia: 1.0e-14, points: {a: [0, 0], b: [0.1, 0]}}
+  rod: ROD
+joints:
+  hub: {type: revolute, points: [ground, crank.a], at: [0, 0]}
+  pin: {type: revolute, points: [crank.b, rod.POINT]}
+initial: {angles: {crank: 0, rod: 20 deg}, speeds: {rod: 0, crank: 0}}
+"""
+
+
+def slot_and_crank(point, *settings):
+    texts = (
+        STEEL + text.replace("ROD", rod(0.3)).replace("POINT", point) + SWUNG
+        for text in (IN_SLOT, ON_CRANK)
+    )
+    return [run(text, *settings) for text in texts]
+
+
+@pytest.mark.parametrize(("settings", "bound"), WAYS)
+@pytest.mark.parametrize("point", ["start", "end"])
+def test_a_circular_slot_moves_exactly_like_a_crank(point, settings, bound):
+    """Both natively (start: the origin) and by its foot point (end)."""
+    slot, crank = slot_and_crank(point, *settings)
+    assert apart(slot, crank, "rod.start", "rod.centre", "rod.end") < bound
+    if not settings:  # in redundant coordinates a crank without mass shakes its joint's force
+        np.testing.assert_allclose(slot.slot_forces["pin"], crank.joint_forces["pin"], atol=1e-6)
+
+
+# --- a curve on a turning body is the inverted mechanism ----------------------------------------
+
+OMEGA = 4.0  # rad/s, of the cam
+CAM = "{type: ellipse, centre: [0.02, 0.01], semi_axes: [0.12, 0.08], rotation: 20 deg"
+ARM = "{type: rigid, mass: 1, inertia: 0.01, points: {hinge: [0, 0], pin: [0.2, 0]}}"
+CAM_TURNS = f"""
+curves: {{groove: {CAM}, on: cam}}}}
+bodies:
+  cam: {{type: rigid, mass: 1, inertia: 0.1}}
+  arm: {ARM}
+joints:
+  axle: {{type: revolute, points: [ground, cam.centre], at: [0, 0]}}
+  hinge: {{type: revolute, points: [ground, arm.hinge], at: [0.2, 0.1]}}
+  slot: {{type: slot, point: arm.pin, curve: groove}}
+drives: {{motor: {{type: speed, joint: axle, value: {OMEGA} rad/s}}}}
+initial: {{guesses: {{arm: 180 deg}}}}
+run: {{duration: 2, sample: 1 ms}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+FRAME_TURNS = f"""
+curves: {{groove: {CAM}}}}}
+bodies:
+  frame: {{type: rigid, mass: 1, inertia: 0.1, points: {{axle: [0, 0], hinge: [0.2, 0.1]}}}}
+  arm: {ARM}
+joints:
+  axle: {{type: revolute, points: [ground, frame.axle], at: [0, 0]}}
+  hinge: {{type: revolute, points: [frame.hinge, arm.hinge]}}
+  slot: {{type: slot, point: arm.pin, curve: groove}}
+drives: {{motor: {{type: speed, joint: axle, value: -{OMEGA} rad/s}}}}
+initial: {{guesses: {{arm: 180 deg}}}}
+run: {{duration: 2, sample: 1 ms}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+
+
+def in_the_cams_axes(result, point):
+    """Places (N,) of a point as x + iy, seen from a cam that turns evenly from 0."""
+    return where(result, point) @ [1, 1j] * np.exp(-1j * OMEGA * result.time)
+
+
+@pytest.mark.parametrize(("settings", "bound"), WAYS)
+def test_a_cam_that_turns_moves_its_follower_as_a_frame_that_turns_backwards(settings, bound):
+    """Both are kinematic: the arm's pin is where the groove crosses the circle about its hinge."""
+    cam, frame = run(CAM_TURNS, *settings), run(FRAME_TURNS, *settings)
+    mine, others = both(cam, frame)
+    for point in ("arm.hinge", "arm.pin"):
+        at_rest = where(frame, point)[others] @ [1, 1j]
+        assert np.abs(in_the_cams_axes(cam, point)[mine] - at_rest).max() < bound
+    assert np.ptp(angle(cam, "arm")) > 0.05  # rad: it does swing
+
+
+BEAD = "{type: rigid, mass: 0.3, inertia: 0}"
+GROOVE_TURNS = f"""
+curves: {{groove: {CAM}, on: cam}}}}
+bodies: {{cam: {{type: rigid, mass: 1, inertia: 0.1}}, bead: {BEAD}}}
+joints:
+  axle: {{type: revolute, points: [ground, cam.centre], at: [0, 0]}}
+  slot: {{type: slot, point: bead.centre, curve: groove}}
+drives: {{motor: {{type: speed, joint: axle, value: {OMEGA} rad/s}}}}
+gravity: 9.81
+initial: {{positions: {{bead: PLACE}}, speeds_along: {{slot: 0.5}}}}
+run: {{duration: 2, sample: 1 ms}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+# Gravity turns backwards, and the bead feels m omega^2 r outwards. Coriolis' force is across the
+# groove, which takes it.
+GROOVE_RESTS = f"""
+curves: {{groove: {CAM}}}}}
+bodies: {{bead: {BEAD}}}
+joints: {{slot: {{type: slot, point: bead.centre, curve: groove}}}}
+drives:
+  felt:
+    type: force
+    point: bead.centre
+    value:
+      - 0.3*({OMEGA}**2*place(bead.centre, x) - 9.81*sin({OMEGA}*t))
+      - 0.3*({OMEGA}**2*place(bead.centre, y) - 9.81*cos({OMEGA}*t))
+initial: {{positions: {{bead: PLACE}}, speeds_along: {{slot: 0.5}}}}
+run: {{duration: 2, sample: 1 ms}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+
+
+@pytest.mark.parametrize(("settings", "bound"), WAYS)
+def test_a_bead_in_a_turning_groove_moves_as_by_what_it_feels_in_one_at_rest(settings, bound):
+    c, s = cos(radians(20)), sin(radians(20))
+    place = f"[{0.02 + 0.12 * c}, {0.01 + 0.12 * s}]"
+    turns, rests = (
+        run(text.replace("PLACE", place), *settings) for text in (GROOVE_TURNS, GROOVE_RESTS)
+    )
+    mine, others = both(turns, rests)
+    at_rest = where(rests, "bead.centre")[others] @ [1, 1j]
+    assert np.ptp(at_rest.imag) > 0.05  # m: it does run along the groove
+    assert np.abs(in_the_cams_axes(turns, "bead.centre")[mine] - at_rest).max() < bound
+
+
+# --- slots, hinges and sleeves as other joints ----------------------------------------------------
+
+SLIDER_CRANK = """
+curves: {rail: {type: line, from: [-1, 0], to: [1, 0]}}
+bodies:
+  crank: {type: rigid, mass: 1, inertia: 0.01, points: {o: [0, 0], p: [0.1, 0]}}
+  rod: {type: rigid, mass: 0.5, inertia: 0.01, centre_of_mass: [0.15, 0],
+        points: {p: [0, 0], s: [0.3, 0]}}
+  block: {type: rigid, mass: 0.7, inertia: 0.01, points: {s: [0, 0], front: [0.05, 0]}}
+joints:
+  shaft: {type: revolute, points: [ground, crank.o], at: [0, 0]}
+  elbow: {type: revolute, points: [crank.p, rod.p]}
+  wrist: {type: revolute, points: [rod.s, block.s]}
+  WAY
+gravity: [0, -9.81]
+initial: {angles: {crank: 60 deg}, guesses: {rod: -17 deg}, speeds: {crank: 20}}
+run: {duration: 1, sample: 1 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+PRISMATIC = "way: {type: prismatic, points: [ground, block.s], at: [0, 0], axis: [1, 0]}"
+
+
+@pytest.mark.parametrize(("settings", "bound"), WAYS)
+def test_two_straight_slots_move_exactly_like_a_prismatic_joint(settings, bound):
+    slots = """rear: {type: slot, point: block.s, curve: rail}
+  ahead: {type: slot, point: block.front, curve: rail}"""
+    slid, ran = (run(SLIDER_CRANK.replace("WAY", way), *settings) for way in (PRISMATIC, slots))
+    assert apart(slid, ran, "block.s", "rod.p") < bound
+    if not settings:
+        pushes = ran.slot_forces["rear"] + ran.slot_forces["ahead"]
+        np.testing.assert_allclose(slid.joint_forces["way"], pushes, atol=1e-4)
+
+
+ELBOW = """
+bodies: {upper: UPPER, lower: LOWER}
+joints:
+  shoulder: {type: revolute, points: [ground, upper.start], at: [0, 0]}
+  elbow: {JOINT, points: [upper.end, lower.start]}
+gravity: [0, -9.81]
+initial: {angles: {upper: -20 deg, lower: 40 deg}}
+run: {duration: 1, sample: 1 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@pytest.mark.parametrize(("stiffness", "settings", "bound"), [(1e9, *WAYS[0]), (1e6, *WAYS[1])])
+def test_a_hinge_of_infinite_stiffness_is_a_weld(stiffness, settings, bound):
+    """It gives way by the moment over the stiffness, 1 N m over 1e9 or 1e6 N m/rad."""
+    arms = STEEL + ELBOW.replace("UPPER", rod(0.4)).replace("LOWER", rod(0.3))
+    stiff = f"springs: {{stiff: {{type: torsional, joint: elbow, stiffness: {stiffness}}}}}"
+    welded = run(arms.replace("JOINT", "type: weld, angle: 60 deg"), *settings)
+    sprung = run(arms.replace("JOINT", "type: revolute") + stiff, *settings)
+    assert apart(welded, sprung, "lower.end") < bound
+
+
+SWINGING = """
+bodies:
+  guide: {type: rigid, mass: 1, inertia: 0.1,
+          points: {o: [0, 0], start: [0.1, 0.02], end: [1, 0.02]}}
+  link: {type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 10 mm}}
+joints:
+  shaft: {type: revolute, points: [ground, guide.o], at: [0, 0]}
+  JOINT
+gravity: [0, -9.81]
+initial: {angles: {guide: 10 deg}, speeds: {guide: 1}}
+run: {duration: 0.5, sample: 1 ms}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def test_an_ideal_sleeve_is_a_prismatic_joint_along_its_guide():
+    sleeve, way = (
+        run(STEEL + SWINGING.replace("JOINT", joint))
+        for joint in (
+            "in: {type: sleeve, guide: guide, link: link}",
+            "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}",
+        )
+    )
+    assert np.array_equal(sleeve.poses, way.poses)
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "redundant"])
+def test_axes_of_the_bodies_do_not_matter_between_two_that_move(formulation):
+    """The same link said in axes that are turned by 70 deg, and the joint the other way round."""
+    plain = run(
+        STEEL
+        + SWINGING.replace(
+            "JOINT", "in: {type: prismatic, points: [guide.start, link.start], axis: [1, 0]}"
+        ),
+        f"solver.formulation={formulation}",
+        "accuracy.tolerance=1e-5",
+    )
+    mass, inertia = 7850 * 1e-4 * 0.3, 7850 * 1e-4 * 0.3 * 0.09 / 12
+    c, s = cos(radians(-70)), sin(radians(-70))
+    body = f"""{{type: rigid, mass: {mass}, inertia: {inertia},
+    centre_of_mass: [{0.15 * c}, {0.15 * s}],
+    points: {{start: [0, 0], end: [{0.3 * c}, {0.3 * s}]}}}}"""
+    text = SWINGING.replace(
+        "{type: rod, length: 0.3, material: steel, section: {width: 10 mm, thickness: 10 mm}}", body
+    )
+    joint = f"""in: {{type: prismatic, points: [link.start, guide.start], axis: [{c}, {s}],
+    angle: -70 deg}}"""
+    turned = run(text.replace("JOINT", joint), FINE)
+    for point in ("link.start", "link.end"):
+        assert np.abs(where(plain, point) - where(turned, point)).max() < 1e-5
+    forces = plain.joint_forces["in"] + turned.joint_forces["in"]  # on either of the two bodies
+    assert np.abs(forces[5:]).max() < 2e-3 * np.abs(plain.joint_forces["in"]).max()
