@@ -5,10 +5,12 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from exudyn_flexlink.shipped import model_file
 from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, split_lines
 
 __all__ = [
@@ -126,17 +128,26 @@ def load_document(path: str | Path) -> Document:
             raise SceneError(empty, [Mistake((), message, "points of splines may be in CSV files")])
         text = content.decode("utf-8")
     except (OSError, ValueError) as error:
-        raise SceneError(empty, [_unreadable(error)]) from None
+        raise SceneError(empty, [_unreadable(path, error)]) from None
     return parse_document(text, str(path), path.parent)
 
 
-def _unreadable(error: OSError | ValueError) -> Mistake:
+def _unreadable(path: Path, error: OSError | ValueError) -> Mistake:
     if isinstance(error, UnicodeDecodeError):
         before = error.object[: error.start].split(b"\n")
         place = Place(len(before), 1, 1)
         message = f"not UTF-8 text: the byte {error.object[error.start]:#04x}"
         return Mistake((), message, "save the file as UTF-8", place=place)
-    return Mistake((), f"can't read the file: {getattr(error, 'strerror', None) or error}")
+    hint = _shipped_hint(path) if isinstance(error, FileNotFoundError) else ""
+    return Mistake((), f"can't read the file: {getattr(error, 'strerror', None) or error}", hint)
+
+
+def _shipped_hint(path: Path) -> str:
+    """Say by which name a model comes with the program, if one has the name of this file."""
+    with suppress(FileNotFoundError):  # a damaged installation has none
+        if model_file(path.stem):
+            return f"a model that comes with the program is called '{path.stem}', without '.yaml'"
+    return ""
 
 
 def parse_document(text: str, name: str, folder: Path | None = None) -> Document:

@@ -32,6 +32,25 @@ _SCALARS = {
 }
 
 
+# What to look for, by the beginning of PyYAML's messages: these speak of its parser's states.
+_HINTS = (
+    (
+        "mapping values are not allowed",
+        "a key needs ': ' after it, on this line and on the one before; keys of one section stand "
+        "below one another; a text with ': ' in it needs quotes",
+    ),
+    ("could not find expected ':'", "a key needs ': ' after it, also on the line before"),
+    ("expected <block end>, but found '<", "keys of one section stand below one another"),
+    ("expected <block end>, but found '?'", "a section is a list or has keys, not both"),
+    ("expected <block end>", "a bracket too many, or a key without ': ' before its bracket"),
+    ("expected ',' or", "a comma or a closing bracket is missing before this"),
+    ("found unexpected end of stream", "a quote is not closed"),
+    (r"found character '\t'", "indent with spaces, not with tabs"),
+    ("found character", "a text that begins with this needs quotes"),
+    ("but found another document", "a model is one document, without '---' in it"),
+)
+
+
 @dataclass(frozen=True)
 class Place:
     """Where a value or a key stands in the text: line and columns from 1, the end excluded."""
@@ -124,7 +143,7 @@ def _compose(text: str) -> Any:
 
 def _stop(message: str, mark: Any) -> NoReturn:
     place = Place(mark.line + 1, mark.column + 1, mark.column + 2) if mark else Place(1, 1, 2)
-    hint = "indent with spaces, not with tabs" if r"'\t'" in message else ""
+    hint = next((hint for said, hint in _HINTS if message.startswith(said)), "")
     raise _Stop(Problem(place, (), message, hint)) from None
 
 

@@ -99,7 +99,9 @@ def test_wrong_arguments_are_bad_input(arguments: list[str], capsys: Capture) ->
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code == 2
-    assert "usage:" in capsys.readouterr().err
+    what, hint = capsys.readouterr().err.splitlines()
+    assert what.startswith("exudyn-flexlink")
+    assert "--help' tells what it takes" in hint
 
 
 def test_files_outside_the_models_folder_need_leave(tmp_path: Path, capsys: Capture) -> None:

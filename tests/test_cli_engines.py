@@ -123,7 +123,7 @@ def test_compare_runs_both_and_writes_what_it_found(
     for name in ("comparison.json", "comparison.csv", "comparison.png",
                  "exudyn/summary.json", "lagrangian/lever.png"):  # fmt: skip
         assert (folder / name).is_file()
-    told = "Written to {}: comparison.csv, comparison.json, comparison.png, manifest.json, {}"
+    told = "Written to {}:\n  comparison.csv, comparison.json, comparison.png, manifest.json, {}"
     inside = "exudyn/ (11 files), lagrangian/ (11 files)"
     assert told.format(f"{folder}{os.sep}", inside) in shown.out
     assert sorted(engine for engine, _ in seen) == ["exudyn", "lagrangian", "lagrangian"]
@@ -250,7 +250,10 @@ def test_compare_a_scene_with_and_without_its_clearance(
     assert shown.out.startswith(f"Comparison without clearance and with clearance: {title}\n")
     assert row(shown.out, "whole")[2:4] == ["0.001", "m"]
     assert row(shown.out, "engine") == ["engine", *[engine or "exudyn"] * 2]
-    assert "a run with clearance at other tolerances differs by 0 m at most" in shown.out
+    assert (
+        "the run with clearance, made again at another tolerance, differs by 0 m at most"
+        in shown.out
+    )
     assert "warning: without clearance: made up\nwarning: with clearance: made up\n" in shown.err
     other = "-lagrangian" if engine == "lagrangian" else ""
     folder = Path(f"runs/clearance-compare{other}-without_clearance")
@@ -268,7 +271,7 @@ def test_compare_variants_up_to_a_horizon(run_of: Callable[[Fake], None], capsys
     quiet = ["--no-plots", "--out", "here"]
     assert main(["compare", CLEARANCE, "--without", "clearance", *quiet]) == 0
     shown = capsys.readouterr().out
-    assert "t = 1 s, beyond it by statistics: from there on a run with clearance at" in shown
+    assert "t = 1 s, beyond it by statistics: from there on the run with clearance, made" in shown
     assert row(shown, "x,")[:2] == ["x,", "mean"]
 
 

@@ -98,8 +98,8 @@ def test_an_earlier_run_is_not_replaced_in_silence(
     run_of: Callable[[Fake], None], capsys: Capture
 ) -> None:
     run_of(closed_form)
-    for told in ("Written to runs/no_clearance/: ",
-                 "Written to runs/no_clearance/ in place of an earlier run: "):  # fmt: skip
+    for told in ("Written to runs/no_clearance/:\n  ",
+                 "Written to runs/no_clearance/ in place of an earlier run:\n  "):  # fmt: skip
         assert main(["simulate", NO_CLEARANCE, "--no-plots"]) == 0
         assert told in capsys.readouterr().out
 

@@ -120,7 +120,15 @@ def test_a_model_of_an_unknown_name_is_told_with_a_near_one(command: str, capsys
     assert ended.value.code == 2
     told = capsys.readouterr().err
     assert "no file 'no_clearence', and no model of that name comes with the program" in told
-    assert "did you mean 'no_clearance'?" in told
+    assert "did you mean 'no_clearance'?\nhint: 'exudyn-flexlink new --list' names all\n" in told
+
+
+def test_an_own_file_whose_suffix_was_forgotten_is_told(capsys: Capture) -> None:
+    assert main(["new", "rigid", "mine.yaml"]) == 0
+    with pytest.raises(SystemExit) as ended:
+        main(["check", "mine"])
+    assert ended.value.code == 2
+    assert "did you mean 'mine.yaml'?" in capsys.readouterr().err
 
 
 def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys: Capture) -> None:

@@ -35,7 +35,7 @@ def test_simulate_summarises_the_run(run_of: Callable[[Fake], None], capsys: Cap
     assert "% of the largest kinetic energy" in shown.out
     assert "open by 1e-12" in shown.out
     assert shown.err == "warning: made up\n"
-    assert "Written to runs/no_clearance/: " in shown.out
+    assert "Written to runs/no_clearance/:\n  " in shown.out
     written = {path.name for path in Path("runs/no_clearance").iterdir()}
     assert {"result.nc", "summary.json"} <= written
     assert all(name in shown.out for name in written)

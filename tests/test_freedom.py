@@ -159,7 +159,7 @@ def test_a_run_without_a_joint_that_turns_has_neither_laps_nor_crank(tmp_path: P
     """Fallen from 0.2 m, the ball strikes at sqrt(2 h / g) = 0.20193 s."""
     result = simulate(scene(BALL), measure=False)
     text = run_text(result)
-    head, row = text[text.index("Strikes of hit") :].splitlines()[1:3]
+    head, row = text[text.index("Strikes of contact 'hit'") :].splitlines()[1:3]
     assert head.split() == ["time", "approach", "place", "bar", "peak"]
     assert row.split()[:3] == ["0.20193", "s", "1.9809"]
     assert "lap" not in text

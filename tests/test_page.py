@@ -160,7 +160,7 @@ def test_figures_say_in_words_what_they_show(whole: str) -> None:
 
 def test_strikes_are_those_of_the_run(told: Callable[[Result], Element]) -> None:
     run = rigid_link()
-    head, *rows = tables_of(told(run))["Strikes of strike"]
+    head, *rows = tables_of(told(run))["Strikes of contact 'strike'"]
     assert head == ["lap", "angle of crank (deg)", "time (s)", "approach (m/s)", "place (m)",
                     "lever peak (rad)", "lasts (s)", "touches", "impulse (N s)",
                     "energy lost (J)", "peak force (N)"]  # fmt: skip
@@ -305,8 +305,8 @@ def test_a_page_speaks_of_no_parts_that_a_scene_has_not() -> None:
 
 def test_a_contact_that_never_was_is_said(told: Callable[[Result], Element]) -> None:
     page = told(touched(rigid_link(turns=1, samples=401)))
-    assert "Strikes of strike: none." in page.words
-    assert "Strikes of strike" not in tables_of(page)
+    assert "Strikes of contact 'strike': none." in page.words
+    assert "Strikes of contact 'strike'" not in tables_of(page)
 
 
 def test_a_run_of_one_sample_has_a_page() -> None:

@@ -235,7 +235,7 @@ def test_a_result_tells_itself(run):
     assert "completed at 2.51327 s" in repr(run)
     assert "1 warning" in repr(run)
     page = run._repr_html_()
-    assert "Strikes of strike" in page
+    assert "Strikes of contact 'strike'" in page
     assert "warning: made up" in page
     assert "data:image/png;base64," in page
     stopped = repr(own_result(results.stopped(results.pendulum())))

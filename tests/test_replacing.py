@@ -149,7 +149,7 @@ def test_an_incomplete_run_does_not_replace_a_complete_one(command, reason, code
     assert said.err.endswith(
         f"unless that is forced. What was computed is in {place}-2\nhint: '--force' forces it\n"
     )
-    assert f"Written to {place}-2/: " in said.out
+    assert f"Written to {place}-2/:\n  " in said.out
     folder = Path("o-2") if command == "simulate" else Path("o-2/exudyn")
     assert not load(folder).outcome.completed
     assert main([*again, "--force"]) == code

@@ -164,7 +164,7 @@ def test_the_duration_of_a_run(settings: list[str], expected: float | None) -> N
 
 def test_a_run_without_strikes_says_so() -> None:
     result = touched(rigid_link(turns=1, samples=401))
-    assert "Strikes of strike: none" in run_text(result)
+    assert "Strikes of contact 'strike': none" in run_text(result)
 
 
 def test_the_peak_of_the_lever_is_found_between_samples() -> None:

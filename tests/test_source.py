@@ -278,3 +278,36 @@ def test_any_setting_is_taken_or_refused(text: str) -> None:
         with_settings(read(BASE), [text])
     except SceneError as error:
         str(error)  # it can be shown
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("drives {motor: {type: speed}}\n", "a key without ': ' before its bracket"),
+        ("title:Slider\nrun: 2\n", "a key needs ': ' after it"),
+        ("title: Slider\nrun\ngravity: 2\n", "a key needs ': ' after it"),
+        ("bodies:\n  rod: 1\n link: 2\n", "keys of one section stand below one another"),
+        ("points:\n  - 1\n  more: 2\n", "a section is a list or has keys, not both"),
+        ("run: {turns: 2}}\n", "a bracket too many"),
+        ("run: {turns: 2\ntitle: Slider\n", "a comma or a closing bracket is missing"),
+        ("run: {turns: 2 of: crank}\n", "a comma or a closing bracket is missing"),
+        ("title: 'Slider\n", "a quote is not closed"),
+        ("run:\n\tturns: 2\n", "indent with spaces"),
+        ("title: @home\n", "needs quotes"),
+        ("title: one\n---\ntitle: two\n", "a model is one document"),
+    ],
+)
+def test_what_is_no_yaml_is_told_with_what_to_look_for(text: str, hint: str) -> None:
+    (mistake,) = refusal(text).mistakes
+    assert hint in mistake.hint
+
+
+def test_a_missing_file_of_a_model_that_comes_with_the_program_is_told_by_its_name(
+    tmp_path: Path,
+) -> None:
+    """Who installed the wheel has no folder `models`, which README and documentation name."""
+    with pytest.raises(SceneError, match="comes with the program is called 'pump', without"):
+        load_document(tmp_path / "models" / "textbook" / "pump.yaml")
+    with pytest.raises(SceneError) as caught:
+        load_document(tmp_path / "nowhere.yaml")
+    assert "hint" not in str(caught.value)

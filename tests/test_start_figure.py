@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cli_runs import Capture
 from matplotlib.text import Annotation
@@ -46,6 +47,29 @@ def test_points_of_one_place_are_named_together() -> None:
     names = [text.get_text() for text in axes.texts]
     assert "lever.end\ncoupler.start" in names
     assert "crank.hub" in names
+
+
+@pytest.mark.parametrize("name", ["no_clearance", "clearance", "pump", "whitworth"])
+def test_names_lie_on_no_symbol(name: str) -> None:
+    """The names of the short lever's ends once lay on the symbols of its pivot."""
+    _, axes = drawn(name)
+    symbols = [line for line in axes.lines if line.get_linestyle() == "None"]
+    places = [axes.transData.transform(line.get_xydata())[0] for line in symbols]
+    radius = 3.0 * axes.figure.dpi / 72  # points
+    for text in axes.texts:
+        box = text.get_window_extent().padded(radius)
+        assert not any(box.contains(*place) for place in places), text.get_text()
+
+
+def test_a_face_is_seen_beside_the_body_that_it_is_on() -> None:
+    _, axes = drawn("no_clearance")
+    (face,) = [line for line in axes.lines if (line.get_alpha() or 1) < 1]
+    lever = next(
+        line for line in axes.lines
+        if line is not face and np.allclose(line.get_xydata(), face.get_xydata())
+    )  # fmt: skip
+    assert face.get_linewidth() > 2 * lever.get_linewidth()
+    assert face.get_zorder() < lever.get_zorder()
 
 
 def test_symbols_are_those_of_the_parts() -> None:

@@ -59,7 +59,7 @@ def test_a_disk_that_fills_up_with_figures_keeps_the_numbers():
         "no figures: they can't be written: File too large; the numbers are kept\n"
     )
     assert (
-        "Written to o/: manifest.json, result.nc, summary.json, trajectory_link.end.csv"
+        "Written to o/:\n  manifest.json, result.nc, summary.json, trajectory_link.end.csv"
         in ran.stdout
     )
     assert load(Path("o")).outcome.completed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from exudyn_flexlink.cli.completing import (
     BENCHMARK,
@@ -42,7 +42,7 @@ NEW_MODEL = "no_clearance"
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     """Return what reads the arguments of a command line; `called` as usage lines say."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog=called,
         description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -68,6 +68,17 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     _add_schema(commands)
     _add_completion(commands)
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong, without ten lines of usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say it, with a hint, and end the program: bad input."""
+        complain(f"{self.prog}: {message}")
+        if "\nhint: " not in message:
+            complain(f"hint: '{self.prog} --help' tells what it takes")
+        self.exit(BAD_INPUT)
 
 
 class _Version(argparse.Action):

@@ -32,7 +32,7 @@ class Place:
     def told(self) -> str:
         """Where the result is, and what is in it; also that an earlier one was there."""
         instead = " in place of an earlier run" if self._replaces else ""
-        return f"Written to {self.target}{os.sep}{instead}: {_contents(self.target)}"
+        return f"Written to {self.target}{os.sep}{instead}:\n  {_contents(self.target)}"
 
     def tell(self, code: int) -> int:
         """Say why the result is not where it should be; returns the exit code."""

@@ -214,7 +214,7 @@ def _tell(table: SweepTable, folder: Path, options: argparse.Namespace, code: in
     if not options.quiet:
         tell(sweep_text(table))
         names = ", ".join(sorted(name for name in own_files(folder) if "/" not in name))
-        tell(f"\nWritten to {folder}{os.sep}: {names}")
+        tell(f"\nWritten to {folder}{os.sep}:\n  {names}")
     if not table.whole:
         there = f"{len(table.rows)} of {table.points} rows are in {folder}{os.sep}"
         return complain(f"interrupted: {there}; with '--resume' they are not made again", code)

@@ -71,15 +71,18 @@ def model_path(text: str) -> Path:
     path = Path(text)
     if path.suffix or path.exists():
         return path
-    found = shipped_model(text, "no file '{}', and no model of that name")
     own = path.with_name(f"{path.name}.yaml")
-    if own.is_file():
+    meant = str(own) if own.is_file() else ""
+    found = shipped_model(text, "no file '{}', and no model of that name", meant)
+    if meant:
         complain(f"hint: '{text}' is the model that comes with the program, not your '{own}'")
     return found
 
 
-def shipped_model(name: str, what: str = "no model '{}'") -> Path:
+def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Path:
     """Return the file of a model that comes with the program; `what` says what there is not.
+
+    `meant` is what a complaint suggests; by default the model whose name is nearest.
 
     Raises:
         ArgumentTypeError: there is no such model.
@@ -95,9 +98,10 @@ def shipped_model(name: str, what: str = "no model '{}'") -> Path:
         raise argparse.ArgumentTypeError(str(error)) from None
     if found is not None:
         return found
-    near = did_you_mean(name, [*names, *(each.split("/")[-1] for each in names)])
+    known = [*names, *(each.split("/")[-1] for each in names)]
+    near = f"; did you mean '{meant}'?" if meant else did_you_mean(name, known)
     told = f"{what.format(name)} comes with the program{near}"
-    raise argparse.ArgumentTypeError(f"{told}; '{how_called()} new --list' names all")
+    raise argparse.ArgumentTypeError(f"{told}\nhint: '{how_called()} new --list' names all")
 
 
 def published_file(text: str) -> Path:

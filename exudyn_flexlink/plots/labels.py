@@ -15,6 +15,7 @@ FloatArray = NDArray[np.float64]
 DIRECTIONS = 12
 NEAR = 7.0  # points, from a place to its label
 FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
+APART = 2.0  # points, between two names, so that they don't read as one
 OF_LINE = 0.15  # of a hidden name counts a spot of a line that is hidden
 OUTSIDE = 4.0  # times as bad as on another name is a name beyond the axes
 OF_DISTANCE = 0.25  # of its own area: what a name may hide rather than stand farther off
@@ -34,6 +35,12 @@ class Labels:
         figure = axes.get_figure()
         assert figure is not None
         self._pixels = figure.dpi / 72  # in a point
+
+    def keep_free(self, places: FloatArray, size: float) -> None:
+        """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
+        half = size / 2 * self._pixels
+        for at in np.asarray(self._axes.transData.transform(places)):
+            self._taken.append(Bbox([at - half, at + half]))
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
         """Write a name beside a place (data coordinates), rather in the direction `towards`."""
@@ -61,7 +68,7 @@ class Labels:
         assert best is not None
         _, middle, box = best
         shown.set_position((middle[0] / self._pixels, middle[1] / self._pixels))
-        self._taken.append(box)
+        self._taken.append(box.padded(APART * self._pixels))
 
     def _hidden(self, box: Bbox) -> float:
         """How much a label would hide, or leave the axes, in squares of pixels."""

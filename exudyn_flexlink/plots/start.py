@@ -41,6 +41,7 @@ SAME = 1e-6  # of the drawing: points nearer than this are one
 MOST_BODIES = 14  # in the legend: it has no more room
 MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
+SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
 SPOTS = 12  # of a line that names keep away from
 
 
@@ -75,7 +76,9 @@ _SYMBOLS: dict[str, dict[str, Any]] = {
     },
 }  # fmt: skip
 _SPRING: dict[str, Any] = {"color": GREEN, "linewidth": 1.2, "zorder": 3}
-_FACE: dict[str, Any] = {"color": RED, "linewidth": 3.0, "alpha": 0.45, "zorder": 3}
+# Broader than the body it is on, which lies over it.
+_FACE: dict[str, Any] = {"color": RED, "linewidth": 8.0, "alpha": 0.35, "zorder": 3,
+                         "solid_capstyle": "butt"}  # fmt: skip
 
 
 @styled
@@ -170,6 +173,10 @@ def _name(axes: Axes, posed: Posed) -> None:
         *(curve_line(slot).at(posed.poses[0]) for slot in posed.model.slots),
     ]
     labels = Labels(axes, factor * np.concatenate([_along(line) for line in every]))
+    marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
+    if marks:
+        symbols = np.stack([_place(posed, mark.anchor) for mark in marks])
+        labels.keep_free(factor * symbols, sized(SYMBOL))
     for i, (body, own) in enumerate(lines.items()):
         longest = max(own, key=lambda points: float(np.ptp(points, axis=0).max()))
         place = (longest[0] + longest[-1]) / 2

@@ -41,7 +41,7 @@ def horizon_text(comparison: Comparison) -> str:
     end, parted = comparison.time[-1], comparison.horizon
     if comparison.limit is None or comparison.apart is None:
         return f"Compared instant by instant to t = {end:.5g} s, the end; no horizon was looked for"
-    again = f"a run {_of(comparison.second)} at other tolerances"
+    again = f"the run {_of(comparison.second)}, made again at another tolerance,"
     at_most = f"differs by {comparison.apart:.2g} m at most"
     if parted is None:
         return f"Compared instant by instant to t = {end:.5g} s, the end: {again} {at_most}"
@@ -146,7 +146,11 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
     for pair in pairs[:MOST_STRIKES]:
         rows += [row if turns else ["", *row[1:]] for row in _strike(pair)]
     more = len(pairs) - MOST_STRIKES
-    return [f"Strikes of {contact}", *table(rows), *([f"  and {more} more"] if more > 0 else [])]
+    return [
+        f"Strikes of contact '{contact}'",
+        *table(rows),
+        *([f"  and {more} more"] if more > 0 else []),
+    ]
 
 
 def _clearances(comparison: Comparison) -> list[str]:

@@ -47,7 +47,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         for strike, end in list(zip(found, ends, strict=True))[:most]
     ]
     return Table(
-        f"Strikes of {contact}",
+        f"Strikes of contact '{contact}'",
         rows,
         list(columns),
         list(columns.values()),
