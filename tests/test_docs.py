@@ -5,13 +5,14 @@ import runpy
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import make_docs
 import pytest
 import reference
+import yaml
+from pages_of_docs import DOCS, PAGES, ROOT, blocks, commands, text_of
 
 from exudyn_flexlink.cli import program_parser
 from exudyn_flexlink.engines import simulate
@@ -19,13 +20,8 @@ from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import parse_document
 
-ROOT = Path(__file__).parents[1]
-DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")),
-         *sorted((DOCS / "reference").glob("*.md"))]  # fmt: skip
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
 TUTORIAL = sorted((DOCS / "tutorial").glob("*.yaml"))
-BLOCK = re.compile(r"^ *```(?P<language>\w*)\n(?P<text>.*?)^ *```$", re.MULTILINE | re.DOTALL)
 IMAGE = re.compile(r"!\[[^]]*\]\((?P<file>[^)]+)\)")
 INCLUDED = re.compile(r"```\{(?:include|literalinclude)\} (?P<file>tables/\S+)")
 MEASURED = re.compile(r"\d\.\d|\d[eE][-+]?\d")
@@ -36,25 +32,6 @@ TOOLS = ("pip", "pytest", "ruff", "mypy", "lint-imports", "sphinx", "venv")
 
 any_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 any_script = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
-
-
-def text_of(page: Path) -> str:
-    return page.read_text(encoding="utf-8")
-
-
-def blocks(page: Path, language: str) -> list[str]:
-    return [
-        found["text"] for found in BLOCK.finditer(text_of(page)) if found["language"] == language
-    ]
-
-
-def commands() -> Iterator[tuple[str, list[str]]]:
-    """The page and the words of every command that README or documentation print."""
-    for page in PAGES:
-        for block in blocks(page, ""):
-            for line in re.split(r"\n| && ", block):
-                if line.lstrip().startswith((".venv/", "python")):
-                    yield page.name, shlex.split(line)
 
 
 def of_program() -> list[list[str]]:
@@ -169,6 +146,18 @@ def test_one_version_is_cited_and_built() -> None:
     assert cited
     assert built
     assert cited[1] == built[1]
+
+
+def test_the_citation_has_what_its_readers_require() -> None:
+    """The keys that the schema of version 1.2.0 requires, and the paper as the README names it."""
+    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
+    assert cited["cff-version"] == "1.2.0"
+    assert all(cited[key] for key in ("message", "title", "authors"))
+    (paper,) = cited["references"]
+    assert all(paper[key] for key in ("type", "title", "authors"))
+    names = [f"{one['given-names'][0]}. {one['family-names']}" for one in paper["authors"]]
+    told = " ".join(text_of(ROOT / "README.md").split())
+    assert f"{' and '.join(names)}, *{paper['title']}*" in told
 
 
 def test_extras_that_are_printed_exist() -> None:

@@ -9,6 +9,7 @@ carries a command out is imported as it is called, and figures as they are drawn
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Sequence
 
@@ -30,6 +31,7 @@ from exudyn_flexlink.cli.terminal import (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program with the arguments of a command line; returns its exit code."""
     prepare_streams()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a home that it can't write to
     with ended_by_signals() as ending:
         try:
             return ending.code(_run(arguments, ending))

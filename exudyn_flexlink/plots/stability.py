@@ -75,7 +75,7 @@ def _laps(axes: Axes, found: Stability) -> None:
 
 
 def _section(axes: Axes, found: Stability) -> None:
-    """Place of the point once a lap, dark from first to last."""
+    """Place of the point once a lap, the darker the later."""
     section = found.section
     order = np.arange(len(section.time))
     x, y = 1e3 * section.position.T
@@ -84,17 +84,18 @@ def _section(axes: Axes, found: Stability) -> None:
     axes.set_xlabel(f"x of {section.point} (mm)")
     axes.set_ylabel("y (mm)")
     at = f"at {np.degrees(section.phase):.4g} deg" if section.by_crank else "once a lap"
-    axes.set_title(at, loc="left")
+    axes.set_title(f"{at}; later laps darker", loc="left")
 
 
 def _spectrum(axes: Axes, found: Stability) -> None:
-    """Power of what the point is off its ideal place."""
+    """Power of what the point is off its ideal place; x lies below y, broad and pale."""
     vibration = found.vibration
     top = 0.0
-    for name, colour, own in (("x", BLUE, vibration.x), ("y", RED, vibration.y)):
+    looks = ({"linewidth": sized(3.0), "alpha": 0.45}, {"linewidth": sized(0.6)})
+    both = (("x", BLUE, vibration.x), ("y", RED, vibration.y))
+    for (name, colour, own), look in zip(both, looks, strict=True):
         if len(own.frequency):
-            axes.loglog(own.frequency[1:], own.power[1:], color=colour, linewidth=sized(0.8),
-                        label=name)  # fmt: skip
+            axes.loglog(own.frequency[1:], own.power[1:], color=colour, label=name, **look)
             top = max(top, float(own.power[1:].max()))
     if top > 0:
         axes.set_ylim(FAINTEST * top, 3 * top)

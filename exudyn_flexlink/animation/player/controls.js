@@ -61,7 +61,7 @@ class Player {
 
   addControls(bar) {
     const keys = make(bar, "div", "keys");
-    icon(keys, "first", "to the begin (Home)", () => this.go(this.data.begin));
+    icon(keys, "first", "to the beginning (Home)", () => this.go(this.data.begin));
     icon(keys, "back", "one step back (left arrow)", () => this.step(-1));
     this.playKey = icon(keys, "play", "play (space)", () => this.toggle());
     this.playKey.classList.add("flexlink-main");
