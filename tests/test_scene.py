@@ -2,6 +2,8 @@ import copy
 import json
 import os
 import pickle
+from collections.abc import Mapping
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from exudyn_flexlink.scene import (
     CircleSpec,
@@ -102,6 +104,32 @@ def refusal(text: str) -> SceneError:
     with pytest.raises(SceneError) as caught:
         scene(text)
     return caught.value
+
+
+def with_nothing(part: Any, data: Any) -> Any:
+    """Data of a part and those within, where every key that was left out is given as nothing."""
+    if isinstance(part, Mapping):
+        return {key: with_nothing(part[key], own) for key, own in data.items()}
+    if not isinstance(part, BaseModel) or not isinstance(data, dict):
+        return data
+    fields = type(part).model_fields
+    given = {key: with_nothing(getattr(part, key, None), own) for key, own in data.items()}
+    names = [field.alias or key for key, field in fields.items() if not field.is_required()]
+    return {**dict.fromkeys(names), **given}
+
+
+def test_what_is_given_as_nothing_is_left_out() -> None:
+    """A key of a section as well as a section, whatever it holds when it is left out."""
+    document = parse_document(EVERYTHING, "model.yaml")
+    whole = parse_scene(document)
+    data = {key: with_nothing(getattr(whole, key), own) for key, own in document.data.items()} | {
+        "outputs": None
+    }
+    assert data["joints"]["crank"]["clearance"] is None
+    assert data["bodies"]["link"]["hinges"].keys() > {"stiffness"}
+    assert data["initial"]["laps"] is None
+    assert data["solver"]["formulation"] is None
+    assert parse_scene(replace(document, data=data)) == whole
 
 
 def test_a_pendulum_in_si() -> None:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, NoReturn, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Strict
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    Strict,
+    model_validator,
+)
 from pydantic.functional_serializers import WrapSerializer
 from pydantic.functional_validators import AfterValidator, BeforeValidator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -22,6 +29,20 @@ class Part(BaseModel):
     """A named or nested part of a scene: frozen, and refusing keys it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_nothing(cls, data: Any) -> Any:
+        """Leave out keys that are given as nothing and may be left out, as sections may be."""
+        if not isinstance(data, Mapping):
+            return data
+        optional = {
+            name
+            for key, field in cls.model_fields.items()
+            if not field.is_required()
+            for name in (key, field.alias)
+        }
+        return {key: own for key, own in data.items() if own is not None or key not in optional}
 
 
 class FrozenMapping(Mapping[str, Value]):
@@ -83,7 +104,8 @@ class ByType:
         if isinstance(value, Part):
             return TAG + str(getattr(value, "type", ""))
         if isinstance(value, Mapping):
-            return TAG + str(value.get("type", self.default or TAG))
+            given = value.get("type")
+            return TAG + str((self.default or TAG) if given is None else given)
         return None
 
 
