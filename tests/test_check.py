@@ -107,6 +107,45 @@ def test_a_touch_of_a_wall_lasts_half_a_period_of_the_lightest_node() -> None:
     assert half_period(said_of(stiff)) == pytest.approx(pi * sqrt(mass / 9e5), rel=1e-3)
 
 
+RAILS = """
+title: Bodies that springs hold
+bodies:
+  cart: {type: rigid, mass: 2, inertia: 0.3, points: {hook: [0.1, 0]}}
+  top: {type: rigid, mass: 5, inertia: 0.3, points: {foot: [0, 0]}}
+  bob: {type: rigid, mass: 3, inertia: 0.4, centre_of_mass: [0.5, 0], points: {eye: [0, 0]}}
+joints:
+  rail: {type: prismatic, points: [ground, cart.hook], at: [0, 0], axis: [3, 4]}
+  riser: {type: prismatic, points: [cart.hook, top.foot], axis: [0, 1]}
+  pivot: {type: revolute, points: [bob.eye, ground], at: [1, 0]}
+springs:
+  one: {type: linear, joint: rail, stiffness: 700, damping: 4}
+  two: {type: linear, joint: rail, stiffness: 100, damping: 4}
+  three: {type: linear, joint: riser, stiffness: 100}
+  four: {type: torsional, joint: pivot, stiffness: 30, damping: 2}
+  five: {type: torsional, joint: pivot, stiffness: 16}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_frequencies_of_bodies_on_sprung_joints_are_told(tmp_path: Path, alone: bool) -> None:
+    """omega^2 = k/m along a rail, k/J about a pivot, of all springs there; for what is alone."""
+    text = RAILS
+    if alone:
+        lines = RAILS.splitlines(keepends=True)
+        text = "".join(line for line in lines if not {"top:", "riser:", "three:"} & {*line.split()})
+    (tmp_path / "model.yaml").write_text(text)
+    said = said_of(load_scene(tmp_path / "model.yaml"))
+    rail = f"along rail {sqrt(800 / 2) / (2 * pi):.2f} Hz damping ratio {8 / (2 * 40):.1f}"
+    inertia = 0.4 + 3 * 0.5**2
+    pivot = f"about pivot {sqrt(46 / inertia) / (2 * pi):.2f} Hz"
+    told = " ".join(said.split())
+    assert (rail in told) == alone
+    assert pivot in told
+    assert "riser" not in told.partition("Natural frequencies")[2].partition("Run")[0]
+
+
 def test_check_leaves_effects_out(capsys: pytest.CaptureFixture[str]) -> None:
     path = str(MODELS / "clearance_friction.yaml")
     assert main(["check", path, "--without", "friction,clearance", "--without", "impact"]) == 0

@@ -25,7 +25,7 @@ from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.drives import drive_lines
 from exudyn_flexlink.report.effects import effects_table
 from exudyn_flexlink.report.freedom import freedom_lines
-from exudyn_flexlink.report.frequencies import link_frequencies, pivot_frequencies
+from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequencies
 from exudyn_flexlink.report.start import start_lines
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
@@ -63,7 +63,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
             for name, body in scene.bodies.items()
             if isinstance(body, FlexibleBody)
         ),
-        pivot_frequencies(scene, assembly.mechanism),
+        sprung_frequencies(scene, assembly.mechanism),
         _run(scene, assembly),
     ]
     return in_blocks(blocks)

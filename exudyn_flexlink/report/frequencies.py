@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from math import pi, sqrt
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
+    LinearSpring,
     Mechanism,
     RigidPart,
     RotarySpring,
@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism import (
     chain_of,
 )
 from exudyn_flexlink.report.text import number, table
-from exudyn_flexlink.scene import FlexibleBody, Scene, TorsionalSpring
+from exudyn_flexlink.scene import FlexibleBody, Scene
 
 MODES = 4
 
@@ -55,52 +55,63 @@ def _rule(scene: Scene, name: str) -> list[str]:
     return [f"  hinge stiffness given as a number, {number(float(rule))} N m/rad"]
 
 
-def pivot_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
+def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
     """Undamped frequencies of bodies that only a sprung joint holds to the ground."""
     rows = []
-    for spring in mechanism.springs:
-        part = _held_by(spring, scene, mechanism)
-        if part is not None and spring.stiffness > 0:
-            pivot = _pivot(spring, scene)
-            inertia = _inertia_about(pivot, part, mechanism)
-            frequency = sqrt(spring.stiffness / inertia) / (2 * pi)
-            ratio = spring.damping / (2 * sqrt(spring.stiffness * inertia))
-            name = mechanism.parts[part].body
-            rows.append(
-                [name, f"about {pivot}", f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
-            )
+    for joint, springs in _springs_of_joints(scene, mechanism).items():
+        stiffness = sum(spring.stiffness for spring in springs)
+        part = _held_by(joint, mechanism)
+        if part is None or stiffness <= 0:
+            continue
+        turns = isinstance(springs[0], RotarySpring)
+        mass = mechanism.parts[part].mass
+        inertia = _inertia_about(joint, part, mechanism) if turns else mass
+        frequency = sqrt(stiffness / inertia) / (2 * pi)
+        ratio = sum(spring.damping for spring in springs) / (2 * sqrt(stiffness * inertia))
+        way = f"{'about' if turns else 'along'} {joint}"
+        told = [f"{frequency:.2f} Hz", f"damping ratio {number(ratio)}"]
+        rows.append([mechanism.parts[part].body, way, *told])
     return ["Natural frequencies of sprung bodies, by themselves", *table(rows)] if rows else []
 
 
-def _held_by(spring: RotarySpring, scene: Scene, mechanism: Mechanism) -> int | None:
-    """Part that swings on the ground by this spring's joint alone, if there is one."""
-    if spring.name not in scene.springs or GROUND not in (spring.first, spring.second):
+def _springs_of_joints(
+    scene: Scene, mechanism: Mechanism
+) -> dict[str, list[RotarySpring | LinearSpring]]:
+    """Springs of the scene that act at a revolute joint, or along a prismatic one, by joint."""
+    found: dict[str, list[RotarySpring | LinearSpring]] = {}
+    springs: tuple[RotarySpring | LinearSpring, ...]
+    springs = (*mechanism.springs, *mechanism.linear_springs)
+    for spring in springs:
+        spec = scene.springs.get(spring.name)  # hinges of flexible bodies have springs, too
+        if spec is not None and spec.joint is not None:
+            found.setdefault(spec.joint, []).append(spring)
+    return found
+
+
+def _held_by(joint: str, mechanism: Mechanism) -> int | None:
+    """Part that this joint alone holds, on the ground, if there is one."""
+    held = {anchor.part for name, anchor in _anchors(mechanism) if name == joint}
+    if GROUND not in held or len(held) != 2:
         return None
-    part = spring.second if spring.first == GROUND else spring.first
-    held = [name for name, _ in _anchors_of(part, mechanism)]
-    return part if held == [_pivot(spring, scene)] else None
+    (part,) = held - {GROUND}
+    return (
+        part if [name for name, at in _anchors(mechanism) if at.part == part] == [joint] else None
+    )
 
 
-def _pivot(spring: RotarySpring, scene: Scene) -> str:
-    """Joint of a spring of the scene."""
-    spec = scene.springs[spring.name]
-    assert isinstance(spec, TorsionalSpring)  # which rotary springs are made of
-    return spec.joint
-
-
-def _anchors_of(part: int, mechanism: Mechanism) -> list[tuple[str, Anchor]]:
-    """Joints of a part, with the anchor of each on it."""
-    pairs: Iterable[tuple[str, Anchor]] = [
+def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
+    """Both anchors of every joint, with its name; of a slot that on the part."""
+    return [
         *((j.name, a) for j in mechanism.hinges for a in (j.first, j.second)),
         *((j.name, a) for j in mechanism.welds for a in (j.first, j.second)),
         *((j.name, a) for j in mechanism.slides for a in (j.first, j.second)),
         *((j.name, j.anchor) for j in mechanism.slots),
     ]
-    return [(name, anchor) for name, anchor in pairs if anchor.part == part]
 
 
 def _inertia_about(joint: str, index: int, mechanism: Mechanism) -> float:
+    """Moment of inertia (kg m^2) of a part about the point that a joint holds."""
     part: RigidPart = mechanism.parts[index]
-    anchor = next(a for name, a in _anchors_of(index, mechanism) if name == joint)
+    anchor = next(a for name, a in _anchors(mechanism) if name == joint and a.part == index)
     x, y = anchor.x - part.centre[0], anchor.y - part.centre[1]
     return part.inertia + part.mass * (x * x + y * y)

@@ -43,7 +43,7 @@ def read_point_files(
                 if table:
                     _check_rising(points)
                 else:
-                    _check_distinct(points, closed=value.get("closed", True) is True)
+                    _check_distinct(points, closed=value.get("closed") is not False)
             except _BadFileError as error:
                 mistakes.append(Mistake((*path, "file"), str(error)))
             else:
