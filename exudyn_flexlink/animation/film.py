@@ -20,6 +20,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots.outline import (
     body_lines,
+    box_around,
     curve_line,
     curved,
     pivots,
@@ -33,9 +34,7 @@ from exudyn_flexlink.result import Result
 FloatArray = NDArray[np.float64]
 
 LOOKS = 400  # instants at which the room that a mechanism takes is looked at
-MARGIN = 0.05  # of the picture's size, around what is shown
-BELOW = 0.1  # of it, below: there stands a length that sizes are read by
-THINNEST = 0.3  # of its width: a mechanism that moves along a line needs some height
+BELOW = 0.1  # of the size of what is shown, below: there stands a length that sizes are read by
 
 
 class FilmError(ValueError):
@@ -72,17 +71,17 @@ class Take:
             return None
         return np.interp(times, self.result.time, crank_angle(self.result))
 
-    def box(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
-        """Lower left and upper right corner (2,) m of all that is drawn between two instants."""
+    def points(self, begin: float, end: float) -> list[FloatArray]:
+        """Points (..., 2) m of all that is drawn between two instants."""
         scene, model = self.result.scene, self.model
         poses = self.poses(np.linspace(begin, end, LOOKS))
         bodies = [line for body in scene.bodies for line in body_lines(scene, model, body)]
         curves = [curve_line(track) for track in curved(model)]
         lines = [*bodies, *curves, *rings(model), *spring_lines(scene, model)]
-        points = [line.at(poses).reshape(-1, 2) for line in lines]
-        points += [np.array([[at.x, at.y]]) for at in pivots(model)]
-        every = np.concatenate(points)
-        return every.min(axis=0), every.max(axis=0)
+        return [
+            *(line.at(poses) for line in lines),
+            *(np.array([at.x, at.y]) for at in pivots(model)),
+        ]
 
 
 @dataclass(frozen=True)
@@ -101,13 +100,8 @@ class Film:
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Lower left and upper right corner (2,) m of the picture."""
-        corners = [take.box(self.begin, self.end) for take in self.takes]
-        low = np.min([corner[0] for corner in corners], axis=0)
-        high = np.max([corner[1] for corner in corners], axis=0)
-        size = float(np.max(high - low)) or 1.0
-        thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
-        below = np.array([MARGIN, BELOW]) * size
-        return low - thin - below, high + thin + MARGIN * size
+        points = [own for take in self.takes for own in take.points(self.begin, self.end)]
+        return box_around(points, BELOW)
 
     @cached_property
     def horizon(self) -> tuple[float, str] | None:

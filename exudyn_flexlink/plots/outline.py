@@ -5,7 +5,7 @@ In the parts' own axes, hence the same at every instant: figures and animations 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +38,8 @@ FloatArray = NDArray[np.float64]
 
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
+MARGIN = 0.05  # of the size of what is shown, around it
+THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
 
 
 @dataclass(frozen=True)
@@ -225,3 +227,17 @@ def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
             yield Mark("drive", places[drive.joint])
     for face in faces(model):
         yield Mark("point that may strike", face.point)
+
+
+def box_around(
+    points: Iterable[FloatArray], below: float = MARGIN
+) -> tuple[FloatArray, FloatArray]:
+    """Lower left and upper right corner (2,) m of a picture of points (..., 2) m, with a margin.
+
+    That `below` them may be larger, as a part of their size.
+    """
+    every = np.concatenate([own.reshape(-1, 2) for own in points])
+    low, high = every.min(axis=0), every.max(axis=0)
+    size = float(np.max(high - low)) or 1.0
+    thin = np.maximum(THINNEST * size - (high - low), 0.0) / 2
+    return low - thin - np.array([MARGIN, below]) * size, high + thin + MARGIN * size

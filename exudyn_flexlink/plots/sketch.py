@@ -16,6 +16,7 @@ from exudyn_flexlink.mechanism import Mechanism, anchor_position, build_mechanis
 from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.outline import (
     body_lines,
+    box_around,
     curve_line,
     curved,
     guides,
@@ -62,18 +63,12 @@ class Posed:
         every = max(1, len(self.poses) // 200)
         points = [self.track]
         for body in self.scene.bodies:
-            lines = self.lines(body, slice(None, None, every))
-            points += [line.reshape(-1, 2) for line in lines]
+            points += self.lines(body, slice(None, None, every))
         ends = self.poses[[0, -1]]
-        points += [curve_line(track).at(ends).reshape(-1, 2) for track in curved(self.model)]
-        points += [np.array([[at.x, at.y]]) for at in pivots(self.model)]
+        points += [curve_line(track).at(ends) for track in curved(self.model)]
+        points += [np.array([at.x, at.y]) for at in pivots(self.model)]
         points += [ring.at(self.poses[0]) for ring in rings(self.model)]
-        all_ = np.concatenate(points)
-        low, high = all_.min(axis=0), all_.max(axis=0)
-        size = float(np.max(high - low)) or 1.0
-        # A mechanism that moves along a line still needs some height to be drawn.
-        thin = np.maximum(0.3 * size - (high - low), 0.0) / 2
-        return low - thin - 0.05 * size, high + thin + 0.05 * size
+        return box_around(points)
 
     @cached_property
     def unit(self) -> tuple[float, str]:
