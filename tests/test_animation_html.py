@@ -176,6 +176,31 @@ def test_a_browser_shows_where_things_are(run, tilting, window, tmp_path):
     assert "crank" in told["slider"]
 
 
+def test_no_word_lies_on_the_dot_that_tells_the_instant(tilting, window, tmp_path):
+    """At both ends of the line, where words begin and end: it is as dark on either side."""
+    sides = seen_in(window, page(film_of(tilting)), tmp_path, """
+        const [one] = players;
+        const edge = 10; // pixels beside the line
+        return [one.data.begin, one.data.end].map((t) => {
+          one.go(t);
+          one.draw();
+          const { canvas, context, width } = one.pens.at(-1);
+          const [fine, x] = [canvas.width / width, t === one.data.begin ? edge : width - edge];
+          const dark = (from) => {
+            const room = [Math.round(from * fine), 0, Math.round(9 * fine), canvas.height];
+            const { data } = context.getImageData(...room);
+            let count = 0;
+            for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 200 && data[i] < 60;
+            return count;
+          };
+          return [dark(x - 9), dark(x)];
+        });
+    """)  # fmt: skip
+    for left, right in sides:
+        assert left > 30
+        assert right == pytest.approx(left, abs=2)
+
+
 def test_a_browser_sees_a_strike_from_the_face_that_is_struck(run, window, tmp_path):
     film = film_of(run)
     [zoom] = zooms_of(film, film.takes[0])

@@ -1,11 +1,13 @@
 // The line below the picture: turns of the crank, touches, the part that was seen; and pointers.
 
 const EDGE = 10; // pixels beside the line
+const WORDS = 14; // pixels below the line and its dot: words of 11, and their rim
 
 function drawTimeline(pen, player) {
   const { begin, end, horizon: beyond } = player.data;
   const put = (t) => EDGE + ((pen.width - 2 * EDGE) * (t - begin)) / (end - begin);
-  const [top, bottom] = [4, pen.height - 16];
+  const dot = 5; // of the pen's pixels
+  const [top, bottom] = [4, pen.height - WORDS - dot * pen.thick];
   const all = (colour, from, to, alpha, high = top) =>
     pen.fill([[from, high], [to, high], [to, bottom], [from, bottom]], colour, alpha);
   all(PALE, put(begin), put(end), 0.12);
@@ -30,11 +32,11 @@ function drawTimeline(pen, player) {
     }
   }
   const x = put(player.t);
-  pen.line([[x, top - 2], [x, bottom + 2]], INK, 2);
-  pen.dot([x, bottom + 2], 5, INK);
-  const look = { size: 11, colour: PALE };
-  pen.words(`${fixed(begin, (end - begin) / 999)} s`, EDGE, bottom + 10, look);
-  pen.words(`${fixed(end, (end - begin) / 999)} s`, pen.width - EDGE, bottom + 10, { ...look, align: "right" });
+  pen.line([[x, top - 2], [x, bottom]], INK, 2);
+  pen.dot([x, bottom], dot, INK);
+  const [look, below] = [{ size: 11, colour: PALE }, pen.height - WORDS / 2];
+  pen.words(`${fixed(begin, (end - begin) / 999)} s`, EDGE, below, look);
+  pen.words(`${fixed(end, (end - begin) / 999)} s`, pen.width - EDGE, below, { ...look, align: "right" });
 }
 
 function drawTurns(pen, put, take, top, bottom) {
