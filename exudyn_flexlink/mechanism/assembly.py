@@ -26,7 +26,7 @@ from exudyn_flexlink.mechanism.constraints import (
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
 from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
-from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
+from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 
 FloatArray = NDArray[np.float64]
@@ -247,7 +247,7 @@ def _least_velocities(
     if rigid:  # then the first part of a body speaks for it
         firsts = [parts[0] for parts in mechanism.bodies.values()]
         roots[np.setdiff1d(np.arange(len(roots)), firsts)] = 0.0
-    return LeastMotion(mechanism, rows, roots, Demand(right, rigid=rigid)).nearest()
+    return LeastMotion(mechanism, rows, roots, right, rigid).nearest()
 
 
 def _follows(rows: Constraints, v: FloatArray, right: FloatArray) -> bool:
@@ -264,7 +264,7 @@ def _closest_speeds(
     right[len(joints) - len(motors) :] = [motor.speed.at(0.0) for motor in motors]
     roots = scale_roots(mechanism)
     metric = roots @ roots.transpose(0, 2, 1)
-    motion = LeastMotion(mechanism, joints, roots, Demand(right))
+    motion = LeastMotion(mechanism, joints, roots, right)
     return motion.nearest(np.einsum("pij,pj->pi", metric, given))
 
 
@@ -284,5 +284,5 @@ def always_redundant(assembly: Assembly) -> bool:
 def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
     """Constraints of each joint and drive that those before it imply already, where there are."""
     joints = constraint_rows(mechanism, q, places, np.zeros(len(mechanism.speed_motors)))
-    motion = LeastMotion(mechanism, joints, scale_roots(mechanism), Demand(np.zeros(len(joints))))
+    motion = LeastMotion(mechanism, joints, scale_roots(mechanism), np.zeros(len(joints)))
     return {joints.names[joint]: count for joint, count in motion.surplus().items()}

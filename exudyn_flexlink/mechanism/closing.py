@@ -23,7 +23,7 @@ from exudyn_flexlink.mechanism.laying_out import (
     lay_out,
     slides_named,
 )
-from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
+from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND
 
@@ -175,6 +175,7 @@ class _Held:
         joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places, starts)
         rows = [(part, axis) for part in self.places for axis in (0, 1)]
         joints = joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
+        joints = joints.with_fixed([(part, 2) for part in self.turns])
         lengths = np.append(self.lengths, np.zeros(len(self.rods)))
         return joints.with_rows(*along_slides([*self.slides, *self.rods], lengths, q))
 
@@ -239,8 +240,8 @@ def _close(
         if np.abs(joints.residual).max(initial=0.0) < 1e-14:
             break
         roots = _whole_roots(mechanism, q) if straight else scale_roots(mechanism)
-        demand = Demand(-joints.residual, held.turns, straight)
-        step = _shortened(LeastMotion(mechanism, joints, roots, demand).nearest())
+        motion = LeastMotion(mechanism, joints, roots, -joints.residual, straight)
+        step = _shortened(motion.nearest())
         q = q + step
         q = _straightened(mechanism, q) if straight else q
         places = places_near(mechanism, q, places)

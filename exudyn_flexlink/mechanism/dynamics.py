@@ -17,7 +17,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     rate_of_jacobian_times_velocity,
     turning,
 )
-from exudyn_flexlink.mechanism.least_motion import Demand, LeastMotion
+from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
@@ -116,7 +116,7 @@ def _moving(
     constraints = constraints_at(mechanism, q, places)
     right = np.zeros(len(constraints)) if right is None else right
     roots = np.asarray(np.linalg.cholesky(mass_blocks(mechanism, q)), dtype=np.float64)
-    return LeastMotion(mechanism, constraints, roots, Demand(right))
+    return LeastMotion(mechanism, constraints, roots, right)
 
 
 def contact_mass(

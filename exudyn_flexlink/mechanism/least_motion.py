@@ -10,7 +10,7 @@ and drives are solved together, by least squares.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,27 +24,18 @@ from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree,
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 
+ANGLE = np.array([0.0, 0.0, 1.0])  # slopes of a part's angle by its coordinates
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
 _LENGTHS = {"revolute": 2, "weld": 2, "slide": 1}  # rows in m of what can hang in the tree
 _TIED = ("weld", "slide")  # joints whose last row ties the angles of their parts
 
 
-@dataclass(frozen=True)
-class Demand:
-    """What a motion shall do: ``J x = right``, rows with NaN left out.
-
-    Parts in `unturned` do not turn, whatever joints ask; `rigid` keeps the parts of a body in line.
-    """
-
-    right: FloatArray
-    unturned: Set[int] = frozenset()
-    rigid: bool = False
-
-
 class LeastMotion:
-    """Motions x (parts, 3) that satisfy a demand and minimise ``(x - f) W (x - f) / 2``.
+    """Motions x (parts, 3) that satisfy ``J x = right`` and minimise ``(x - f) W (x - f) / 2``.
 
+    Rows whose right is NaN are left out. A row that fixes the angle of a part is kept to whatever
+    joints ask, in the tree. With `rigid` the parts of a body stay in line.
     `roots` (parts, 3, 3) are those of W, part by part: ``W = roots roots^T``. A body that moves as
     one may have a metric for one of its parts and zeros for the others.
     """
@@ -54,16 +45,17 @@ class LeastMotion:
         mechanism: Mechanism,
         constraints: Constraints,
         roots: FloatArray,
-        demand: Demand,
+        right: FloatArray,
+        rigid: bool = False,
     ) -> None:
         self._constraints = constraints
         tree = self._tree = spanning_tree(mechanism)
-        hung = _hang(mechanism, constraints, tree, demand)
+        hung = _hang(mechanism, constraints, tree, right, rigid)
         self._offset = hung.offset
         self._eliminate(roots @ roots.transpose(0, 2, 1), hung)
-        self._rest = _left_over(constraints, tree, demand.right)
+        self._rest = _left_over(constraints, tree, right)
         self._slopes = constraints.jacobian(self._rest)
-        self._right = demand.right[self._rest]
+        self._right = right[self._rest]
         self._allowed = self._swept(self._as_columns(self._slopes))
         weighted = np.einsum("pji,pjk->kpi", roots, self._allowed)
         self._weighted = weighted.reshape(self._slopes.shape)
@@ -207,7 +199,15 @@ def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> I
     for joint in tree.joints:
         if joint != NOTHING:
             of_tree[constraints.first_rows[joint] : constraints.first_rows[joint + 1]] = True
+    of_tree[_rows_of_angles(constraints)] = True
     return np.flatnonzero(~of_tree & ~np.isnan(right))
+
+
+def _rows_of_angles(constraints: Constraints) -> IntArray:
+    """Rows of no joint that fix the angle of a part, as `Constraints.with_fixed` makes them."""
+    fixed = (constraints.parts[:, 0] == GROUND) & np.all(constraints.slopes[:, 1] == ANGLE, axis=1)
+    fixed[: constraints.first_rows[-1]] = False
+    return np.flatnonzero(fixed)
 
 
 @dataclass(frozen=True)
@@ -223,12 +223,19 @@ class _Hung:
     filling: FloatArray
 
 
-def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand: Demand) -> _Hung:
+def _hang(
+    mechanism: Mechanism,
+    constraints: Constraints,
+    tree: Spanning,
+    demanded: FloatArray,
+    rigid: bool,
+) -> _Hung:
     """Solve each joint of the tree for its part: lengths first, the angle in the third row."""
     count = constraints.count
     own, parents, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
-    ties = _ties(mechanism, constraints, tree, demand)
-    turns = _turns(tree, ties, demand.unturned)
+    ties = _ties(mechanism, constraints, tree, demanded, rigid)
+    told = [row for row in _rows_of_angles(constraints) if not np.isnan(demanded[row])]
+    turns = _turns(tree, ties, {int(constraints.parts[row, 1]): demanded[row] for row in told})
     for part, joint in enumerate(tree.joints):
         if joint != NOTHING:
             first = int(constraints.first_rows[joint])
@@ -237,8 +244,8 @@ def _hang(mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand
             lengths = slice(0, rows.stop - rows.start)
             own[part, lengths] = constraints.slopes[rows, side]
             parents[part, lengths] = constraints.slopes[rows, 1 - side]
-            right[part, lengths] = demand.right[rows]
-            if demand.rigid and _stretches(mechanism, constraints, tree, part):
+            right[part, lengths] = demanded[rows]
+            if rigid and _stretches(mechanism, constraints, tree, part):
                 # As a row across, but along the rod: its two halves keep together.
                 for whole, slopes in ((own, side), (parents, 1 - side)):
                     x, y, _ = constraints.slopes[first, slopes]
@@ -263,7 +270,11 @@ def _stretches(mechanism: Mechanism, constraints: Constraints, tree: Spanning, p
 
 
 def _ties(
-    mechanism: Mechanism, constraints: Constraints, tree: Spanning, demand: Demand
+    mechanism: Mechanism,
+    constraints: Constraints,
+    tree: Spanning,
+    demanded: FloatArray,
+    rigid: bool,
 ) -> dict[int, float]:
     """How much more than its parent a part turns, where the joint between them says so."""
     ties: dict[int, float] = {}
@@ -273,15 +284,17 @@ def _ties(
         if constraints.kinds[joint] in _TIED:
             row = int(constraints.first_rows[joint + 1]) - 1
             second = constraints.parts[row, 1] == part
-            ties[part] = float(demand.right[row]) * (1.0 if second else -1.0)
-        elif demand.rigid and within_body(mechanism, part, tree.parents[part]):
+            ties[part] = float(demanded[row]) * (1.0 if second else -1.0)
+        elif rigid and within_body(mechanism, part, tree.parents[part]):
             ties[part] = 0.0
     return ties
 
 
-def _turns(tree: Spanning, ties: Mapping[int, float], unturned: Set[int]) -> dict[int, float]:
-    """Turns of all parts that those that do not turn leave no choice, along ties to either side."""
-    turns = dict.fromkeys(unturned, 0.0)
+def _turns(
+    tree: Spanning, ties: Mapping[int, float], told: Mapping[int, float]
+) -> dict[int, float]:
+    """Turns of all parts that those told leave no choice, along the ties to either side."""
+    turns = dict(told)
     for part in reversed(tree.order):
         parent = tree.parents[part]
         if part in turns and part in ties and parent != GROUND:
