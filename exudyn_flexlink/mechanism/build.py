@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from weakref import finalize
 
-from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
 from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, spring_of
@@ -44,19 +42,15 @@ def build_mechanism(scene: Scene) -> Mechanism:
     """
     key = id(scene)
     if key not in _BUILT:
-        _BUILT[key] = _built(scene)
+        _BUILT[key] = _mechanism(scene)
         finalize(scene, _BUILT.pop, key, None).atexit = False
     return _BUILT[key]
 
 
-def _built(scene: Scene) -> Mechanism:
+def _mechanism(scene: Scene) -> Mechanism:
     curves, mistakes = build_curves(scene.curves)
     if mistakes:
         raise SceneError(scene.document, mistakes)
-    return _mechanism(scene, curves)
-
-
-def _mechanism(scene: Scene, curves: Mapping[str, Curve]) -> Mechanism:
     bodies = Bodies(scene)
     joints = scene.joints.items()
     springs, drives = scene.springs.items(), scene.drives.items()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from heapq import heapify, heappop, heappush
 from itertools import pairwise
 
 import numpy as np
@@ -52,11 +51,11 @@ def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> Flo
     for part, place in start.positions.items():
         q[part, :2] = place
     joints = (*inner_joints(mechanism), *mechanism.attachments, *more)
-    pinned = _Loose([(joint.first, joint.second) for joint in joints])
+    pinned = [(joint.first, joint.second) for joint in joints]
     slides, lengths = slides_of(mechanism), known_lengths(mechanism, start)
     while True:
         # Loose ends are pinned first: a slide or a slot leaves a freedom that a pin would fix.
-        pinned.attach(q, placed)
+        _attach_all(q, placed, pinned)
         if _attach_slides(mechanism, q, placed, slides, lengths):
             continue
         if any(_attach_slot(q, placed, slot) for slot in mechanism.slots):
@@ -83,33 +82,14 @@ def known_lengths(mechanism: Mechanism, start: Start) -> dict[str, float]:
     return {**driven, **start.along}
 
 
-class _Loose:
-    """Pairs of anchors of which one part may have its place already: the other is put to it.
-
-    Always the first such pair is next; the work grows with their number, not with its square.
-    """
-
-    def __init__(self, pairs: Sequence[tuple[Anchor, Anchor]]) -> None:
-        self._pairs = pairs
-        self._of_part: dict[int, list[int]] = {}
-        for i, (first, second) in enumerate(pairs):
-            for part in (first.part, second.part):
-                self._of_part.setdefault(part, []).append(i)
-        self._seen: set[int] = set()  # parts whose pairs are in the queue, or were
-
-    def attach(self, q: FloatArray, placed: set[int]) -> None:
-        """Place every part that pairs lead to from those in `placed`, and add it to them."""
-        queue = self._next(placed - self._seen)
-        heapify(queue)
-        while queue:
-            first, second = self._pairs[heappop(queue)]
-            if _attach(q, placed, first, second):
-                for i in self._next({first.part, second.part} - self._seen):
-                    heappush(queue, i)
-
-    def _next(self, parts: set[int]) -> list[int]:
-        self._seen |= parts
-        return [i for part in parts for i in self._of_part.get(part, ())]
+def _attach_all(q: FloatArray, placed: set[int], pairs: Sequence[tuple[Anchor, Anchor]]) -> None:
+    """Place every part that pairs of anchors lead to from those placed; the first pair is next."""
+    left = list(pairs)
+    while True:
+        attached = next((pair for pair in left if _attach(q, placed, *pair)), None)
+        if attached is None:
+            return
+        left.remove(attached)
 
 
 def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import ceil, inf, log2
 from time import monotonic
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,25 +43,11 @@ KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
 
 
-class StepChooser(Protocol):
-    """Proposes the next step from the last one; `first` is the step to start with (s)."""
-
-    first: float
-    largest: float
-
-    @property
-    def tolerance(self) -> float | None:
-        """Error that all steps together may make, m; None if nothing controls it."""
-
-    def propose(self, now: StepEnd) -> float:
-        """Return the next step (s)."""
-
-    def restart_from(self, step: float) -> None:
-        """Forces have jumped: go on with steps no longer than this (s), then longer ones again."""
-
-
 class FixedStep:
-    """The user's step, everywhere but at events."""
+    """The user's step, everywhere but at events: it is `first` and `largest` (s).
+
+    Nothing controls its error: there is no `tolerance` (m).
+    """
 
     tolerance = None
 
@@ -132,7 +118,7 @@ class ErrorControl:
         return self._step
 
     def restart_from(self, step: float) -> None:
-        """Go on with steps no longer than this (s), since forces have jumped."""
+        """Go on with steps no longer than this (s), since forces have jumped; then longer ones."""
         self._change(min(step, self._step))
 
     def _change(self, step: float) -> None:
@@ -151,6 +137,9 @@ class ErrorControl:
         factors = (1 / (a * b * c), -1 / (a * d * e), 1 / (b * d * f), -1 / (c * e * f))
         third = np.dot(factors, self._positions)
         return max(float(third.max()), -float(third.min()))
+
+
+StepChooser = FixedStep | ErrorControl
 
 
 @dataclass

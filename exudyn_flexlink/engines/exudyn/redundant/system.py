@@ -90,7 +90,9 @@ class System:
 
     def point_marker(self, anchor: Anchor) -> int:
         """Marker of an anchor's position."""
-        return int(self.mbs.AddMarker(items.MarkerBodyPosition(**self._at(anchor))))
+        body, place = self.place(anchor)
+        marker = items.MarkerBodyPosition(bodyNumber=body, localPosition=place)
+        return int(self.mbs.AddMarker(marker))
 
     def rigid_marker(self, anchor: Anchor, turn: float = 0.0) -> int:
         """Marker of an anchor's position and orientation, turned by an angle (rad) on its part."""
@@ -120,10 +122,6 @@ class System:
             if anchor == beam.end:  # a body of a beam is one element of it
                 return self.bodies[anchor.part], [beam.shape.element, 0.0, 0.0]
         return self.bodies[anchor.part], [anchor.x, anchor.y, 0.0]
-
-    def _at(self, anchor: Anchor) -> dict[str, Any]:
-        body, place = self.place(anchor)
-        return {"bodyNumber": body, "localPosition": place}
 
 
 def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System:
