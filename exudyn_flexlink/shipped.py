@@ -9,17 +9,21 @@ PUBLISHED = ".published.yaml"
 """How a file of published numbers ends: it stands beside its model, and is none itself."""
 
 
+class NoModelsError(FileNotFoundError):
+    """The installation is damaged: it has no models; the text says where they should be."""
+
+
 def models_folder() -> Path:
     """Return the folder of the models.
 
     Raises:
-        FileNotFoundError: the installation has none.
+        NoModelsError: the installation has none.
 
     """
     for folder in (HERE / "models", HERE.parent / "models"):
         if (folder / "no_clearance.yaml").is_file():
             return folder
-    raise FileNotFoundError(f"the models are missing beside {HERE}; install the program again")
+    raise NoModelsError(f"the models are missing beside {HERE}; install the program again")
 
 
 def model_names() -> list[str]:

@@ -137,3 +137,12 @@ def test_a_name_means_the_model_of_the_program_and_that_is_said(capsys: Capture)
     assert main(["check", "rigid"]) == 0
     told = "hint: 'rigid' is the model that comes with the program, not your 'rigid.yaml'\n"
     assert capsys.readouterr().err == told
+
+
+@pytest.mark.parametrize("command", [["new", "--list"], ["check", "no_clearance"], ["verify"]])
+def test_an_installation_without_models_is_told(
+    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr("exudyn_flexlink.shipped.HERE", tmp_path / "package")
+    assert main(command) == 2
+    assert capsys.readouterr().err.startswith("the models are missing beside ")

@@ -26,6 +26,7 @@ from exudyn_flexlink.cli.terminal import (
     prepare_streams,
     release_streams,
 )
+from exudyn_flexlink.shipped import NoModelsError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -46,6 +47,8 @@ def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
             options.ending = ending
             idle = idle_options(options)
             code: int = complain(idle, BAD_INPUT) if idle else options.command(options)
+        except NoModelsError as error:
+            code = complain(str(error), BAD_INPUT)
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:

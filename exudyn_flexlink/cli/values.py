@@ -91,14 +91,10 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
     from exudyn_flexlink.shipped import model_file, model_names
     from exudyn_flexlink.source import did_you_mean
 
-    try:
-        found = model_file(name)
-        names = model_names()
-    except FileNotFoundError as error:  # a damaged installation
-        raise argparse.ArgumentTypeError(str(error)) from None
+    found = model_file(name)
     if found is not None:
         return found
-    known = [*names, *(each.split("/")[-1] for each in names)]
+    known = [own for each in model_names() for own in (each, each.split("/")[-1])]
     near = f"; did you mean '{meant}'?" if meant else did_you_mean(name, known)
     told = f"{what.format(name)} comes with the program{near}"
     raise argparse.ArgumentTypeError(f"{told}\nhint: '{how_called()} new --list' names all")
@@ -116,10 +112,7 @@ def published_file(text: str) -> Path:
 
     if text.endswith(PUBLISHED):
         return Path(text)
-    try:
-        files = benchmark_files()
-    except FileNotFoundError as error:  # a damaged installation
-        raise argparse.ArgumentTypeError(str(error)) from None
+    files = benchmark_files()
     if text not in files:
         told = f"no benchmark '{text}'{did_you_mean(text, files)}; there are: {', '.join(files)}"
         raise argparse.ArgumentTypeError(told)

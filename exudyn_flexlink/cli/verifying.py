@@ -30,8 +30,6 @@ def verify_command(options: argparse.Namespace) -> int:
         whole = _verify([read_benchmark(file) for file in files], options, found)
     except SceneError as error:
         return complain(str(error), BAD_INPUT)
-    except FileNotFoundError as error:  # a damaged installation
-        return complain(str(error), BAD_INPUT)
     if found:
         tell(_printed(found, options.form))
     if not whole:

@@ -23,7 +23,6 @@ from exudyn_flexlink.plots.panels import (
     letter,
     limits,
     shown_in,
-    subscripted,
 )
 from exudyn_flexlink.plots.style import (
     BLACK,
@@ -119,7 +118,7 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
         for axes, values in zip(rows, shown, strict=False):
             axes.plot(x, values, label=seen.name, **style)
     for axes, coordinate in zip(rows, "xy", strict=False):
-        axes.set_ylabel(f"{subscripted(compared.point, coordinate)}\n({unit})")
+        axes.set_ylabel(f"${coordinate}$ of {compared.point}\n({unit})")
     for axes, body in zip(rows[2:], compared.levers, strict=False):
         axes.set_ylabel(f"{compared.measures[body].word} of\n{body} ({scales[body][1]})")
 

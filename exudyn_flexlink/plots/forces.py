@@ -24,25 +24,12 @@ from exudyn_flexlink.plots.panels import (
     shade_beyond,
     sized,
 )
-from exudyn_flexlink.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SCREEN,
-    SKY,
-    Style,
-    styled,
-)
+from exudyn_flexlink.plots.style import GREY, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import ForceDeviation, Result
 
 FloatArray = NDArray[np.float64]
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
-_COLOURS = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 
 
 @styled
@@ -84,7 +71,7 @@ def _draw(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) ->
     series = [force.size for force in panel.values()]
     widths = line_widths(series, thin)
     for i, ((name, force), width) in enumerate(zip(panel.items(), widths, strict=True)):
-        colour, faint = _COLOURS[i % len(_COLOURS)], 0.5 if width > thin else 1.0
+        colour, faint = SERIES[i % len(SERIES)], 0.5 if width > thin else 1.0
         label = force.name + _known(result, name)
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         off = _band(result, name)
@@ -144,7 +131,7 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
         since = result.time - strike.begin
         inside = (since > -BEFORE * longest) & (since < (1 + AFTER) * longest)
         force = result.contacts[name].force[inside]
-        colour = _COLOURS[i % len(_COLOURS)]
+        colour = SERIES[i % len(SERIES)]
         label = f"{name}, first"
         axes.plot(1e3 * since[inside], force, color=colour, marker=".", markersize=sized(2.5),
                   linewidth=0.8, label=label)  # fmt: skip

@@ -185,11 +185,6 @@ def shown_in(unit: str, size: float) -> tuple[float, str]:
     return length_unit(size) if unit == "m" else (1.0, unit)
 
 
-def subscripted(point: str, coordinate: str) -> str:
-    """Label of a coordinate of 'body.point', as math text."""
-    return rf"${coordinate}$ of {point}"
-
-
 def cycle_of(scene: Scene) -> int:
     """Laps after which the mechanism does the same again: the curves of a track of laps, else 1."""
     for curve in scene.curves.values():

@@ -10,22 +10,9 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink.plots.frame import Words, caption_of, framed_figure
 from exudyn_flexlink.plots.panels import BEYOND, legend_outside, letter, sized
-from exudyn_flexlink.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SCREEN,
-    SKY,
-    Style,
-    styled,
-)
+from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, RED, SCREEN, SERIES, SKY, Style, styled
 from exudyn_flexlink.stability import Branches, Stability
 
-COLOURS = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK, GREY)
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 
 
@@ -61,7 +48,7 @@ def _laps(axes: Axes, found: Stability) -> None:
     """Largest distance from where the point was one to eight laps before."""
     laps = found.laps
     number = laps.end / found.rhythm.lap
-    for colour, before, row in zip(COLOURS, laps.before.tolist(), laps.largest, strict=False):
+    for colour, before, row in zip(SERIES, laps.before.tolist(), laps.largest, strict=False):
         seen = np.isfinite(row) & (row > 0)
         axes.semilogy(number[seen], row[seen], "o-", color=colour, markersize=sized(3),
                       linewidth=sized(0.8), label=f"{before}")  # fmt: skip
