@@ -219,58 +219,44 @@ class Comparison:
 
 
 def compare(
-    first: Result, second: Result, again: Result | None = None, limit: float | None = None
+    first: Result,
+    second: Result,
+    again: Result | None = None,
+    limit: float | None = None,
+    names: tuple[str, str] | None = None,
 ) -> Comparison:
     """Compare two runs of one scene, by different engines or at different settings.
 
+    With `names` of both, two scenes in what both have, such as one and itself without some effect.
     `again` is a run of the second one's engine at other settings: it finds the horizon, the first
     instant at which these two differ by more than `limit` (m; left out: see `parting_limit`), or at
     which `again` failed.
 
     Raises:
-        ValueError: the runs are not of one scene: other points, contacts or struck bodies.
+        ValueError: the runs are not of one scene: other points, contacts or struck bodies; with
+            `names`, their watched points differ.
 
     """
-    for other in (second, again):
-        if other is not None:
-            _check_one_scene(first, other)
-    names = first.engine, second.engine
-    if names[0] == names[1]:
-        names = f"{names[0]} 1", f"{names[1]} 2"
-    return _compared((first, second), names, again, limit)
-
-
-def compare_variants(
-    first: Result, second: Result, names: tuple[str, str], again: Result | None = None
-) -> Comparison:
-    """Compare a scene with itself without some effect, under `names`; what both have is compared.
-
-    `again` is a run of the second at other settings, for the horizon: see `compare`.
-
-    Raises:
-        ValueError: the watched points differ.
-
-    """
-    one, other = watched_point(first.scene), watched_point(second.scene)
-    if one != other:
-        raise ValueError(f"the scenes' watched points are {one} and {other}")
-    return _compared((first, second), names, again, None)
-
-
-def _compared(
-    runs: tuple[Result, Result], names: tuple[str, str], again: Result | None, limit: float | None
-) -> Comparison:
-    first, second = runs
-    time = common_times(first, second)
+    if names is None:
+        for other in (second, again):
+            if other is not None:
+                _check_one_scene(first, other)
+        names = first.engine, second.engine
+        if names[0] == names[1]:
+            names = f"{names[0]} 1", f"{names[1]} 2"
+    point, other_point = watched_point(first.scene), watched_point(second.scene)
+    if point != other_point:
+        raise ValueError(f"the scenes' watched points are {point} and {other_point}")
+    time, points = common_times(first, second), common_points(first, second)
     contacts = [name for name in first.scene.contacts if name in second.scene.contacts]
-    one, other = (
-        _seen(name, result, time, contacts) for name, result in zip(names, runs, strict=True)
-    )
-    points = common_points(first, second)
     found = Comparison(
-        watched_point(first.scene), points, time, separations(first, second, time, points),
-        one, other,
-    )  # fmt: skip
+        point,
+        points,
+        time,
+        separations(first, second, time, points),
+        _seen(names[0], first, time, contacts),
+        _seen(names[1], second, time, contacts),
+    )
     if again is None:
         return found
     limit = parting_limit(second) if limit is None else limit

@@ -12,7 +12,7 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 from results import block
 
-from exudyn_flexlink.comparison import compare, compare_variants
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.observables import (
     between_samples,
     common_times,
@@ -304,7 +304,7 @@ def test_contacts_of_both_runs_stand_side_by_side(tilting, tmp_path):
 def test_a_run_with_clearance_beside_one_without(tilting, tmp_path, first):
     names = ("without", "with") if first else ("with", "without")
     runs = (straight(tilting), tilting) if first else (tilting, straight(tilting))
-    found = compare_variants(*runs, names)
+    found = compare(*runs, names=names)
     assert found.with_clearance == ("sleeve",)
     # Largest where it tilts most, by 0.06 over 70 mm; off the axis its start is in both.
     assert found.deviation.largest == pytest.approx(0.07 * 0.06, rel=2e-3)

@@ -9,7 +9,6 @@ from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.comparison import Comparison as PlainComparison
 from exudyn_flexlink.comparison import compare as compare_runs
-from exudyn_flexlink.comparison import compare_variants
 from exudyn_flexlink.observables import name_of
 from exudyn_flexlink.report import comparison_text
 from exudyn_flexlink.result import Result
@@ -68,8 +67,5 @@ def compare(
         ValueError: the runs have nothing in common, or without names are not of one scene.
 
     """
-    if names is None:
-        found = compare_runs(first, second, again)
-    else:
-        found = compare_variants(first, second, names, again)
+    found = compare_runs(first, second, again, names=names)
     return Comparison(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -27,7 +27,7 @@ from exudyn_flexlink.cli.terminal import (
     refuse,
     tell,
 )
-from exudyn_flexlink.comparison import Comparison, compare, compare_variants
+from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import (
@@ -141,7 +141,7 @@ def _without_effects(options: argparse.Namespace) -> Found:
     near = retuned(whole, second, FINER)
     again = runs.for_horizon(near, engine, f"with {what}, for the horizon")
     names = f"without {what}", f"with {what}"
-    return Found(compare_variants(first, second, names, again), runs.whole)
+    return Found(compare(first, second, again, names=names), runs.whole)
 
 
 class CannotCompareError(ValueError):
