@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from itertools import islice
 
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import (
     ContactTotals,
+    PairTotals,
     State,
     contact_totals,
     crank_joint,
@@ -13,7 +15,7 @@ from exudyn_flexlink.observables import (
     lap_contacts,
     pair_totals,
 )
-from exudyn_flexlink.report.tables import Table, left_out
+from exudyn_flexlink.report.tables import Column, Table, table_of_items
 from exudyn_flexlink.report.text import lines_of, table
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
@@ -72,41 +74,34 @@ def guide_facts(result: Result, joint: str) -> Table:
 def pair_table(result: Result, joint: str, most: int) -> Table:
     """Return what can touch in a joint and did, those that touched longest in all first."""
     found = pair_totals(result, joint)
-    columns = {"": "", "touches": "", "in all": "s", "impulse": "N s", "energy lost": "J",
-               "peak force": "N"}  # fmt: skip
-    rows = [
-        [
-            pair.pair.removeprefix(f"{joint}: "),
-            str(pair.touches),
-            *(f"{value:.3g}" for value in (pair.time, pair.impulse, pair.energy_lost)),
-            f"{pair.peak_force:.4g}",
-        ]
-        for pair in found[:most]
-    ]
+    columns: dict[str, Column[PairTotals]] = {
+        "": ("", lambda pair: pair.pair.removeprefix(f"{joint}: ")),
+        "touches": ("", lambda pair: str(pair.touches)),
+        "in all": ("s", lambda pair: f"{pair.time:.3g}"),
+        "impulse": ("N s", lambda pair: f"{pair.impulse:.3g}"),
+        "energy lost": ("J", lambda pair: f"{pair.energy_lost:.3g}"),
+        "peak force": ("N", lambda pair: f"{pair.peak_force:.4g}"),
+    }
     caption = f"What touched in '{joint}', the longest first"
-    note = left_out(len(found), most)
-    return Table(caption, rows, list(columns), list(columns.values()), note)
+    return table_of_items(caption, columns, found[:most], len(found))
 
 
 def touch_table(result: Result, joint: str, most: int) -> Table:
     """Return the first touches of a joint with clearance, one by one."""
-    found, last = result.intervals[joint], float(result.time[-1])
+    last = float(result.time[-1])
     pairs = result.sleeves[joint].pairs if joint in result.sleeves else ("journal",)
-    columns = {"begins": "s", "lasts": "s", "": "", "approach": "m/s", "impulse": "N s",
-               "energy lost": "J", "peak force": "N"}  # fmt: skip
-    rows = [
-        [
-            f"{touch.begin:.5f}",
-            f"{min(touch.end, last) - touch.begin:.3g}",
-            pairs[touch.pair].removeprefix(f"{joint}: "),
-            f"{touch.approach_speed:.4f}",
-            *(f"{value:.3g}" for value in (touch.impulse, touch.energy_lost)),
-            "" if touch.impact else f"{touch.peak_force:.4g}",
-        ]
-        for touch in islice(found, most)
-    ]
-    caption, note = f"Touches in '{joint}'", left_out(len(found), most)
-    return Table(caption, rows, list(columns), list(columns.values()), note)
+    columns: dict[str, Column[Interval]] = {
+        "begins": ("s", lambda touch: f"{touch.begin:.5f}"),
+        "lasts": ("s", lambda touch: f"{min(touch.end, last) - touch.begin:.3g}"),
+        "": ("", lambda touch: pairs[touch.pair].removeprefix(f"{joint}: ")),
+        "approach": ("m/s", lambda touch: f"{touch.approach_speed:.4f}"),
+        "impulse": ("N s", lambda touch: f"{touch.impulse:.3g}"),
+        "energy lost": ("J", lambda touch: f"{touch.energy_lost:.3g}"),
+        "peak force": ("N", lambda touch: "" if touch.impact else f"{touch.peak_force:.4g}"),
+    }
+    touches = result.intervals[joint]
+    first = list(islice(touches, most))
+    return table_of_items(f"Touches in '{joint}'", columns, first, len(touches))
 
 
 def contact_rows(

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import degrees, inf, isfinite
 
 from exudyn_flexlink.observables import (
-    LeverResponse,
     Strike,
     crank_joint,
     lever_response,
     strikes,
     struck_bodies,
 )
-from exudyn_flexlink.report.tables import Table, left_out
+from exudyn_flexlink.report.tables import Column, Table, table_of_items
 from exudyn_flexlink.result import Result
 
 BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
@@ -26,33 +26,34 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     """
     found = strikes(result, contact)
     struck = result.scene.contacts[contact].struck
-    response = None if struck is None else lever_response(result, contact)
-    turned = {}
+    columns: dict[str, Column[Strike]] = {}
     if found and found[0].lap is not None:
-        turned["lap"] = ""
+        columns["lap"] = "", lambda strike: str(strike.lap)
     if found and found[0].crank_angle is not None:
-        turned[f"angle of {crank_joint(result.scene)}"] = "deg"
-    peak = {} if response is None else {f"{struck} peak": response.measure.unit}
-    common = {"time": "s", "approach": "m/s", "place": "m"}
-    passed = {"lasts": "s", "touches": "", "impulse": "N s", "energy lost": "J", "peak force": "N"}
-    columns = {**turned, **common, **peak, **passed}
-    ends = [*(strike.begin for strike in found[1:]), inf][: len(found)]
-    rows = [
-        [
-            *_turned(strike),
-            *_first_touch(strike),
-            *([_peak(response, strike, end)] if response is not None else []),
-            *_passed(strike),
-        ]
-        for strike, end in list(zip(found, ends, strict=True))[:most]
-    ]
-    return Table(
-        f"Strikes of contact '{contact}'",
-        rows,
-        list(columns),
-        list(columns.values()),
-        left_out(len(found), most),
-    )
+        columns[f"angle of {crank_joint(result.scene)}"] = "deg", _angle
+    columns |= {
+        "time": ("s", lambda strike: f"{strike.begin:.5f}"),
+        "approach": ("m/s", lambda strike: f"{strike.approach_speed:.4f}"),
+        "place": ("m", lambda strike: f"{strike.place:.5f}"),
+    }
+    if struck is not None:
+        response = lever_response(result, contact)
+        begins = [*(strike.begin for strike in found), inf]
+        until = dict(pairwise(begins))  # the next strike
+        columns[f"{struck} peak"] = (
+            response.measure.unit,
+            lambda strike: response.measure.number(
+                response.between(strike.begin, until[strike.begin]).farthest
+            ),
+        )
+    columns |= {
+        "lasts": ("s", lambda strike: f"{strike.end - strike.begin:.5f}"),
+        "touches": ("", lambda strike: str(strike.contacts)),
+        "impulse": ("N s", lambda strike: _known(strike.impulse)),
+        "energy lost": ("J", lambda strike: _known(strike.energy_lost)),
+        "peak force": ("N", lambda strike: _known(strike.peak_force)),
+    }
+    return table_of_items(f"Strikes of contact '{contact}'", columns, found[:most], len(found))
 
 
 def response_table(result: Result) -> Table:
@@ -67,23 +68,9 @@ def response_table(result: Result) -> Table:
     return Table("Motion of struck bodies", rows)
 
 
-def _turned(strike: Strike) -> list[str]:
-    """Lap and angle of the joint whose turns count, as far as there are any."""
-    lap, angle = strike.lap, strike.crank_angle
-    told = [] if lap is None else [str(lap)]
-    return [*told, *([] if angle is None else [f"{degrees(angle) % 360:.2f}"])]
+def _angle(strike: Strike) -> str:
+    return f"{degrees(strike.crank_angle or 0.0) % 360:.2f}"
 
 
-def _first_touch(strike: Strike) -> list[str]:
-    return [f"{strike.begin:.5f}", f"{strike.approach_speed:.4f}", f"{strike.place:.5f}"]
-
-
-def _peak(response: LeverResponse, strike: Strike, until: float) -> str:
-    """Where what is struck is farthest from where it was, before the next strike (s)."""
-    return response.measure.number(response.between(strike.begin, until).farthest)
-
-
-def _passed(strike: Strike) -> list[str]:
-    numbers = (strike.impulse, strike.energy_lost, strike.peak_force)
-    told = [f"{value:.4g}" if isfinite(value) else "" for value in numbers]
-    return [f"{strike.end - strike.begin:.5f}", str(strike.contacts), *told]
+def _known(value: float) -> str:
+    return f"{value:.4g}" if isfinite(value) else ""

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Column = tuple[str, Callable[[Item], str]]
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,18 @@ class Table:
             head=[self.head[i] for i in kept],
             units=[self.units[i] for i in kept],
         )
+
+
+def table_of_items(
+    caption: str, columns: Mapping[str, Column[Item]], items: Sequence[Item], count: int
+) -> Table:
+    """Return a table with a row for each item, the first of `count`.
+
+    Columns are by name, each its unit and what tells the cell of an item.
+    """
+    rows = [[cell(item) for _, cell in columns.values()] for item in items]
+    units = [unit for unit, _ in columns.values()]
+    return Table(caption, rows, list(columns), units, left_out(count, len(items)))
 
 
 def left_out(count: int, most: int) -> str:
