@@ -21,7 +21,6 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
 from exudyn_flexlink.plots.panels import (
-    cycle_of,
     forward,
     legend_outside,
     length_unit,
@@ -33,6 +32,7 @@ from exudyn_flexlink.plots.panels import (
 from exudyn_flexlink.plots.sleeve import strip, strip_height
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, SCREEN, SKY, Style, styled
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.stability import laps_of_cycle
 
 FloatArray = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def coordinates(
 
 
 def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> None:
-    cycle = cycle_of(result.scene)
+    cycle = laps_of_cycle(result.scene)
     every = list(by_lap(result))
     last = every[-1].number
     shade_laps(axes, result, [lap.turned for lap in every], every, position)
@@ -145,7 +145,7 @@ def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
 
 def draw_radius(axes: PolarAxes, result: Result, radius: FloatArray) -> None:
     """Draw a radius (N,) over the crank angle, lap by lap."""
-    angle, cycle = crank_angle(result), cycle_of(result.scene)
+    angle, cycle = crank_angle(result), laps_of_cycle(result.scene)
     every = list(by_lap(result))
     places, last = [angle[lap.samples] for lap in every], every[-1].number
     shade_laps(axes, result, places, every, radius[:, None])

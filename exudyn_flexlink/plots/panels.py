@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from exudyn_flexlink.observables import crank_angle, turns
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, SCREEN
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -183,11 +182,3 @@ def length_unit(size: float) -> tuple[float, str]:
 def shown_in(unit: str, size: float) -> tuple[float, str]:
     """Factor from an SI unit to that in which figures show values of this size, and its name."""
     return length_unit(size) if unit == "m" else (1.0, unit)
-
-
-def cycle_of(scene: Scene) -> int:
-    """Laps after which the mechanism does the same again: the curves of a track of laps, else 1."""
-    for curve in scene.curves.values():
-        if curve.type == "laps":
-            return len(curve.curves)
-    return 1

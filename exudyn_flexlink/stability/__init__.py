@@ -17,7 +17,7 @@ from exudyn_flexlink.stability.exponent import (
 )
 from exudyn_flexlink.stability.laps import LapDistances, lap_distances, repeating
 from exudyn_flexlink.stability.neighbours import StoppedError, exponent_of
-from exudyn_flexlink.stability.rhythm import NoRhythmError, Rhythm, rhythm_of
+from exudyn_flexlink.stability.rhythm import NoRhythmError, Rhythm, laps_of_cycle, rhythm_of
 from exudyn_flexlink.stability.sections import (
     Branches,
     Section,
@@ -52,6 +52,7 @@ __all__ = [
     "Vibration",
     "exponent_of",
     "lap_distances",
+    "laps_of_cycle",
     "largest_exponent",
     "long_scene",
     "repeating",

@@ -47,8 +47,11 @@ def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
             "no drive turns a joint at one speed, so that nothing tells what a lap is: say how "
             "long it takes, such as the period of a force"
         )
-    found = turned[0] if lap is None else lap
-    curves = [
-        scene.curves[joint.curve] for joint in scene.joints.values() if isinstance(joint, SlotJoint)
-    ]
-    return Rhythm(found, lcm(*(len(own.curves) for own in curves if isinstance(own, LapsSpec))))
+    return Rhythm(turned[0] if lap is None else lap, laps_of_cycle(scene))
+
+
+def laps_of_cycle(scene: Scene) -> int:
+    """Laps after which the mechanism is driven the same way again: those of curves with laps."""
+    slots = (joint for joint in scene.joints.values() if isinstance(joint, SlotJoint))
+    curves = [scene.curves[slot.curve] for slot in slots]
+    return lcm(*(len(own.curves) for own in curves if isinstance(own, LapsSpec)))
