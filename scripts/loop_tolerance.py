@@ -23,7 +23,12 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
+ROOT = Path(__file__).parent.parent
+# Folders of models; those of the reference show every part of the language.
+FOLDERS = {
+    **{name: ROOT / "models" / name for name in ("textbook", "benchmarks", "hard")},
+    "reference": ROOT / "docs" / "reference" / "examples",
+}
 NAMES = (
     "textbook/slider_crank",
     "textbook/free_slider_crank",
@@ -43,16 +48,35 @@ NAMES = (
     "textbook/slider_with_clearance",
     "textbook/cam_follower",
     "benchmarks/andrews_squeezer",
+    "benchmarks/spin_up_beam",
+    "benchmarks/bouncing_ball_impulse",
+    "benchmarks/cam_jump",
+    "hard/fast_spin",
+    "hard/short_spring",
+    "hard/sharp_groove",
+    "hard/micron_bearing",
+    "hard/dome",
+    "hard/kinked_drive",
+    "reference/four_bar",
+    "reference/drives",
+    "reference/circles",
+    "reference/cam",
+    "reference/going_on",
 )
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 TIGHT = 1e-10  # m
 
 
+def file_of(name: str) -> Path:
+    """The file of a model 'folder/name'."""
+    folder, stem = name.split("/")
+    return FOLDERS[folder] / f"{stem}.yaml"
+
+
 @cache
 def run(name: str, tolerance: float) -> Result:
     """Simulate one of the models."""
-    scene = load_scene(MODELS / f"{name}.yaml", [f"accuracy.tolerance={tolerance}"])
-    return simulate(scene, measure=False)
+    return simulate(load_scene(file_of(name), [f"accuracy.tolerance={tolerance}"]), measure=False)
 
 
 def error(name: str, tolerance: float) -> float:

@@ -52,6 +52,16 @@ def test_a_place_on_a_piece_goes_on_beyond_its_end():
     assert Closest(STADIUM).on_piece(0, 1.2, 0.1, 0.9) == pytest.approx(1.2, abs=1e-15)
 
 
+@pytest.mark.parametrize("part", [1e-3, 0.03, 0.09, 0.5])
+def test_the_closest_place_of_a_point_near_the_centre_of_curvature(part):
+    """A part of the radius from a circle's middle, as of a roller that hardly has room in it."""
+    curve = CircleArc((0.1, 0), 0.03)
+    search = Closest(curve)
+    for angle in np.linspace(0.01, 6.27, 50).tolist():
+        x, y = 0.1 + part * 0.03 * np.cos(angle), part * 0.03 * np.sin(angle)
+        assert search.on_piece(0, x, y, near=0.0) == pytest.approx(angle, abs=1e-11)
+
+
 @pytest.mark.parametrize("name", ["arc", "open spline"])
 def test_beyond_an_open_end_the_piece_goes_on_from_there(name):
     curve = CURVES[name]

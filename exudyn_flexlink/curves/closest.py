@@ -25,11 +25,30 @@ class Closest:
         self.at: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         u, points = curve.samples
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
+        self._bounds = [(piece.start, piece.end) for piece in curve.pieces]
         self._spans = [_span(curve, float(low), float(high)) for low, high in pairwise(u)]
 
     def on_curve(self, x: float, y: float) -> tuple[int, float]:
         """Piece and parameter of the place next to (x, y) m, never beyond an open curve's end."""
+        return self._around(self._nearest(x, y), x, y)
+
+    def on_piece(self, piece: int, x: float, y: float, near: float) -> float:
+        """Parameter of the place of a piece next to (x, y) m, also beyond its ends.
+
+        Beyond them it is searched from the end, or from `near` where another piece comes next. On
+        the piece Newton's method is kept between samples: a roller that hardly has room in a hollow
+        is so near the centre of curvature that it would not get there by itself.
+        """
         i, count = self._nearest(x, y), len(self._spans)
+        found, u = self._around(i, x, y)
+        if found == piece and self._bounds[piece][0] < u < self._bounds[piece][1]:
+            return u
+        sampled, start, _ = self._spans[i % count if self._closed else min(i, count - 1)]
+        return foot(self.at[piece], x, y, start if sampled == piece else near)
+
+    def _around(self, i: int, x: float, y: float) -> tuple[int, float]:
+        """Piece and parameter of the place next to (x, y) m, searched around a sample."""
+        count = len(self._spans)
         if self._closed:
             i %= count  # the last sample is the first one again
         if i < count:
@@ -42,15 +61,6 @@ class Closest:
         if self._slope(piece, high, x, y) < 0:
             return piece, high
         return piece, self._settle(self._spans[i - 1], x, y)
-
-    def on_piece(self, piece: int, x: float, y: float, near: float) -> float:
-        """Parameter of the place of a piece next to (x, y) m, also beyond its ends.
-
-        Searched from the nearest sample, or from `near` where that is on another piece.
-        """
-        i, count = self._nearest(x, y), len(self._spans)
-        sampled, start, _ = self._spans[i % count if self._closed else min(i, count - 1)]
-        return foot(self.at[piece], x, y, start if sampled == piece else near)
 
     def _nearest(self, x: float, y: float) -> int:
         dx, dy = self._x - x, self._y - y

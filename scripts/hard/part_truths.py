@@ -6,6 +6,7 @@ A truth is a function of a Result that returns the largest deviation (m) of its 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from math import acos, cos, pi, sin, sqrt
 
 import numpy as np
@@ -17,6 +18,7 @@ from exudyn_flexlink.result import Result
 from hard.truths import EXACT, pressed_back
 
 FloatArray = NDArray[np.float64]
+Motion = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # angle and speed at instants
 
 G = 9.81  # m/s^2, of the models of these cases
 
@@ -186,6 +188,71 @@ def stiff_rod(result: Result) -> float:
 
     angle = _states(rates, [0.0, 0.0], result.time)[:, 0]
     return _off(result, length * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
+
+
+def force_pulse(result: Result) -> float:
+    """A block pushed by a force that is linear between rows: places are cubics of time."""
+    scene, x = result.scene, np.zeros(len(result.time))
+    rows = np.array(scene.drives["pulse"].value[0].points)
+    place, speed = 0.0, 0.0
+    for (begin, force), (end, last) in pairwise(rows / [1, scene.bodies["block"].mass]):
+        within = (result.time >= begin) & (result.time <= end)
+        bend = (last - force) / (end - begin)
+        since = np.append(result.time[within], end) - begin
+        way = place + speed * since + force / 2 * since**2 + bend / 6 * since**3
+        x[within] = way[:-1]
+        place, speed = way[-1], speed + (force + last) / 2 * (end - begin)
+    return _off(result, np.stack([x, 0 * x], axis=-1))
+
+
+def jerked_spoke(result: Result) -> float:
+    """A bead on a spoke of given motion, between whose pieces omega bends."""
+    ends = [0.0, 0.1, 0.11, result.time[-1]]
+    motions = (
+        lambda t: (t, 1 + 0 * t),
+        lambda t: (t + 2000 * (t - 0.1) ** 2, 1 + 4000 * (t - 0.1)),
+        lambda t: (41 * t - 4.2, 41 + 0 * t),
+    )
+    state, found = [result.scene.initial.positions["bead"][0], 0.0], np.empty((len(result.time), 2))
+    for (begin, end), motion in zip(pairwise(ends), motions, strict=True):
+
+        def rates(t: float, s: FloatArray, motion: Motion = motion) -> FloatArray:
+            return np.array([s[1], motion(t)[1] ** 2 * s[0]])
+
+        solved = solve_ivp(rates, (begin, end), state, **EXACT)
+        rows = (result.time >= begin) & (result.time <= end)
+        angle, (r, _) = motion(result.time[rows])[0], solved.sol(result.time[rows])
+        found[rows] = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=-1)
+        state = solved.y[:, -1]
+    return _off(result, found)
+
+
+def narrow_hollow(result: Result) -> float:
+    """The middle of a roller is a pendulum as long as the hollow is wider than the roller."""
+    scene = result.scene
+    arm = scene.curves["hollow"].radius - scene.contacts["edge"].radius
+    x, y = scene.initial.positions["roller"]
+
+    def rates(_: float, s: FloatArray) -> FloatArray:
+        return np.array([s[1], -G / arm * sin(s[0])])
+
+    angle = _states(rates, [np.arctan2(x, -y), 0.0], result.time)[:, 0]
+    return _off(result, arm * np.stack([np.sin(angle), -np.cos(angle)], axis=-1))
+
+
+def unequal_laps(result: Result) -> float:
+    """A bead that keeps its speed, on two circles in turn that touch where both are rightmost."""
+    curves, speed = result.scene.curves, result.scene.initial.speeds_along["slot"]
+    large, small = curves["large"], curves["small"]
+    long, short = (2 * pi * one.radius for one in (large, small))
+    gone = np.mod(speed * result.time, long + short)
+    first = gone < long
+    radius = np.where(first, large.radius, small.radius)
+    angle = np.where(first, gone, gone - long) / radius
+    centre = np.where(first, large.centre[0], small.centre[0])
+    return _off(
+        result, np.stack([centre + radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    )
 
 
 def _turned(vector: FloatArray, angles: FloatArray) -> FloatArray:
