@@ -63,6 +63,7 @@ def variant_of(case: Case, label: str) -> Variant:
         ("force_pulse", "", MINIMAL),
         ("jerked_spoke", "", MINIMAL),
         ("narrow_hollow", "", MINIMAL),
+        ("narrow_ring", "", MINIMAL),
         ("unequal_laps", "", MINIMAL),
         ("grazing_circles", "by 1 um", REDUNDANT),
         ("stiff_rod", "youngs_modulus 1e18", MINIMAL),

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from exudyn_flexlink.source import load_document
 
 MODELS = Path(__file__).parents[2] / "models"
+EXAMPLES = Path(__file__).parents[2] / "docs" / "reference" / "examples"
 POINTS = "track_points.csv"
 
 Path_ = tuple[str | int, ...]
@@ -27,6 +28,12 @@ def shipped_points() -> bytes:
     return (MODELS / POINTS).read_bytes()
 
 
+@cache
+def example_tables() -> dict[str, bytes]:
+    """Return the CSV files that the reference's examples read, by name."""
+    return {path.name: path.read_bytes() for path in sorted(EXAMPLES.glob("*.csv"))}
+
+
 @dataclass(frozen=True)
 class Input:
     """What a user may hand to the loader: a model's bytes, its CSV file's, and settings."""
@@ -36,7 +43,9 @@ class Input:
     settings: tuple[str, ...] = ()
 
     def write(self, folder: Path) -> Path:
-        """Write the files into a folder; returns the model's path."""
+        """Write the files into a folder, and those of the examples; returns the model's path."""
+        for name, table in example_tables().items():
+            (folder / name).write_bytes(table)
         (folder / POINTS).write_bytes(self.points)
         model = folder / "model.yaml"
         model.write_bytes(self.model)
@@ -57,8 +66,8 @@ def kept(folder: Path) -> Input:
 
 @cache
 def shipped_models() -> list[Path]:
-    """Return the files of the shipped models: every part of the language is in one of them."""
-    folders = (MODELS, MODELS / "textbook", MODELS / "benchmarks")
+    """Return the files of shipped models, and the reference's, which show every part and key."""
+    folders = (MODELS, MODELS / "textbook", MODELS / "benchmarks", EXAMPLES)
     found = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     return [path for path in found if not path.name.endswith(".published.yaml")]
 

@@ -7,9 +7,6 @@ from hard.case import EXUDYN, MINIMAL, PLAIN, Case, Variant, over
 
 OF_ORDER_2 = ("its steps only aim at the tolerance",)  # what a run in redundant says of itself
 TOLD = (Variant("", told=OF_ORDER_2, quick=True),)
-# In redundant coordinates work within a step is summed up from samples: a short pulse is missed.
-BALANCED = (Variant("", told=(*OF_ORDER_2, "the energy balance misses"), quick=True),)
-
 PART_CASES = (
     Case("fast_spin", "closed form", TOLD, EXUDYN, part_truths.fast_spin),
     Case(
@@ -56,9 +53,12 @@ PART_CASES = (
     ),
     Case("dome", "one equation, then free fall", PLAIN, (MINIMAL,), part_truths.dome),
     Case("kinked_drive", "closed form", TOLD, EXUDYN, part_truths.kinked_drive),
-    Case("force_pulse", "closed form", BALANCED, EXUDYN, part_truths.force_pulse),
+    # Redundant coordinates cross the pulse in steps as long as its rows: right within 1e-8 m, but
+    # their energy balance, of order 2, misses a quarter of the energy there, and the run says so.
+    Case("force_pulse", "closed form", PLAIN, (MINIMAL,), part_truths.force_pulse),
     Case("jerked_spoke", "one equation", TOLD, EXUDYN, part_truths.jerked_spoke),
     Case("narrow_hollow", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
+    Case("narrow_ring", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("unequal_laps", "closed form", TOLD, EXUDYN, part_truths.unequal_laps),
     Case(
         "stiff_rod",

@@ -228,10 +228,9 @@ def jerked_spoke(result: Result) -> float:
 
 
 def narrow_hollow(result: Result) -> float:
-    """The middle of a roller is a pendulum as long as the hollow is wider than the roller."""
-    scene = result.scene
-    arm = scene.curves["hollow"].radius - scene.contacts["edge"].radius
-    x, y = scene.initial.positions["roller"]
+    """The middle of a roller is a pendulum as long as its hollow is wider, where it starts."""
+    ((x, y),) = result.scene.initial.positions.values()
+    arm = float(np.hypot(x, y))
 
     def rates(_: float, s: FloatArray) -> FloatArray:
         return np.array([s[1], -G / arm * sin(s[0])])
