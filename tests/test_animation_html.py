@@ -180,15 +180,18 @@ def test_no_word_lies_on_the_dot_that_tells_the_instant(tilting, window, tmp_pat
     """At both ends of the line, where words begin and end: it is as dark on either side."""
     sides = seen_in(window, page(film_of(tilting)), tmp_path, """
         const [one] = players;
+        const { canvas, width } = one.pens.at(-1);
         const edge = 10; // pixels beside the line
-        return [one.data.begin, one.data.end].map((t) => {
+        return [[one.data.begin, edge], [one.data.end, width - edge]].map(([t, x]) => {
           one.go(t);
           one.draw();
-          const { canvas, context, width } = one.pens.at(-1);
-          const [fine, x] = [canvas.width / width, t === one.data.begin ? edge : width - edge];
+          const copy = new OffscreenCanvas(canvas.width, canvas.height);
+          const seen = copy.getContext("2d", { willReadFrequently: true });
+          seen.drawImage(canvas, 0, 0);
+          const fine = canvas.width / width;
           const dark = (from) => {
             const room = [Math.round(from * fine), 0, Math.round(9 * fine), canvas.height];
-            const { data } = context.getImageData(...room);
+            const { data } = seen.getImageData(...room);
             let count = 0;
             for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 200 && data[i] < 60;
             return count;
