@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -38,11 +39,10 @@ def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
     groups = []
     while left:
         group = {left[0]: Frame(ROOT)}
-        for weld, near in _welds_of(mechanism, left[0]):
-            first, second = weld.first, weld.second
-            here, there = (first, second) if near else (second, first)
-            turn = weld.angle if near else -weld.angle
-            angle = group[here.part].angle + turn
+        while (weld := _leading_out(mechanism, group)) is not None:
+            near = weld.first.part in group
+            here, there = (weld.first, weld.second) if near else (weld.second, weld.first)
+            angle = group[here.part].angle + (weld.angle if near else -weld.angle)
             x, y = group[here.part].place(here.x, here.y)
             back = with_at_origin((there.x, there.y), ROOT, angle)
             group[there.part] = Frame(ROOT, x + back.x, y + back.y, angle)
@@ -51,16 +51,9 @@ def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
     return groups
 
 
-def _welds_of(mechanism: Mechanism, root: int) -> list[tuple[Weld, bool]]:
-    """Welds that join parts to `root`, nearest first; True where the first part is the nearer."""
-    known, found = {root}, []
-    grown = True
-    while grown:
-        grown = False
-        for weld in mechanism.welds:
-            first, second = weld.first.part in known, weld.second.part in known
-            if first != second:
-                found.append((weld, first))
-                known |= {weld.first.part, weld.second.part}
-                grown = True
-    return found
+def _leading_out(mechanism: Mechanism, group: Collection[int]) -> Weld | None:
+    """First weld between a part of a group and another; None if there is none."""
+    for weld in mechanism.welds:
+        if (weld.first.part in group) != (weld.second.part in group):
+            return weld
+    return None
