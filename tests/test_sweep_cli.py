@@ -50,6 +50,14 @@ def table() -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.parametrize(("values", "told"), [("1-3", True), ("1:3:2", False), ("1, 3", False)])
+def test_a_range_written_as_a_difference_is_told(values: str, told: bool, capsys: Capture) -> None:
+    main(
+        ["sweep", "model.yaml", "--vary", f"run.duration={values}", "--workers", "1", "--no-plots"]
+    )
+    assert (f"run.duration has one value, '{values}'" in capsys.readouterr().err) == told
+
+
 def test_a_sweep_writes_its_table_as_csv_and_parquet_and_tells_of_it(capsys: Capture) -> None:
     assert main([*SWEEP, "--no-plots"]) == 0
     assert [row[f"{LENGTH}_m"] for row in table()] == ["1", "2", "3"]

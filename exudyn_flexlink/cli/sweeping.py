@@ -130,6 +130,9 @@ def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
             mistakes.append(Mistake((path,), "is varied twice"))
         else:
             found[path] = values
+            if not {":", ","} & set(values):  # '5-15' is a difference
+                examples = "a range is '5:15:11', a list '5, 15'"
+                complain(f"hint: {path} has one value, '{values}'; {examples}")
     return found
 
 

@@ -7,11 +7,14 @@ from math import isfinite
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from exudyn_flexlink.plots.frame import Words, caption_of, framed_figure
 from exudyn_flexlink.plots.panels import BEYOND, legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, RED, SCREEN, SERIES, SKY, Style, styled
 from exudyn_flexlink.stability import Branches, Stability
+
+FloatArray = NDArray[np.float64]
 
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 
@@ -31,17 +34,30 @@ def stability(found: Stability, *, style: Style = SCREEN) -> Figure:
 
 
 def _growth(axes: Axes, found: Stability) -> None:
-    """Growth in each stretch, and the mean up to there with its uncertainty in the end."""
+    """Growth in each lap, and the mean up to there with its uncertainty in the end."""
     own = found.exponent
     laps = own.times / found.rhythm.lap
-    axes.stairs(own.rates, laps, color=SKY, linewidth=sized(0.8), label="each stretch")
-    axes.plot(laps[own.settled + 1 :], own.running, color=BLUE, label="mean")
+    axes.stairs(*growth_of_laps(laps, own.rates), color=SKY, linewidth=sized(0.8),
+                label="each lap")  # fmt: skip
+    counted = laps[own.settled + 1 :]
+    whole = counted > laps[own.settled] + 1  # before, a mean tells where in the lap it ends
+    axes.plot(counted[whole], own.running[whole], color=BLUE, label="mean")
     low, high = own.value - own.uncertainty, own.value + own.uncertainty
     axes.axhspan(low, high, color=BLUE, alpha=0.2, linewidth=0, label="95 %")
     axes.axhline(0.0, color=BLACK, linewidth=sized(0.6))
     axes.set_xlabel("laps")
     axes.set_ylabel("growth of distance (1/s)")
     axes.legend(loc="best")
+
+
+def growth_of_laps(laps: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean growth (L,) 1/s in each lap, and where laps begin and end (L + 1,).
+
+    `rates` (K,) 1/s are those of stretches between `laps` (K + 1,), which are too many to be seen.
+    """
+    bounds = laps[0] + np.arange(max(1, round(laps[-1] - laps[0])) + 1)
+    grown = np.concatenate([[0.0], np.cumsum(rates * np.diff(laps))])
+    return np.diff(np.interp(bounds, laps, grown)), bounds
 
 
 def _laps(axes: Axes, found: Stability) -> None:
