@@ -104,6 +104,19 @@ def test_wrong_arguments_are_bad_input(arguments: list[str], capsys: Capture) ->
     assert "--help' tells what it takes" in hint
 
 
+@pytest.mark.parametrize("word", ["--witout", "--witout=friction"])
+def test_an_unknown_option_is_told_with_a_near_one_of_its_command(
+    word: str, capsys: Capture
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["compare", RIGID, word, "friction"])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == (
+        f"exudyn-flexlink compare: unknown argument '{word}'; did you mean '--without'?\n"
+        "hint: 'exudyn-flexlink compare --help' tells what it takes\n"
+    )
+
+
 def test_files_outside_the_models_folder_need_leave(tmp_path: Path, capsys: Capture) -> None:
     model = tmp_path / "inner" / "model.yaml"
     model.parent.mkdir()

@@ -73,6 +73,19 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
 class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong, without ten lines of usage before it."""
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse here what is unknown: a command knows its own options, the program does not."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            from exudyn_flexlink.source import did_you_mean
+
+            word = next((one for one in unknown if one.startswith("-")), unknown[0])
+            name = word.partition("=")[0]
+            self.error(
+                f"unknown argument '{word}'{did_you_mean(name, self._option_string_actions)}"
+            )
+        return found, unknown
+
     def error(self, message: str) -> NoReturn:
         """Say it, with a hint, and end the program: bad input."""
         complain(f"{self.prog}: {message}")
