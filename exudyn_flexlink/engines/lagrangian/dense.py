@@ -7,15 +7,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
+from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
 
 FloatArray = NDArray[np.float64]
 
 
 @inner
+def _coupled(matrix: NDArray[Any], first: int) -> int:
+    """Number of the row at which those begin that stand alone: zero but for their diagonals.
+
+    Such rows at the end, as those of levers that nothing touches, cost next to nothing.
+    """
+    last = len(matrix)
+    while last > first:
+        alone = True
+        for k in range(first, last - 1):
+            alone = alone and matrix[last - 1, k] == 0.0 and matrix[k, last - 1] == 0.0
+        if not alone:
+            break
+        last -= 1
+    return last
+
+
+@inner
 def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
     """Factors L U, in place, with partial pivoting; `rows` tells which row was taken."""
-    size = len(matrix)
+    size = _coupled(matrix, 0)
+    for p in range(size, len(matrix)):
+        rows[p] = p
     for p in range(size):
         best, at = 0.0, p
         for i in range(p, size):
@@ -40,7 +59,9 @@ def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
 @inner
 def solve(factors: NDArray[Any], rows: NDArray[np.int64], vector: NDArray[Any]) -> None:
     """Solve in place with the factors of `decompose`."""
-    size = len(vector)
+    size = _coupled(factors, 0)
+    for i in range(size, len(vector)):
+        vector[i] /= factors[i, i]
     for p in range(size):
         at = rows[p]
         if at != p:
@@ -80,14 +101,9 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
 def factorise(matrix: FloatArray, first: int) -> None:
     """Factors L D L^T, in place, of a positive definite matrix from row and column `first` on.
 
-    Only the lower half is read and written. Rows that stand alone, as those of levers do, cost
-    nothing.
+    Only the lower half is written.
     """
-    size = len(matrix)
-    scaled = np.empty(size)
-    last = size  # rows from here on stand alone
-    while last > first and _stands_alone(matrix, first, last - 1):
-        last -= 1
+    scaled, last = np.empty(len(matrix)), _coupled(matrix, first)
     for j in range(first, last):
         pivot = matrix[j, j]
         for k in range(first, j):
@@ -101,19 +117,12 @@ def factorise(matrix: FloatArray, first: int) -> None:
             matrix[i, j] = entry / pivot
 
 
-@inlined
-def _stands_alone(matrix: FloatArray, first: int, row: int) -> bool:
-    """Tell whether a row is zero left of its diagonal."""
-    alone = True
-    for k in range(first, row):
-        alone = alone and matrix[row, k] == 0.0
-    return alone
-
-
 @inner
 def substitute(factors: FloatArray, first: int, vector: FloatArray) -> None:
     """Solve in place, with the factors of `factorise`, for the entries from `first` on."""
-    size = len(vector)
+    size = _coupled(factors, first)
+    for i in range(size, len(vector)):
+        vector[i] /= factors[i, i]
     for i in range(first, size):
         value = vector[i]
         for k in range(first, i):
