@@ -37,6 +37,14 @@ sys.exit(cli.main(['simulate', *sys.argv[2:], '--engine=lagrangian', '--no-plots
 """
 
 
+WALLS = """
+from exudyn_flexlink.engines.lagrangian import addresses, walls
+for walled in (False, True):
+    addresses.called_for(walled)
+    print(walled, len(walls.look.signatures))
+"""
+
+
 @pytest.fixture
 def read_only(tmp_path: Path) -> dict[str, str]:
     """Environment of an installation, and a home, in which nothing can be kept; for root, too."""
@@ -68,6 +76,11 @@ def test_where_there_is_a_place_it_is_compiled_once(tmp_path, read_only):
     kept = {**read_only, "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
     assert python(tmp_path, kept, TRIED) == "once\n1.0 4.0 none\n"
     assert python(tmp_path, kept, TRIED) == "none\n1.0 4.0 none\n"
+
+
+def test_walls_are_compiled_for_mechanisms_that_have_them(tmp_path, read_only):
+    pytest.importorskip("numba")
+    assert python(tmp_path, read_only, WALLS) == "False 0\nTrue 1\n"
 
 
 def test_after_compiling_garbage_is_looked_for_as_often_as_before():

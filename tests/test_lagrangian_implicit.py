@@ -7,6 +7,7 @@ import sys
 from functools import cache
 from math import inf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,15 +20,20 @@ from exudyn_flexlink.curves import (
     Spline,
     evaluator,
 )
+from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
+from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.mode import _ramp
+from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, crossing, packed_piece, place_on
 from exudyn_flexlink.integrate.collocation import radau
+from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.mechanism import Ramp
+from exudyn_flexlink.mechanism import Ramp, approach
+from exudyn_flexlink.scene import Run
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
@@ -242,6 +248,40 @@ def test_events_are_those_of_the_explicit_method() -> None:
         mine, theirs = getattr(ours.energy, name), getattr(other.energy, name)
         assert mine == pytest.approx(theirs, abs=1e-6 * ours.checks.largest_kinetic_energy), name
     assert ours.checks.steps < other.checks.steps / 2
+
+
+def test_a_lever_that_is_never_reached_makes_no_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    """S passes the line through its face, far beyond the tip: of that only the side is kept."""
+    located: list[float] = []
+    locate = LagrangianProblem.locate
+
+    def counted(self: LagrangianProblem, *given: Any) -> Event | None:
+        located.append(given[1])
+        return locate(self, *given)
+
+    monkeypatch.setattr(LagrangianProblem, "locate", counted)
+    scene = load_scene(
+        MODELS / "no_clearance.yaml", [*FIVE, "joints.pivot.at=[-0.5, 0]", "run.turns=1.2"]
+    )
+    searches = []
+    for model in (scene, idealise(scene, ["impact"])):
+        located.clear()
+        prepared = prepare(model)
+        assert solve(prepared) == ""
+        searches.append(len(located))
+    assert searches[0] == searches[1]
+    seen = set()
+    for t in (0.1, 0.4, 0.7):
+        prepared = prepare(scene.changed(run=Run(duration=t, sample=0.01)))
+        assert solve(prepared) == ""
+        system = prepared.system
+        q, v, point = system.coordinates(t, prepared.problem.state)
+        poses, rates = system.model.poses(q[None], v[None], np.array([point]))
+        (contact,) = system.contacts
+        behind = approach(contact.face, poses[0], rates[0]).gap < 0
+        assert contact.side is (Side.BEHIND if behind else Side.APART)
+        seen.add(contact.side)
+    assert len(seen) == 2
 
 
 def test_a_ramp_and_a_torque_are_met() -> None:

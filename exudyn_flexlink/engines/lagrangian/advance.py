@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.asked import Asked
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import unpacked
-from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate, uneventful
-from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
-from exudyn_flexlink.engines.lagrangian.knots import moved_by_point, passes, reached, shortened
-from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of, scale_at
+from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate
+from exudyn_flexlink.engines.lagrangian.lengths import length_of, scale_at
 from exudyn_flexlink.engines.lagrangian.mode import (
     Equations,
     Instant,
     Mode,
     coordinates_at,
-    mode_of,
-    rate_at,
+    equations_of,
 )
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
@@ -31,11 +28,10 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     guess,
     iterate,
     method_of,
-    work_for,
+    work_of,
 )
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
-    MOVED,
     OLD_ERROR,
     OLD_STEP,
     PAIR,
@@ -50,13 +46,14 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     longest_step,
     shortest_step,
 )
-from exudyn_flexlink.engines.lagrangian.stiffness import presses, pressing_at, slopes
-from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE
-from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step, first_change, nearby
+from exudyn_flexlink.engines.lagrangian.stiffness import presses, pressing_at
+from exudyn_flexlink.engines.lagrangian.track_point import FINE
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.control import SAFETY
 
 FloatArray = NDArray[np.float64]
+Means = tuple[Method, Control, Work, FloatArray, Asked]  # the array is `Buffer.memory`
 
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
@@ -89,65 +86,29 @@ def _slip(h: float, method: Method, work: Work) -> float:
     return float(np.sqrt(x * x + y * y))
 
 
-@inner
-def _knots_allow(
-    at: Instant,
-    rate: FloatArray,
-    equations: Equations,
-    scale: Scale,
-    given: tuple[float, FloatArray],
-) -> float:
-    """What a step may miss of P's acceleration, m/s^2, by the most that P's pushes moved so far."""
-    bend, memory = given
-    memory[MOVED] = max(memory[MOVED], moved_by_point(at, rate, equations, scale))
-    return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
-
-
-@inlined
-def _part(
-    at: Instant,
-    h: float,
-    equations: Equations,
-    scale: Scale,
-    means: tuple[Method, Control, Work, FloatArray],
-) -> float:
-    """Part of the step just made after which it should have ended at a knot; 1 if it is good."""
-    method, control, work, memory = means
-    piece, last = equations.mode.piece, len(work.near) - 1
-    begin, end = at.near, work.near[last]
-    if not passes(piece, begin, end):
-        return 1.0
-    after = Instant(at.t + h, work.states[last], end)
-    given = (control.bend, memory)
-    allowed = _knots_allow(after, work.rates[last], equations, scale, given)
-    to = reached(piece, (begin, end), h, allowed, method)
-    return 1.0 if to == end else float((to - begin) / (end - begin))
-
-
 @inlined
 def _attempt(
     at: Instant,
     h: float,
-    known: tuple[FloatArray, bool],
+    past: tuple[FloatArray, bool],
     equations: Equations,
-    means: tuple[Method, Control, Work, FloatArray],
+    means: Means,
 ) -> tuple[float, float, float]:
     """Make one step of at most h, whatever it takes.
 
-    `known` are the changes of the last step, and whether there are any. Return the length of the
+    `past` are the changes of the last step, and whether there are any. Return the length of the
     step, 0 if none is short enough, its error in parts of the tolerance, and how much longer the
     next may be.
     """
-    method, control, work, memory = means
+    method, control, work, memory, asked = means
     stages, free = work.speeds.shape
-    last, plain = known[0], not known[1]
+    last, plain, end = past[0], not past[1], stages - 1
     pressing = pressing_at(at, equations)
-    by_q, by_v = slopes(at, pressing, equations)
+    by_q, by_v = asked.slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
+    known, tableau = (equations, scale), (method.nodes, method.matrix)
     most = np.inf
-    if equations.mode.piece[0] == SPLINE:
-        bend = _knots_allow(at, work.begin, equations, scale, (control.bend, memory))
-        h = shortened(at, h, (work.begin, bend), method, equations.mode)
+    h = asked.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
     while h >= shortest_step(at.t):
         factor(h, by_q, by_v, method, work)
         if plain:
@@ -155,20 +116,25 @@ def _attempt(
         else:
             guess(h / memory[OLD_STEP], last, method, work)
         aim = Aim(control.tolerance, control.lasting, memory[SLOW])
-        ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, (method, scale, work))
+        how = (method, scale, work, asked.rate_at)
+        ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, how)
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
             missed = 0.0
             if presses(pressing):
-                slack, sped = force_jumps(at, h, pressing, equations, (method, work))
-                factor_real(h, *slopes(at, slack, equations), method, work)
+                within = (work.states, work.near, method.nodes, method.matrix, method.powers)
+                slack, sped = asked.force_jumps(at, h, pressing, equations, within)
+                slack_q, slack_v = asked.slopes(at, slack, equations)
+                factor_real(h, slack_q, slack_v, method, work)
                 missed = control.tau * length_of(sped, scale)
             error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
             slipped = _slip(h, method, work) / control.tolerance
             error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
-            change = change_of_step(h, error, iterations, known[1], memory)
-            part = _part(at, h, equations, scale, means)
+            change = change_of_step(h, error, iterations, past[1], memory)
+            after = Instant(at.t + h, work.states[end], work.near[end])
+            bends = (work.rates[end], control.bend, memory)
+            part = asked.after_step((at, after), h, bends, known, tableau)
             if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
                 return h, error, min(change, most)
@@ -202,7 +168,7 @@ def _end_at_touch(
     whole: float,
     changes: FloatArray,
     equations: Equations,
-    means: tuple[Method, Control, Work, FloatArray],
+    means: Means,
 ) -> tuple[float, int]:
     """Cut a step where the first pair of link and guide begins or ceases to touch.
 
@@ -210,9 +176,10 @@ def _end_at_touch(
     within, and then cut, or lengthened, by the little that is left. Return its length and the pair,
     or `NONE`; `changes` (s, size) are changed.
     """
-    method, control, work, memory = means
+    method, control, work, memory, asked = means
     stages, free = work.speeds.shape
-    part, pair = first_change(Step(at, whole, changes, method.powers), equations)
+    step = Step(at, whole, changes, method.powers)
+    part, pair = asked.change_within(NONE, step, equations)
     if pair == NONE:
         return whole, NONE
     _cut(part, at.y, changes, method, work.states)
@@ -223,15 +190,17 @@ def _end_at_touch(
     for i in range(stages):
         for j in range(free):
             speeds[i, j] = changes[i, free + j]
-    by_q, by_v = slopes(at, pressing_at(at, equations), equations)
+    by_q, by_v = asked.slopes(at, pressing_at(at, equations), equations)
     factor(h, by_q, by_v, method, work)
     scale = scale_at(at, equations, control.reaches)
     aim = Aim(control.tolerance, control.lasting, memory[SLOW])
-    ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, (method, scale, work))
+    how = (method, scale, work, asked.rate_at)
+    ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, how)
     memory[ITERATED] += iterations
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)
-        part, again = nearby(pair, Step(at, h, changes, method.powers), equations)
+        step = Step(at, h, changes, method.powers)
+        part, again = asked.change_within(pair, step, equations)
         if again != NONE:
             _cut(part, at.y, changes, method, work.states)
             return part * h, again
@@ -242,8 +211,9 @@ def _end_at_touch(
 
 
 @inlined
-def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) -> Instant:
+def _beginning(at: Instant, going_on: bool, equations: Equations, means: Means) -> Instant:
     """Rates and P at the start of a step; of one that goes on from the last they are known."""
+    work = means[2]
     if going_on:  # a step's last stage is its end, where the iteration left its rates
         begin, rates, way, stages = work.begin, work.rates, work.way, len(work.near)
         for j in range(len(at.y)):
@@ -251,29 +221,30 @@ def _beginning(at: Instant, going_on: bool, equations: Equations, work: Work) ->
         for j in range(4):
             way[0, j] = way[stages, j]
         return at
-    near, _ = rate_at(at, equations, work.begin, work.way[0])
+    near, _ = means[4].rate_at(at, equations, work.begin, work.way[0])
     return Instant(at.t, at.y, near)
 
 
 @compiled
-def advance(
+def advance(  # noqa: PLR0913, PLR0917 - each of them another record
     stop: float,
     mode: Mode,
-    how: tuple[Method, Control],
+    how: tuple[Method, Control, Work],
     event_data: EventData,
     buffer: Buffer,
+    asked: Asked,
 ) -> tuple[int, int]:
     """Integrate from the buffer's first state; return the number of steps, and why it ended.
 
     It ends where the buffer is full, at `stop`, after a step that must be looked at, or where no
     step is short enough.
     """
-    method, control = method_of(*how[0]), how[1]
-    equations = Equations(mode_of(*mode), unpacked(mode.data))
+    method, control, work = method_of(*how[0]), how[1], work_of(*how[2])
+    equations = equations_of(mode)
     mode = equations.mode
     memory, stages, size = buffer.memory, len(method.nodes), len(buffer.states[0])
     free = len(equations.c.inertias) - int(mode.drive[0])
-    work = work_for(stages, size, free)
+    means = (method, control, work, memory, asked)
     t, wanted = buffer.times[0], memory[STEP]
     memory[SLOW] = np.inf  # an event may have changed the equations
     done, ended = 0, FULL
@@ -288,9 +259,9 @@ def advance(
         planned = ahead
         if wanted < ahead * (1 - 1e-9):
             planned = min(wanted, max(ahead / 2, shortest_step(t)))
-        at = _beginning(Instant(t, y, buffer.places[done]), done > 0, equations, work)
-        known = (buffer.changes[max(done - 1, 0)], done > 0)
-        h, error, change = _attempt(at, planned, known, equations, (method, control, work, memory))
+        at = _beginning(Instant(t, y, buffer.places[done]), done > 0, equations, means)
+        past = (buffer.changes[max(done - 1, 0)], done > 0)
+        h, error, change = _attempt(at, planned, past, equations, means)
         if h == 0.0:
             ended = STUCK
             break
@@ -298,7 +269,6 @@ def advance(
         finish(y, h, method, work, changes)
         near, whole = work.near[stages - 1], h
         if len(mode.touching) > 0:
-            means = (method, control, work, memory)
             h, pair = _end_at_touch(at, whole, changes, equations, means)
             if pair != NONE:
                 memory[PAIR], ended = pair, TOUCH
@@ -312,7 +282,7 @@ def advance(
         memory[STEPS] += 1
         done += 1
         after = Instant(t, end, near)
-        if not uneventful(at, after, (changes, method.powers), equations, event_data):
+        if not asked.uneventful(at, after, (changes, method.powers), equations, event_data):
             ended = LOOK
         wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
     memory[STEP] = wanted

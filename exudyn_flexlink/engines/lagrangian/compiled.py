@@ -32,10 +32,12 @@ try:
 except ImportError:
     numba = None
 
-MARKED = re.compile(rb"^@(compiled|inner|inlined)$", re.MULTILINE)
+MARKED = re.compile(rb"^@(compiled|inner|inlined)$|by_address\(", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
 PREFIX = "numba-"
 SELDOM = (100_000, 50, 50)  # objects between looks, looks between larger ones, and those of all
+
+_BY_ADDRESS: set[Callable[..., Any]] = set()  # compiled by this process, or read from disk
 
 R = TypeVar("R", bound=tuple[Any, ...])
 F = TypeVar("F", bound=Callable[..., Any])
@@ -82,7 +84,41 @@ def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable
 
     fields = cast(Any, record)._fields
     structref.define_constructor(made, kind, list(fields))
+    structref.define_boxing(kind, structref.StructRefProxy)
     return kind, made
+
+
+def by_address(function: F, returns: Any, *arguments: Any) -> F:
+    """Compile a function, of numba's types, for itself: compiled ones that it is given to call it.
+
+    They do not contain it, as they do what they call by name, and LLVM works through it only once;
+    and what is given may be another function of the same types. A call takes 3 ns more.
+    """
+    if not compiling():
+        return function
+    assert numba is not None
+    _BY_ADDRESS.add(function)
+    options = {"cache": _FOLDER is not None, "error_model": "numpy", "fastmath": REORDERED}
+    with _kept_in(_FOLDER):
+        return cast(F, numba.cfunc(returns(*arguments), **options)(function))
+
+
+def compiling() -> bool:
+    """Tell whether functions are compiled: numba is installed, and not switched off."""
+    return numba is not None and not numba.config.DISABLE_JIT
+
+
+def type_of(value: Any) -> Any:
+    """Return numba's type of a value."""
+    assert numba is not None
+    return numba.typeof(value)
+
+
+def type_returned(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Compile a function for arguments of numba's types, and return the type of what it returns."""
+    dispatcher: Any = function
+    dispatcher.compile(arguments)
+    return next(s.return_type for s in dispatcher.nopython_signatures if s.args == arguments)
 
 
 @contextmanager
@@ -112,15 +148,18 @@ Compilation = Literal["none", "once", "every run"]
 """What is still to be compiled: nothing, code that is then kept, or code that is not."""
 
 
-def compilation(function: Callable[..., Any]) -> Compilation:
-    """Tell what the next call of a compiled function will begin with."""
-    dispatcher: Any = function
-    if numba is None or not hasattr(dispatcher, "signatures") or dispatcher.signatures:
-        return "none"  # no numba, compiling switched off, or compiled before
+def compilation(*functions: Callable[..., Any]) -> Compilation:
+    """Tell what the next use of functions, compiled ones or those by address, will begin with."""
+    if not compiling() or all(map(_in_memory, functions)):
+        return "none"
     if _FOLDER is None:
         return "every run"
-    name = function.__name__
-    return "none" if any(Path(dispatcher.stats.cache_path).glob(f"*.{name}-*.nbi")) else "once"
+    kept = (any(_FOLDER.rglob(f"*.{function.__name__}-*.nbi")) for function in functions)
+    return "none" if all(kept) else "once"
+
+
+def _in_memory(function: Any) -> bool:
+    return function in _BY_ADDRESS or bool(getattr(function, "signatures", ()))
 
 
 @contextmanager

@@ -7,16 +7,21 @@ changes is the problem's own, as under the explicit method.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.addresses import asked_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
+from exudyn_flexlink.engines.lagrangian.asked import Asked
 from exudyn_flexlink.engines.lagrangian.compiled import numba, seldom_collecting
+from exudyn_flexlink.engines.lagrangian.contacts import SIDES
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
+from exudyn_flexlink.engines.lagrangian.radau import Work, work_for
 from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
@@ -27,6 +32,7 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Control,
 )
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
+from exudyn_flexlink.engines.lagrangian.track_point import has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import Collocation
@@ -77,14 +83,27 @@ class CompiledStepper:
     def compile(self) -> None:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
-        mode, none = system.mode(), np.zeros(0)
+        none, how = np.zeros(0), (self.method, self.control, self._work)
         with seldom_collecting():
-            advance(0.0, mode, (self.method, self.control), system.event_data(), buffer)
+            mode = system.mode()
+            advance(0.0, mode, how, system.event_data(), buffer, self._asked)
             states = states_within(
                 none, buffer.times, buffer.states, buffer.changes, self.method.powers
             )
             motions_at(none, states, none, mode, False)
             system.motion(0.0, system.start)
+
+    @cached_property
+    def _work(self) -> Work:
+        """Arrays of a step."""
+        system = self.problem.system
+        return work_for(len(self.method.nodes), len(system.start), system.free)
+
+    @cached_property
+    def _asked(self) -> Asked:
+        """What steps ask of this mechanism."""
+        system = self.problem.system
+        return asked_for(system.mode(), system.event_data(), has_knots(system.track.curve))
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""
@@ -106,14 +125,17 @@ class CompiledStepper:
         """
         problem, system, buffer = self.problem, self.problem.system, self._buffer
         mode, event_data = system.mode(), system.event_data()
+        how = (self.method, self.control, self._work)
         buffer.times[0], buffer.states[0] = problem.time, problem.state
         buffer.places[0] = system.track.u
         buffer.memory[PAIR] = NONE
         # An iteration that goes astray may overflow: it is not a number, hence rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            done, ended = advance(stop, mode, (self.method, self.control), event_data, buffer)
-        for contact, peak in zip(system.contacts, event_data.peaks, strict=True):
-            contact.peak = max(contact.peak, float(peak))
+            done, ended = advance(stop, mode, how, event_data, buffer, self._asked)
+        for contact, side, peak in zip(
+            system.contacts, event_data.sides, event_data.peaks, strict=True
+        ):
+            contact.side, contact.peak = SIDES[side], max(contact.peak, float(peak))
         self._take(0, done - 1 if ended == LOOK else done, mode)
         if ended == STUCK:
             self._give_up()

@@ -32,6 +32,9 @@ class Side(Enum):
     BEHIND = "behind"
 
 
+SIDES = tuple(Side)  # by their numbers in `event_functions`
+
+
 @dataclass
 class Contact:
     """State of one contact; `touch` is a row of `faces.touches`."""

@@ -30,24 +30,27 @@ A lasting contact has ``g'' = G q'' + b = 0`` with F as multiplier.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
-from exudyn_flexlink.engines.lagrangian.walls import add_wall_forces
 
 FloatArray = NDArray[np.float64]
 Turned = tuple[FloatArray, FloatArray]
 IntArray = NDArray[np.int64]
-Acting = tuple[IntArray, IntArray]  # how each contact acts, and which pairs of a sleeve touch
-Given = tuple[tuple[float, float, float], TrackPoint, FloatArray, Acting]
+# How each contact acts, which pairs of a sleeve touch, and what adds the forces of these pairs.
+Acting = tuple[IntArray, IntArray, Callable[..., float]]
+Holding = tuple[IntArray, IntArray, Called]  # the same, with all functions called by address
+Given = tuple[tuple[float, float, float], TrackPoint, FloatArray, Holding]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a lasting contact (Baumgarte 1972)
@@ -247,7 +250,6 @@ def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
     return rows[:count]
 
 
-@inner
 def accelerations(
     state: State, drive: Drive, holding: Acting, c: Constants
 ) -> tuple[FloatArray, float, FloatArray, FloatArray, float]:
@@ -260,7 +262,7 @@ def accelerations(
     with Baumgarte's rate r, without the row of theta where theta'' is known; that row gives the
     drive's torque.
     """
-    acting, touching = holding
+    acting, touching, add_wall_forces = holding
     contacts = len(acting)
     forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
     axes = turned(state.q)
@@ -300,7 +302,7 @@ def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed co
     guide: tuple[float, float, float],
     point: TrackPoint,
     torques: FloatArray,
-    holding: Acting,
+    holding: Holding,
     data: FloatArray,
 ) -> FloatArray:
     """Time derivative of the integrator's state.
@@ -326,8 +328,10 @@ def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> No
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
-    found, motor, forces, powers, lost = accelerations(
-        State(q, v, point), Drive(first, guide[2], torques), holding, c
+    called = holding[2]
+    acting = (holding[0], holding[1], called.add_wall_forces)
+    found, motor, forces, powers, lost = called.accelerations(
+        State(q, v, point), Drive(first, guide[2], torques), acting, c
     )
     for j in range(free):
         rate[j], rate[free + j] = v[first + j], found[first + j]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
+from exudyn_flexlink.engines.lagrangian.faces import LAW, fill_gaps, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
@@ -21,16 +21,20 @@ FloatArray = NDArray[np.float64]
 
 APART, PRESSED, BEHIND = 0, 1, 2  # sides of a contact
 LOOKS = 8  # evaluations within a step where an event is possible
+SEEN = 3  # of a row of `EventData.seen`: where gaps begin
 NOTHING = 1e-13  # m: an event function this little below zero is there by rounding
 
 
 class EventData(NamedTuple):
     """What the event functions need besides the equations."""
 
-    sides: NDArray[np.int64]  # (c,) of the contacts
+    sides: NDArray[np.int64]  # (c,) of the contacts; they change beyond the ends of faces
     lengths: FloatArray  # (c,) of their faces, m
     goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
     peaks: FloatArray  # (c,) largest force of each contact in steps that were let pass, N
+    # (2, 3 + 4 c) at the two ends of the last step: time, rate of the track's coordinate, way to
+    # the end of its piece; gap, its rate, place and its rate of each contact
+    seen: FloatArray
 
 
 @inner
@@ -70,6 +74,18 @@ def _none_below_zero(at: Instant, equations: Equations, event_data: EventData) -
     return True
 
 
+@inner
+def _look(at: Instant, equations: Equations, goal: FloatArray, row: FloatArray) -> float:
+    """Fill in a row of `EventData.seen`; return the angle that is still to turn."""
+    mode, c = equations
+    q, v, point, u = coordinates_at(at, equations)
+    row[0], row[1] = at.t, v[int(c.track_coordinate)]
+    row[2] = min(mode.piece[END] - u, u - mode.piece[START])
+    if len(mode.acting) > 0:
+        fill_gaps(q, v, point, c, row[SEEN:])
+    return turns_left(q, goal)
+
+
 @inlined
 def _no_event_between(
     begin: Instant, end: Instant, equations: Equations, event_data: EventData
@@ -79,26 +95,37 @@ def _no_event_between(
     The cubic through gaps and rates at both ends strays from them by less than a sixth of the way
     that the larger speed covers; the margin is sixfold.
     """
-    mode, c = equations
-    q, v, point, _ = coordinates_at(begin, equations)
-    q1, v1, point1, u1 = coordinates_at(end, equations)
-    p = int(c.track_coordinate)
-    if v[p] * v1[p] < 0 or min(mode.piece[END] - u1, u1 - mode.piece[START]) < 0:
+    before, after = event_data.seen[0], event_data.seen[1]
+    if after[0] == begin.t:  # the end of the step before
+        for k in range(len(before)):
+            before[k] = after[k]
+    else:
+        _look(begin, equations, event_data.goal, before)
+    left = _look(end, equations, event_data.goal, after)
+    if before[1] * after[1] < 0 or after[2] < 0 or left < 0:
         return False
-    if turns_left(q1, event_data.goal) < 0:
-        return False
-    if len(mode.acting) == 0:
-        return True
-    before, _, _ = touches(q, v, point, c)
-    after, _, _ = touches(q1, v1, point1, c)
-    for k in range(len(mode.acting)):
-        one, two = before[k, 0], after[k, 0]
-        if event_data.sides[k] == PRESSED or one * two <= 0:
+    done, sides = end.t - begin.t, event_data.sides
+    for k in range(len(sides)):
+        i = SEEN + 4 * k
+        if sides[k] == PRESSED:
             return False
-        fastest = max(abs(before[k, 2]), abs(after[k, 2]))
-        if min(abs(one), abs(two)) <= (end.t - begin.t) * fastest:
+        if _beyond(before[i:], after[i:], done, event_data.lengths[k]):
+            continue
+        fastest = max(abs(before[i + 1]), abs(after[i + 1]))
+        near = min(abs(before[i]), abs(after[i])) <= done * fastest
+        if near or before[i] * after[i] <= 0:
             return False
+    for k in range(len(sides)):  # beyond its face a point may have changed sides
+        if after[SEEN + 4 * k] != 0.0:
+            sides[k] = APART if after[SEEN + 4 * k] > 0.0 else BEHIND
     return True
+
+
+@inlined
+def _beyond(before: FloatArray, after: FloatArray, done: float, length: float) -> bool:
+    """Tell that a point was beyond the same end of its face all through a step of `done` (s)."""
+    way = done * max(abs(before[3]), abs(after[3]))
+    return bool(max(before[2], after[2]) < -way or min(before[2], after[2]) > length + way)
 
 
 @inner
@@ -134,7 +161,6 @@ def interpolate(
                 at[j] += weight * changes[m, j]
 
 
-@inlined
 def uneventful(
     begin: Instant,
     end: Instant,

@@ -10,20 +10,19 @@ from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
-from exudyn_flexlink.engines.lagrangian.radau import Work
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
-from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 FloatArray = NDArray[np.float64]
+Stages = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""States at the stages and places of P, then the method's nodes, matrix and powers."""
 
 STEADY = 0.5  # of a contact's damping: steps in which more is left are smooth enough for the stages
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 PLACES, WEIGHTS = (PLACES + 1) / 2, WEIGHTS / 2  # of Gauss's rule within a step
 
 
-@inlined
 def force_jumps(
-    at: Instant, h: float, pressing: FloatArray, equations: Equations, means: tuple[Method, Work]
+    at: Instant, h: float, pressing: FloatArray, equations: Equations, stages: Stages
 ) -> tuple[FloatArray, FloatArray]:
     """How contacts press where they do it least (c, 3), and errors (f,) of the free speeds.
 
@@ -32,10 +31,10 @@ def force_jumps(
     speeds up to lift off, and what it no longer wipes out counts. Where it fades like that, what
     forces do between the stages counts, too: the embedded formula does not see it.
     """
-    method, work = means
+    states, near, nodes, _, _ = stages
     least, hardest = pressing.copy(), pressing[:, 1].copy()
-    for i in range(len(work.states)):
-        stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
+    for i in range(len(states)):
+        stage = Instant(at.t + nodes[i] * h, states[i], near[i])
         found = pressing_at(stage, equations)
         for k in range(len(least)):
             hardest[k] = max(hardest[k], found[k, 1])
@@ -45,22 +44,23 @@ def force_jumps(
     for k in range(len(least)):
         steady = steady and least[k, 1] > STEADY * hardest[k]
     if steady:
-        return least, np.zeros(work.speeds.shape[1])
-    return least, _missed(at, h, equations, method, work)
+        return least, np.zeros(len(equations.c.inertias) - int(equations.mode.drive[0]))
+    return least, _missed(at, h, equations, stages)
 
 
 @inlined
-def _missed(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> FloatArray:
+def _missed(at: Instant, h: float, equations: Equations, within: Stages) -> FloatArray:
     """Errors of the free speeds: impulses along the step's polynomial less those by the stages."""
     mode, c = equations
-    stages = len(work.states)
+    states, near, nodes, matrix, powers = within
+    stages = len(states)
     rows = np.empty((stages + 1, len(mode.acting), 2))  # gaps and their rates
     q, v, point, _ = coordinates_at(at, equations)
     first, gradients, _ = touches(q, v, point, c)
     for k in range(len(first)):
         rows[0, k, 0], rows[0, k, 1] = first[k, 0], first[k, 2]
     for i in range(stages):
-        stage = Instant(at.t + method.nodes[i] * h, work.states[i], work.near[i])
+        stage = Instant(at.t + nodes[i] * h, states[i], near[i])
         q1, v1, point1, _ = coordinates_at(stage, equations)
         later, _, _ = touches(q1, v1, point1, c)
         for k in range(len(later)):
@@ -68,29 +68,33 @@ def _missed(at: Instant, h: float, equations: Equations, method: Method, work: W
     impulses = np.zeros(len(q))
     for k in range(len(mode.acting)):
         if mode.acting[k] == PENALTY:
-            impulse = _impulse(h, rows[:, k], c.faces[k, LAW:], method)
+            impulse = _impulse(h, rows[:, k], c.faces[k, LAW:], (matrix, powers))
             for j in range(len(q)):
                 impulses[j] += gradients[k, j] * impulse
     return accelerated_by(impulses, q, point, equations)
 
 
 @inlined
-def _impulse(h: float, rows: FloatArray, law: FloatArray, method: Method) -> float:
+def _impulse(
+    h: float, rows: FloatArray, law: FloatArray, weights: tuple[FloatArray, FloatArray]
+) -> float:
     """By how much a contact's impulse along the polynomial differs from that by the stages, N s.
 
-    `rows` (1 + s, 2) are gap and rate at the step's start and at the stages; `law` as in `penalty`.
+    `weights` are the method's matrix and powers, `rows` (1 + s, 2) gap and rate at the step's
+    start and at the stages; `law` as in `penalty`.
     """
+    matrix, powers = weights
     stages = len(rows) - 1
     impulse = 0.0
     for i in range(stages):
         force = penalty_force(min(rows[i + 1, 0], 0.0), rows[i + 1, 1], law)
-        impulse -= method.matrix[stages - 1, i] * force
+        impulse -= matrix[stages - 1, i] * force
     for j in range(len(PLACES)):
         gap, rate, power = rows[0, 0], rows[0, 1], 1.0
         for k in range(stages):
             power *= PLACES[j]
             for i in range(stages):
-                weight = power * method.powers[k, i]
+                weight = power * powers[k, i]
                 gap += weight * (rows[i + 1, 0] - rows[0, 0])
                 rate += weight * (rows[i + 1, 1] - rows[0, 1])
         impulse += WEIGHTS[j] * penalty_force(min(gap, 0.0), rate, law)

@@ -28,10 +28,12 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     torques_at,
     track_point_at,
 )
+from exudyn_flexlink.engines.lagrangian.step_control import MOVED
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE, place_on
-from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 FloatArray = NDArray[np.float64]
+Tableau = tuple[FloatArray, FloatArray]  # nodes (s,) and matrix (s, s) of the method
+Given = tuple[FloatArray, float, FloatArray]
 
 AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
 ROUNDS = 30  # of the search for the instant at a knot
@@ -60,10 +62,11 @@ def _first_beyond(piece: FloatArray, u: float) -> int:
 
 @inlined
 def _missed(
-    piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], method: Method
+    piece: FloatArray, way: tuple[float, float], knots: tuple[int, int], tableau: Tableau
 ) -> float:
     """Largest sum of kernel times jump over some knots, for a step from and to two places."""
-    stages = len(method.nodes)
+    nodes, matrix = tableau
+    stages = len(nodes)
     x, y, since = np.zeros(stages), np.zeros(stages), np.empty(stages)
     for k in range(knots[0], knots[1]):
         u, jump_x, jump_y = _knot(piece, k)
@@ -71,11 +74,11 @@ def _missed(
         if part <= AT_KNOT:
             continue
         for j in range(stages):
-            since[j] = max(method.nodes[j] - part, 0.0)
+            since[j] = max(nodes[j] - part, 0.0)
         for i in range(stages):
             kernel = since[i] * since[i] / 2
             for j in range(stages):
-                kernel -= method.matrix[i, j] * since[j]
+                kernel -= matrix[i, j] * since[j]
             x[i] += kernel * jump_x
             y[i] += kernel * jump_y
     largest = 0.0
@@ -94,7 +97,7 @@ def passes(piece: FloatArray, begin: float, end: float) -> bool:
 
 @inner
 def reached(
-    piece: FloatArray, way: tuple[float, float], h: float, allowed: float, method: Method
+    piece: FloatArray, way: tuple[float, float], h: float, allowed: float, tableau: Tableau
 ) -> float:
     """How far a step of length h from and to two places may go: there, or to a knot before.
 
@@ -105,7 +108,7 @@ def reached(
     speed = abs(end - begin) / h
     while first < last:
         if (
-            speed * speed * abs(end - begin) * _missed(piece, (begin, end), (first, last), method)
+            speed * speed * abs(end - begin) * _missed(piece, (begin, end), (first, last), tableau)
             <= allowed
         ):
             break
@@ -138,7 +141,7 @@ def _place(at: Instant, after: float, begin: FloatArray, mode: Mode) -> tuple[fl
 
 @inlined
 def shortened(
-    at: Instant, h: float, given: tuple[FloatArray, float], method: Method, mode: Mode
+    at: Instant, h: float, given: tuple[FloatArray, float], tableau: Tableau, mode: Mode
 ) -> float:
     """Length of the next step, at most h, by where P will be.
 
@@ -148,7 +151,7 @@ def shortened(
     end, ended = _place(at, h, begin, mode)
     if ended != FINE or not passes(mode.piece, at.near, end):
         return h  # where P is not found the step itself will be shorter
-    to = reached(mode.piece, (at.near, end), h, allowed, method)
+    to = reached(mode.piece, (at.near, end), h, allowed, tableau)
     if to == end:
         return h
     low, high, before, beyond = 0.0, h, abs(to - at.near), -abs(end - to)
@@ -190,9 +193,50 @@ def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: S
     square = speed * speed
     pushed = (point[0], point[1], point[2], point[3], point[4] + x / square, point[5] + y / square)
     changed = np.empty(len(rate))
-    holding = (mode.acting, mode.touching)
+    holding = (mode.acting, mode.touching, mode.called)
     given = (guide, pushed, torques_at(at.t, count, mode), holding)
     fill_rate(at.y, given, c, changed)
     for j in range(free):
         changed[j] = changed[free + j] - rate[free + j]
     return length_of(changed[:free], scale)
+
+
+@inner
+def _allowed(at: Instant, given: Given, equations: Equations, scale: Scale) -> float:
+    """What a step may miss of P's acceleration, m/s^2, by the most that P's pushes moved so far."""
+    rate, bend, memory = given
+    memory[MOVED] = max(memory[MOVED], moved_by_point(at, rate, equations, scale))
+    return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
+
+
+def before_step(
+    at: Instant, h: float, given: Given, known: tuple[Equations, Scale], tableau: Tableau
+) -> float:
+    """Length of the next step, at most h, so that knots cost no more than they may.
+
+    `given` are the state's rate, what knots may cost, and `Buffer.memory`.
+    """
+    equations, scale = known
+    if equations.mode.piece[0] != SPLINE:
+        return h
+    allowed = _allowed(at, given, equations, scale)
+    return shortened(at, h, (given[0], allowed), tableau, equations.mode)
+
+
+def after_step(
+    ends: tuple[Instant, Instant],
+    h: float,
+    given: Given,
+    known: tuple[Equations, Scale],
+    tableau: Tableau,
+) -> float:
+    """Part of a step after which it should have ended at a knot; 1 if it is good.
+
+    `ends` are its begin and its end, `given` that of `before_step` at its end.
+    """
+    equations, scale = known
+    piece, begin, end = equations.mode.piece, ends[0].near, ends[1].near
+    if not passes(piece, begin, end):
+        return 1.0
+    to = reached(piece, (begin, end), h, _allowed(ends[1], given, equations, scale), tableau)
+    return 1.0 if to == end else float((to - begin) / (end - begin))

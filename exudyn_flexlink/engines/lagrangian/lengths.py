@@ -35,8 +35,9 @@ def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
     q, _, point, _ = coordinates_at(at, equations)
     n, begin = len(c.rods), int(c.rods[0])
     cosines, sines = turned(q[begin : begin + n])
-    places = np.array([int(mode.drive[0]), int(c.track_coordinate), begin])
-    gamma = np.array([point[2], point[3]])
+    places, gamma = np.empty(3, dtype=np.int64), np.empty(2)
+    places[0], places[1], places[2] = int(mode.drive[0]), int(c.track_coordinate), begin
+    gamma[0], gamma[1] = point[2], point[3]
     return scale_of(cosines, sines, c.lengths, gamma, places, reaches)
 
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants
+from exudyn_flexlink.engines.lagrangian.constants import Constants, unpacked
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
@@ -26,6 +27,7 @@ class Mode(NamedTuple):
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
     acting: NDArray[np.int64]  # (c,): how each contact acts, as in `equations`
     touching: NDArray[np.int64]  # (pairs,): 1 where a pair of link and guide touches, else 0
+    called: Called  # functions of such a mechanism
 
 
 ModeByReference, mode_of = by_reference(Mode, "ModeByReference", __name__)
@@ -36,6 +38,12 @@ class Equations(NamedTuple):
 
     mode: Mode
     c: Constants
+
+
+@inner
+def equations_of(mode: Mode) -> Equations:
+    """Equations of a mode that Python gave."""
+    return Equations(mode_of(*mode), unpacked(mode.data))
 
 
 class Instant(NamedTuple):
@@ -102,7 +110,6 @@ def track_point_at(
     return crossing(mode.piece, (mode.centre[0], mode.centre[1]), theta, near)
 
 
-@inner
 def rate_at(
     at: Instant, equations: Equations, rate: FloatArray, way: FloatArray
 ) -> tuple[float, int]:
@@ -113,7 +120,7 @@ def rate_at(
     free = count - int(mode.drive[0])
     guide = guide_at(t, y, free, mode)
     u, point, ended = track_point_at(guide[0], y, free, near, mode)
-    holding = (mode.acting, mode.touching)
+    holding = (mode.acting, mode.touching, mode.called)
     fill_rate(y, (guide, point, torques_at(t, count, mode), holding), c, rate)
     moved = guide[1] if mode.drive[5] == 0.0 else y[2 * free - 1]
     way[0], way[1], way[2], way[3] = point[0], point[1], point[2] * moved, point[3] * moved

@@ -14,7 +14,8 @@ not count.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inlined, inner
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, rate_at
+from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant
 from exudyn_flexlink.engines.lagrangian.track_point import FINE
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.collocation import ComplexArray, FloatArray
@@ -60,11 +61,10 @@ class Aim(NamedTuple):
     slow: float  # 1/s: part of an error that an iteration left in a step before, by its length
 
 
-@inlined
 def work_for(stages: int, size: int, free: int) -> Work:
     """Fresh arrays."""
     pairs = (stages - 1) // 2
-    return work_of(
+    return Work(
         np.zeros((stages, free)),
         np.zeros((stages, size)),
         np.zeros((stages, size)),
@@ -124,8 +124,15 @@ def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
 
 
 @inlined
-def _stages(at: Instant, h: float, equations: Equations, method: Method, work: Work) -> int:
+def _stages(
+    at: Instant,
+    h: float,
+    equations: Equations,
+    rate_at: Callable[..., Any],
+    means: tuple[Method, Work],
+) -> int:
     """States and rates at the stages from their speeds; return how the search for P ended."""
+    method, work = means
     speeds, states, places = work.speeds, work.states, work.near
     nodes, matrix = method.nodes, method.matrix
     stages, free = speeds.shape
@@ -141,7 +148,7 @@ def _stages(at: Instant, h: float, equations: Equations, method: Method, work: W
         stage = Instant(at.t + nodes[i] * h, state, near)
         near, ended = rate_at(stage, equations, work.rates[i], work.way[1 + i])
         if ended != FINE:
-            return ended
+            return int(ended)
         places[i] = near
     return FINE
 
@@ -231,7 +238,7 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
     h: float,
     aim: Aim,
     equations: Equations,
-    means: tuple[Method, Scale, Work],
+    means: tuple[Method, Scale, Work, Callable[..., Any]],
 ) -> tuple[int, int, float]:
     """Newton's method for the stages, to a part of the local tolerance.
 
@@ -241,11 +248,11 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
     those are spared, the last step that had them tells how slowly errors fall.
     """
     tolerance, tau, slow = aim
-    method, scale, work = means
+    method, scale, work, rate_at = means
     change = np.empty(work.speeds.shape)
     before, slowest, solved = 0.0, 0.0, False
     for k in range(ITERATIONS + 1):
-        ended = _stages(at, h, equations, method, work)
+        ended = _stages(at, h, equations, rate_at, (method, work))
         if ended != FINE or solved:
             return ended, k, slow
         if k == ITERATIONS:

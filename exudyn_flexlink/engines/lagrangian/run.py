@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.ending import stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
+from exudyn_flexlink.engines.lagrangian.addresses import own_functions
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation, one_at_a_time
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
@@ -63,7 +64,8 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     began = perf_counter()
     prepared = prepare(scene, progress)
     timings = {"prepare": perf_counter() - began}
-    if isinstance(prepared.stepper, CompiledStepper) and compilation(advance) != "none":
+    own = own_functions(prepared.model.mechanism)
+    if isinstance(prepared.stepper, CompiledStepper) and compilation(advance, *own) != "none":
         began = perf_counter()
         with one_at_a_time():
             prepared.stepper.compile()
@@ -115,8 +117,10 @@ def compiles(scene: Scene) -> Compilation:
         SceneError: the scene can't be put together.
 
     """
-    implicit = not explicit(scene, assemble_scene(scene).mechanism)
-    return compilation(advance) if implicit else "none"
+    mechanism = assemble_scene(scene).mechanism
+    if explicit(scene, mechanism):
+        return "none"
+    return compilation(advance, *own_functions(mechanism))
 
 
 def not_smooth(mechanism: Mechanism) -> bool:

@@ -9,24 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.constants import chain_of, unpacked
+from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Drive,
     State,
-    accelerations,
 )
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import (
-    Equations,
     Instant,
     Mode,
     coordinates_at,
+    equations_of,
     guide_at,
-    mode_of,
     torques_at,
 )
-from exudyn_flexlink.engines.lagrangian.walls import any_is, depths_squared
+from exudyn_flexlink.engines.lagrangian.walls import any_is
 from exudyn_flexlink.integrate.collocation import Collocation
 
 FloatArray = NDArray[np.float64]
@@ -86,9 +84,8 @@ def motions_at(
     times: FloatArray, states: FloatArray, places: FloatArray, mode: Mode, with_forces: bool
 ) -> Motions:
     """Motion at instants, of which P was at `places` (m,) shortly before; forces if asked for."""
-    c = unpacked(mode.data)
-    equations = Equations(mode_of(*mode), c)
-    mode = equations.mode
+    equations = equations_of(mode)
+    mode, c = equations
     count, contacts, size = len(c.inertias), len(mode.acting), len(times)
     first = int(mode.drive[0])
     found = Motions(
@@ -110,12 +107,14 @@ def motions_at(
         for k in range(6):
             found.point[i, k] = point[k]
         if any_is(mode.touching, 1):
-            found.pressed[i] = depths_squared(q, v, point, mode.touching, chain_of(c))
+            found.pressed[i] = mode.called.depths_squared(q, v, point, mode.touching, chain_of(c))
         if with_forces:
             alpha = guide_at(t, y, count - first, mode)[2]
             drive = Drive(first, alpha, torques_at(t, count, mode))
-            holding = (mode.acting, mode.touching)
-            a, motor, forces, _, _ = accelerations(State(q, v, point), drive, holding, c)
+            holding = (mode.acting, mode.touching, mode.called.add_wall_forces)
+            a, motor, forces, _, _ = mode.called.accelerations(
+                State(q, v, point), drive, holding, c
+            )
             found.motor[i] = motor
             for j in range(count):
                 found.a[i, j] = a[j]

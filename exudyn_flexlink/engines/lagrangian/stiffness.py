@@ -17,12 +17,11 @@ from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
-from exudyn_flexlink.engines.lagrangian.walls import add_wall_slopes, any_is, take_wall_slopes
+from exudyn_flexlink.engines.lagrangian.walls import any_is
 
 FloatArray = NDArray[np.float64]
 
 
-@inner
 def slopes(
     at: Instant, pressing: FloatArray, equations: Equations
 ) -> tuple[FloatArray, FloatArray]:
@@ -42,7 +41,9 @@ def slopes(
     if presses(pressing[:contacts]):
         _add_contacts((q, v, point), pressing[:contacts], equations, (springs, dampers))
     if presses(pressing[contacts:]):
-        add_wall_slopes((q, v, point), pressing[contacts:], chain_of(c), (springs, dampers))
+        mode.called.add_wall_slopes(
+            (q, v, point), pressing[contacts:], chain_of(c), (springs, dampers)
+        )
     mass = mass_matrix(q, point, c)
     factorise(mass, first)
     return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
@@ -72,7 +73,7 @@ def pressing_at(at: Instant, equations: Equations) -> FloatArray:
         return found
     q, v, point, _ = coordinates_at(at, equations)
     if walled:
-        take_wall_slopes((q, v, point), mode.touching, chain_of(c), found[contacts:])
+        mode.called.take_wall_slopes((q, v, point), mode.touching, chain_of(c), found[contacts:])
     if not struck:
         return found
     states, _, _ = touches(q, v, point, c)

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.lagrangian.addresses import called_for
+from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
-from exudyn_flexlink.engines.lagrangian.contacts import Contact, Side
+from exudyn_flexlink.engines.lagrangian.contacts import SIDES, Contact, Side
 from exudyn_flexlink.engines.lagrangian.equations import state_rate
-from exudyn_flexlink.engines.lagrangian.event_functions import APART, BEHIND, PRESSED, EventData
+from exudyn_flexlink.engines.lagrangian.event_functions import (
+    SEEN,
+    EventData,
+)
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
 from exudyn_flexlink.engines.lagrangian.mode import Mode, drive_numbers, motor_numbers
@@ -81,6 +87,11 @@ class System:
         self.walls = [Walls(channel, self._chain, model.poses) for channel in mechanism.channels]
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
 
+    @cached_property
+    def _called(self) -> Called:
+        """Functions that equations of this mechanism call: compiled as they are first asked for."""
+        return called_for(bool(self.walls))
+
     @property
     def start(self) -> FloatArray:
         """State at time 0."""
@@ -128,6 +139,7 @@ class System:
             motor_numbers(self._motors, self.first + self.free),
             self.acting,
             self._touching,
+            self._called,
         )
 
     def event_data(self) -> EventData:
@@ -138,12 +150,12 @@ class System:
                 if part != GROUND:
                     coordinates[i] = float(self.model.layout.coordinate(part))
             coordinates[2:] = self.goal.start, self.goal.turned
-        sides = {Side.APART: APART, Side.PRESSED: PRESSED, Side.BEHIND: BEHIND}
         return EventData(
-            np.array([sides[contact.side] for contact in self.contacts], dtype=np.int64),
+            np.array([SIDES.index(contact.side) for contact in self.contacts], dtype=np.int64),
             np.array([contact.length for contact in self.contacts], dtype=float),
             np.array(coordinates),
             np.zeros(len(self.contacts)),
+            np.full((2, SEEN + 4 * len(self.contacts)), np.nan),
         )
 
     def rate(self, t: float, y: FloatArray) -> FloatArray:
@@ -152,7 +164,7 @@ class System:
         torques = self._torques(t) if self._motors else self._still
         try:
             point = self._track_point(guide[0], y)
-            holding = (self.acting, self._touching)
+            holding = (self.acting, self._touching, self._called)
             return state_rate(y, guide, point, torques, holding, self._data)
         except (ValueError, ArithmeticError) as error:
             # A trial step too far; where no step is short enough, this is what is wrong.

@@ -29,6 +29,11 @@ ROUNDING = 4e-16
 LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
 
 
+def has_knots(curve: Curve) -> bool:
+    """Tell whether a curve's third derivative jumps within a piece: if one is of a spline."""
+    return any(isinstance(piece, (Spline, SplinePiece)) for piece in curve.pieces)
+
+
 def packed_piece(piece: Curve) -> FloatArray:
     """Kind, start and end of a smooth piece, then the numbers of its kind, in one array.
 

@@ -117,8 +117,8 @@ def _pairs_within(sigma: float, step: Step, equations: Equations) -> FloatArray:
     return look(q, v, point, chain_of(equations.c)).pairs
 
 
-@inner
-def first_change(step: Step, equations: Equations) -> tuple[float, int]:
+@inlined
+def _first_change(step: Step, equations: Equations) -> tuple[float, int]:
     """Find the first change in a step: its part of the step, and the pair or `NONE`."""
     touching, two_sided = equations.mode.touching, equations.c.channel[5] == 0.0
     before = _pairs_within(0.0, step, equations)
@@ -177,14 +177,14 @@ def _grazed(
     return NONE, between[1]
 
 
-@inlined
-def nearby(pair: int, step: Step, equations: Equations) -> tuple[float, int]:
-    """Find the event of a pair that is about the end of a step, as does `first_change`.
+def change_within(pair: int, step: Step, equations: Equations) -> tuple[float, int]:
+    """Find the first change in a step, else that of a pair, if one is given, about its end.
 
-    It may be beyond, where the step's polynomial still holds.
+    That one may be beyond, where the step's polynomial still holds. Return the part of the step,
+    and the pair or `NONE`.
     """
-    part, first = first_change(step, equations)
-    if first != NONE:
+    part, first = _first_change(step, equations)
+    if first != NONE or pair == NONE:
         return part, first
     part = 1.0
     for _ in range(BEYOND):

@@ -211,7 +211,6 @@ def add_wall_forces(
     return power
 
 
-@inlined
 def take_wall_slopes(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     touching: IntArray,
@@ -227,7 +226,6 @@ def take_wall_slopes(
             fill_slopes(pair[GAP], pair[GAP_RATE], pair[SLIP], law, found[k])
 
 
-@inlined
 def add_wall_slopes(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     slopes: FloatArray,

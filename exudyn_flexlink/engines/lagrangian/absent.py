@@ -1,0 +1,39 @@
+"""What functions that are called by address find where a mechanism has no walls, or no knots.
+
+Arguments are those of the functions whose place they take, named in `addresses`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from exudyn_flexlink.engines.lagrangian.wall_events import NONE
+
+
+def forces(state: Any, touching: Any, chain: Any, right: Any) -> float:  # noqa: ARG001
+    """Power that walls take, W."""
+    return 0.0
+
+
+def wall_slopes(state: Any, of: Any, chain: Any, into: Any) -> None:
+    """Add nothing."""
+
+
+def depths(q: Any, v: Any, point: Any, touching: Any, chain: Any) -> float:  # noqa: ARG001
+    """Sum of the squares of depths, m^2."""
+    return 0.0
+
+
+def before_step(at: Any, h: float, given: Any, known: Any, tableau: Any) -> float:  # noqa: ARG001
+    """Length of a step, s."""
+    return h
+
+
+def after_step(ends: Any, h: float, given: Any, known: Any, tableau: Any) -> float:  # noqa: ARG001
+    """Part of a step that is good."""
+    return 1.0
+
+
+def change_within(pair: int, step: Any, equations: Any) -> tuple[float, int]:  # noqa: ARG001
+    """Part of a step, and the pair that changes there."""
+    return 1.0, NONE
