@@ -181,3 +181,14 @@ def test_between_steps_places_and_speeds_belong_together():
     np.testing.assert_allclose(v[:, 0], through(times), atol=1e-10)
     assert q[-1, 0] == pytest.approx(step.finish.q[0], abs=1e-13)
     assert v[-1, 0] == pytest.approx(step.finish.v[0], abs=1e-12)
+
+
+def test_what_the_last_round_left_of_the_force_is_no_error_of_the_next_step():
+    """The start's force was found before the last round: the state's accelerations are better."""
+    problem = Oscillator([1.0], [40.0**2], [3.0])
+    radau = Radau(problem, LASTING, np.zeros((1, 1)))
+    state = State(np.ones(1), np.zeros(1), np.array([-(40.0**2)]))
+    at = problem.evaluate(0.0, state.q, state.v)
+    stale = at._replace(force=at.force * (1 + 1e-3))
+    first, second = (radau.step(0.0, 1e-3, start, state, 1e-12) for start in (at, stale))
+    assert second.error == pytest.approx(first.error, rel=1e-9)

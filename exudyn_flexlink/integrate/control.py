@@ -9,7 +9,7 @@ from exudyn_flexlink.integrate.collocation import STAGES
 SHARE = 0.1  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
 SAFETY = 0.9
-KEEP = (0.9, 1.2)  # a step that may grow by a factor between these stays, with its matrices
+TWO_ROUNDS = 17 / 18  # of that, where an iteration takes two of at most eight (RADAU5, ibid.)
 ORDER = STAGES + 1  # of the estimated error
 
 
@@ -59,9 +59,4 @@ class ErrorControl:
     def factor(self, h: float, error: float) -> float:
         """By how much the next step may be longer."""
         ratio = max(error / self.allowed, 1e-12)
-        return growth(ratio, SAFETY, h, self._before or (0.0, 0.0))
-
-    def next(self, h: float, factor: float) -> float:
-        """Length of the next step, s: the same if it may hardly grow."""
-        low, high = KEEP
-        return h if low <= factor <= high else h * factor
+        return growth(ratio, TWO_ROUNDS * SAFETY, h, self._before or (0.0, 0.0))

@@ -49,8 +49,9 @@ MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
-SLOW = 0.2  # slower convergence asks for new matrices
 LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
+ALIKE = 1.2  # times the last step's length: the iteration of a longer step may converge otherwise
+CAUTION = 0.8  # exponent of the last step's rate, for that round (Hairer and Wanner's RADAU5)
 
 
 class Step(NamedTuple):
@@ -109,18 +110,18 @@ class Radau:
         """
         self.problem, self.lasting, self.slow = problem, lasting, slow
         self.iterations = 0
-        self._matrices: _Matrices | None = None
         # Begin, length and speeds of the last step solved.
         self._last: tuple[float, float, FloatArray] | None = None
         self._rate = 1.0  # at which the last iteration converged
 
     def restart(self) -> None:
         """Forget the last step: the equations have changed."""
-        self._last = self._matrices = None
+        self._last = None
+        self.refresh()
 
     def refresh(self) -> None:
-        """Make new matrices for the next step: the equations have changed, but not by much."""
-        self._matrices = None
+        """Forget how fast the last iteration converged: the equations have changed a little."""
+        self._rate = 1.0
 
     def step(
         self, t: float, h: float, start: Evaluation, state: State, allowed: float
@@ -130,15 +131,10 @@ class Radau:
         `start` is the evaluation at `state`; `allowed` (m) is the error in whose parts the
         iteration counts.
         """
-        fresh = self._matrices is None or self._matrices.h != h or self._rate > SLOW
-        matrices = self._matrices = self._factorised(h, start) if fresh else self._matrices
-        assert matrices is not None
+        # A round of the iteration costs more than new matrices, with which it needs fewer.
+        matrices = self._factorised(h, start)
         w = self._solve(t, state, matrices, allowed)
-        if w is None and not fresh:
-            matrices = self._matrices = self._factorised(h, start)
-            w = self._solve(t, state, matrices, allowed)
         if w is None:
-            self._matrices = None
             return None
         speeds, pushes = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
@@ -156,7 +152,6 @@ class Radau:
         stiffness, damping = self.problem.jacobians(start)
         systems = start.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
-        self._rate = 1.0
         found = self.problem.contacts_at(start)
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
         return _Matrices(h, inverses, stiffness, contacts)
@@ -172,12 +167,21 @@ class Radau:
         ahead = ((t - begin + C * h) / before)[:, None] ** DEGREES
         return np.asarray(ahead @ (NODES @ speeds) - v)
 
+    def _expected(self, h: float) -> float:
+        """Rate at which the iteration for a step of this length will converge; 1 if unknown.
+
+        That of the last step tells nothing of a much longer one, whose guess is from farther, too.
+        """
+        alike = self._last is not None and h <= ALIKE * self._last[1]
+        return self._rate if alike else 1.0
+
     def _solve(
         self, t: float, state: State, matrices: _Matrices, allowed: float
     ) -> FloatArray | None:
         """Increments W of the stages' speeds; None if the iteration does not converge."""
         h = matrices.h
-        w, before, rate = self._guess(t, h, state.v), 0.0, self._rate
+        w, before, rate = self._guess(t, h, state.v), 0.0, self._expected(h)
+        self._rate = 1.0  # unknown until it has converged
         enough = NEWTON * allowed
         for left in reversed(range(MOST_ITERATIONS)):
             self.iterations += 1
@@ -200,7 +204,7 @@ class Radau:
                     return None
             # What is left is at most this, at the present rate, or after one round at the last.
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
-                self._rate = max(rate, LEAST_RATE)
+                self._rate = max(rate, LEAST_RATE) ** CAUTION
                 return w
             before = size
         return None
@@ -226,7 +230,8 @@ class Radau:
         """Estimated errors of coordinates, and of speeds in one or two ways (2 or 3, n)."""
         h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
         of_place = state.v + ERROR @ moved / h
-        push = start.force + start.mass @ (ERROR @ w) / h
+        # By the state's accelerations: the force at the start was found before the last round.
+        push = start.mass @ (state.a + ERROR @ w / h)
         pull = matrices.stiffness @ of_place
         if contacts is not None:
             pull += contacts.pull(of_place)

@@ -119,6 +119,7 @@ class ImplicitStepper:
     def refresh(self, longest: float) -> None:
         """Go on where equations have changed and forces only bend, by `longest` (s) at most."""
         self.radau.refresh()
+        self.control.forget()
         self.at = self.problem.evaluate(self.time, self._state.q, self._state.v)
         a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
         self._state = self._state._replace(a=a)
@@ -177,7 +178,7 @@ class ImplicitStepper:
                     if self.problem.on_singularity()[0]:
                         self.rounded.append(self.time)
                     self.control.note(h, step.error)
-                    self.h = self.control.next(h, factor if first else min(factor, 1.0))
+                    self.h = h * (factor if first else min(factor, 1.0))
                     return step
                 h, first = h * min(factor, 0.9), False
 
