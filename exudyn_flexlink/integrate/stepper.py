@@ -39,11 +39,11 @@ class HybridProblem(Problem, Followed, Protocol):
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
 
-    def restart(self, time: float) -> tuple[Evaluation, State, FloatArray]:
-        """Take up the present state (s), choosing the coordinates to go on with.
+    def restart(self, time: float) -> tuple[Evaluation, State]:
+        """Take up the present state (s), choosing the coordinates to go on with."""
 
-        Return the evaluation there, the state, and what `slow_motions.slow_motions` makes of it.
-        """
+    def slow(self, at: Evaluation) -> FloatArray:
+        """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
 
     def worn(self) -> bool:
         """Tell whether other coordinates should be chosen."""
@@ -108,7 +108,8 @@ class ImplicitStepper:
     def restart(self, longest: float) -> None:
         """Begin anew from the present state, by a step of at most `longest` (s)."""
         self.forget()
-        self.at, self._state, self.radau.slow = self.problem.restart(self.time)
+        self.at, self._state = self.problem.restart(self.time)
+        self.radau.slow = self.problem.slow(self.at)
         self._limit(longest)
 
     def forget(self) -> None:
@@ -123,6 +124,7 @@ class ImplicitStepper:
         self.at = self.problem.evaluate(self.time, self._state.q, self._state.v)
         a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
         self._state = self._state._replace(a=a)
+        self.radau.slow = self.problem.slow(self.at)
         self._limit(longest)
 
     def _limit(self, longest: float) -> None:

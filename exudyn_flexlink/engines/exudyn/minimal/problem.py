@@ -12,7 +12,6 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
@@ -34,6 +33,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
+from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
@@ -41,7 +41,6 @@ from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, Press, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.integrate.slow_motions import slow_motions
 from exudyn_flexlink.intervals import Interval
 
 FloatArray = NDArray[np.float64]
@@ -72,7 +71,6 @@ class MinimalProblem:
     reached: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
-    _slow: FloatArray | None = None
     _ended: tuple[Step, Held] | None = None  # the last step looked at, with where it ends
 
     def __post_init__(self) -> None:
@@ -80,6 +78,7 @@ class MinimalProblem:
         for contact in self.model.contacts:
             if contact.touch(x, v).gap < -NOTHING:
                 contact.side = Side.BEHIND
+        self._lasting = LastingErrors(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = Finder(self.model, self.goal, x, v)
         if self._finder.walls is not None:
@@ -130,21 +129,21 @@ class MinimalProblem:
         """Record the state at time 0."""
         self.recorder.begin(at)
 
-    def restart(self, time: float) -> tuple[Evaluation, State, FloatArray]:
+    def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
-        coordinates = self.model.coordinates
-        coordinates.resume()
-        q, v = coordinates.state()
+        self.model.coordinates.resume()
+        q, v = self.model.coordinates.state()
         at = self.model.evaluate(time, q, v)
         held: Held = at.kept.held
         self.model.look(held.x, held.reach)
-        if self._slow is None or len(self._slow) != len(q) or held.reach is not None:
-            # Once for an open chain; what follows others may do so otherwise, or by other ones.
-            self._slow = slow_motions(at.mass, self.model.springs(at)[0], self.end, SWING)
         if self._rigid.changed:
             self._rigid.changed = False
             self.recorder.keep_again(at)
-        return at, State(q, v, self.model.accelerations(at)), self._slow
+        return at, State(q, v, self.model.accelerations(at))
+
+    def slow(self, at: Evaluation) -> FloatArray:
+        """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
+        return self._lasting.at(at)
 
     def worn(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
@@ -343,6 +342,7 @@ class MinimalProblem:
             self._tell(time, before + k, kind, walls.touch(k))
             if self.model.walls.touching[k]:
                 longest = min(longest, IN_CONTACT * self.half_periods[before + k])
+        self._lasting.touch(time)
         return longest
 
     def _tell(self, time: float, k: int, kind: str, touch: Touch, peak: float = 0.0) -> None:

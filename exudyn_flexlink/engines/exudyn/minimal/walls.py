@@ -14,12 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen, WallFaces
 from exudyn_flexlink.mechanism import Channel, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 FloatArray = NDArray[np.float64]
+
+MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
 
 
 class WallPush(NamedTuple):
@@ -59,12 +62,14 @@ class Walls:
         self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
         self._any_friction = bool(self._laws[3].any())
         self.touching = np.zeros(len(self.contacts), dtype=bool)
+        self.touched = self.touching.copy()  # at any time so far
         self._choose()
 
     def change(self, k: int) -> None:
         """Pair k begins to press, or ceases to."""
         self.touching = self.touching.copy()  # others keep what it was
         self.touching[k] = not self.touching[k]
+        self.touched[k] = True
         self._choose()
 
     def _choose(self) -> None:
@@ -107,6 +112,19 @@ class Walls:
         pushed = (normal - (coefficient * rubbed)[:, None] * along).T
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping
+
+    def catching(self, held: Held, reach: FloatArray, mass: FloatArray, swing: float) -> FloatArray:
+        """Stiffness (n, n) of springs across the gaps of the pairs that have touched so far.
+
+        Each of them alone would let its gap swing with the angular frequency 1/`swing`, 1/s. `mass`
+        (n, n) is that of the independent coordinates.
+        """
+        faces = self.faces.some(np.flatnonzero(self.touched))
+        rows = faces.look_and_gradients(held.x, held.v)[1].gap @ reach
+        mobility = np.sum(rows * np.linalg.solve(mass, rows.T).T, axis=1)
+        free = mobility > MOBILE * mobility.max(initial=0.0)
+        rows, mobility = rows[free], mobility[free]
+        return np.asarray((rows.T / (mobility * swing**2)) @ rows)
 
 
 def _numbers(channel: Channel) -> tuple[float, float, float, float, float]:
