@@ -4,7 +4,7 @@ Usage:
   .venv/bin/python scripts/loop_tolerance.py  all models of this kind, 1e-3 to 1e-8 m
   .venv/bin/python scripts/loop_tolerance.py --models textbook/slider_crank --tolerances 1e-6
 
-Errors are the largest of any part's origin over the run, against the same formulation at 1e-10 m;
+Errors are the largest of any named point over the run, against the same formulation at 1e-10 m;
 tests/test_loops.py and others hold that against closed forms and published numbers. Seconds are of
 processor time, for a whole run. The exit code is 1 if an error is above its tolerance.
 """
@@ -17,8 +17,7 @@ from functools import cache
 from pathlib import Path
 from time import process_time
 
-import numpy as np
-
+from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result
@@ -80,14 +79,11 @@ def run(name: str, tolerance: float) -> Result:
 
 
 def error(name: str, tolerance: float) -> float:
-    """Largest distance (m) of any part from where it is in the tight run."""
+    """Largest distance (m) of any named point from where it is in the tight run."""
     loose, tight = run(name, tolerance), run(name, TIGHT)
     if not tight.outcome.completed:
         raise SystemExit(f"{name}: the reference ended: {tight.outcome.reason}")
-    _, one, other = np.intersect1d(
-        np.round(loose.time, 9), np.round(tight.time, 9), return_indices=True
-    )
-    return float(np.abs(loose.poses[one] - tight.poses[other])[..., :2].max())
+    return compare(loose, tight).deviation.largest
 
 
 def main() -> int:

@@ -14,8 +14,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.shipped import models_folder
 
 TEXTBOOK = models_folder() / "textbook"
-NAMES = ("geneva_wheel", "scotch_yoke", "slider_crank_flexible", "slider_with_clearance",
-         "toggle_press")  # fmt: skip
+NAMES = ("geneva_wheel", "peaucellier", "scotch_yoke", "slider_crank_flexible",
+         "slider_with_clearance", "toggle_press")  # fmt: skip
 
 
 @cache
@@ -69,6 +69,17 @@ def test_a_geneva_wheel_indexes_in_every_turn_and_is_locked_meanwhile(speed: str
     assert np.ptp(turns) == 4
     locked = {name[:2] for name, touches in result.intervals.items() if "horn" in name and touches}
     assert locked == {"ab", "bc", "cd", "da"}
+
+
+def test_the_pen_of_a_peaucellier_linkage_draws_a_straight_line() -> None:
+    """At (long^2 - short^2) / (2 crank) from the pole; its height is that of an inversion."""
+    result = run("peaucellier")
+    pen, turned = path(result, "far_1.corner").position, angle(result, "crank")
+    near = 0.12 * (1 + np.exp(1j * turned))  # the crank's pin, on a circle through the pole
+    inverted = (0.3**2 - 0.1**2) / near.conj()
+    np.testing.assert_allclose(pen @ [1, 1j], inverted, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(pen[:, 0], 1 / 3, rtol=0, atol=1e-12)
+    assert np.ptp(pen[:, 1]) > 0.2  # m
 
 
 def test_a_toggle_press_presses_by_what_its_straight_knee_reaches() -> None:
