@@ -215,7 +215,7 @@ ITEMS = (
     ),
     Item(
         "loop_tolerance",
-        "1 min",
+        "3 min",
         (script("loop_tolerance"),),
         table="tables/loop_tolerance.md",
         sample=script("loop_tolerance", "--models", "textbook/double_pendulum"),
