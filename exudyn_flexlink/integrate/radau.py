@@ -49,9 +49,6 @@ MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
 STAGNATED = 0.05  # of the error allowed: changes that rounding keeps from becoming smaller
-LEAST_RATE = 0.02  # none is taken to be faster, for the first round of the next step
-ALIKE = 1.2  # times the last step's length: the iteration of a longer step may converge otherwise
-CAUTION = 0.8  # exponent of the last step's rate, for that round (Hairer and Wanner's RADAU5)
 
 
 class Step(NamedTuple):
@@ -112,16 +109,10 @@ class Radau:
         self.iterations = 0
         # Begin, length and speeds of the last step solved.
         self._last: tuple[float, float, FloatArray] | None = None
-        self._rate = 1.0  # at which the last iteration converged
 
     def restart(self) -> None:
         """Forget the last step: the equations have changed."""
         self._last = None
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Forget how fast the last iteration converged: the equations have changed a little."""
-        self._rate = 1.0
 
     def step(
         self, t: float, h: float, start: Evaluation, state: State, allowed: float
@@ -167,21 +158,12 @@ class Radau:
         ahead = ((t - begin + C * h) / before)[:, None] ** DEGREES
         return np.asarray(ahead @ (NODES @ speeds) - v)
 
-    def _expected(self, h: float) -> float:
-        """Rate at which the iteration for a step of this length will converge; 1 if unknown.
-
-        That of the last step tells nothing of a much longer one, whose guess is from farther, too.
-        """
-        alike = self._last is not None and h <= ALIKE * self._last[1]
-        return self._rate if alike else 1.0
-
     def _solve(
         self, t: float, state: State, matrices: _Matrices, allowed: float
     ) -> FloatArray | None:
         """Increments W of the stages' speeds; None if the iteration does not converge."""
         h = matrices.h
-        w, before, rate = self._guess(t, h, state.v), 0.0, self._expected(h)
-        self._rate = 1.0  # unknown until it has converged
+        w, before, rate = self._guess(t, h, state.v), 0.0, 1.0
         enough = NEWTON * allowed
         for left in reversed(range(MOST_ITERATIONS)):
             self.iterations += 1
@@ -202,9 +184,8 @@ class Radau:
                 # At this rate the rounds left are not enough (Hairer and Wanner, IV.8).
                 if rate**left / (1 - rate) * size > max(enough, STAGNATED * allowed):
                     return None
-            # What is left is at most this, at the present rate, or after one round at the last.
+            # What is left is at most this, at the present rate.
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
-                self._rate = max(rate, LEAST_RATE) ** CAUTION
                 return w
             before = size
         return None

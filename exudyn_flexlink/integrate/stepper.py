@@ -119,7 +119,6 @@ class ImplicitStepper:
 
     def refresh(self, longest: float) -> None:
         """Go on where equations have changed and forces only bend, by `longest` (s) at most."""
-        self.radau.refresh()
         self.control.forget()
         self.at = self.problem.evaluate(self.time, self._state.q, self._state.v)
         a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
