@@ -175,8 +175,8 @@ def hint_at_numba(engine: str, options: argparse.Namespace) -> None:
 
 
 COMPILING = {
-    "once": "compiles the Lagrangian first, for half a minute or more, once after installing",
-    "every run": "compiles the Lagrangian in memory first, for half a minute or more, and will in "
+    "once": "compiles the Lagrangian first, for half a minute or so, once after installing",
+    "every run": "compiles the Lagrangian in memory first, for half a minute or so, and will in "
     "every run: no folder can be written to keep the code; NUMBA_CACHE_DIR may name one",
 }
 

@@ -101,7 +101,7 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
 
 
 def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
-    """Tell whether an engine will begin by compiling, for half a minute or more.
+    """Tell whether an engine will begin by compiling, for about half a minute.
 
     It does so once after it was installed; in every run where it can't keep the code on disk.
 
