@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.sections import rod_inertia
 
-FloatArray = NDArray[np.float64]
 PRODUCTS = 20  # each leaves less than a tenth of the error of a frequency
 BESIDE = 4  # vectors more than twice the frequencies that are asked for
 Layout = Literal["equal", "half_ends"]

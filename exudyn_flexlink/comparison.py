@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.observables import (
     ANGLE,
     SAME_STRIKE,
@@ -43,8 +43,6 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import ForceDeviation, Result
-
-FloatArray = NDArray[np.float64]
 
 _TOLD = {
     "tolerance": "tolerance {:.3g} m",
@@ -319,7 +317,7 @@ def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
     return one is not None and other is not None and abs(one - other) > SAME_STRIKE
 
 
-def _statistics(seen: Seen, point: str, time: FloatArray, part: NDArray[np.bool_]) -> Statistics:
+def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> Statistics:
     """Statistics over a part of the instants; least and greatest are those of the run itself."""
     position, (begin, end) = seen.position[part], time[part][[0, -1]].tolist()
     mean = position.mean(axis=0)

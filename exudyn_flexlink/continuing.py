@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Assembly, closest, laps_near, length_along, motor_place
 from exudyn_flexlink.result import Result
@@ -26,8 +26,6 @@ from exudyn_flexlink.scene import (
     Spring,
     TorsionalSpring,
 )
-
-FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-12  # s, of an instant: a lap that begins as a run goes on has begun
 

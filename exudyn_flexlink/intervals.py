@@ -10,9 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IntArray
 from exudyn_flexlink.variables import Variable
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -83,10 +82,8 @@ class Intervals:
     ]
     penetration: Annotated[FloatArray, Variable(".", "m", "largest penetration")]
     motor_work: Annotated[FloatArray, Variable(".", "J", "work of a drive in an impact")]
-    slides_off: Annotated[
-        NDArray[np.bool_], Variable(".", "", "slid off an end of the face", kind=bool)
-    ]
-    pair: Annotated[NDArray[np.int64], Variable(".", "1", "pair of a sleeve, from 0", kind=int)]
+    slides_off: Annotated[BoolArray, Variable(".", "", "slid off an end of the face", kind=bool)]
+    pair: Annotated[IntArray, Variable(".", "1", "pair of a sleeve, from 0", kind=int)]
 
     @classmethod
     def of(cls, found: Iterable[Interval] = ()) -> Intervals:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.assembly_mistakes import (
     open_mistake,
     penetrations,
@@ -39,8 +39,6 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
-
-FloatArray = NDArray[np.float64]
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
 

@@ -9,13 +9,11 @@ from math import inf
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.variables import Variable
-
-FloatArray = NDArray[np.float64]
 
 INTERRUPTED = "interrupted"
 """Reason of an outcome that the user ended with Ctrl-C."""

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     STILL,
     ContactTotals,
@@ -37,8 +37,6 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import MeasuredError, Result
-
-FloatArray = NDArray[np.float64]
 
 # Errors of neighbours are as those of their steps, but for such a factor in what that tells of the
 # run's error; `scripts/told_errors.py` measures what it is good for.

@@ -15,14 +15,12 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import between_samples, lever_response, path, strikes
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 MODELS = Path(__file__).parent.parent / "models"
 STEP = 5e-4  # s, between samples

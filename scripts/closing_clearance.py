@@ -15,16 +15,14 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.figures import add_figures, look_of
 from exudyn_flexlink.observables import between_samples, path
 from exudyn_flexlink.plots.panels import letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 MODELS = Path(__file__).parent.parent / "models"
 CLEARANCES = (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)  # m

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
@@ -28,8 +28,6 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, strikes
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
-
-FloatArray = NDArray[np.float64]
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 STIFFNESS, SPEED = 2e4, 5e-3

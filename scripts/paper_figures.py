@@ -28,9 +28,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from numpy.typing import NDArray
 
 from exudyn_flexlink import load_scene, simulate
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
@@ -46,8 +46,6 @@ from exudyn_flexlink.plots.motion import X_COLOURS, draw_radius, radial_scale
 from exudyn_flexlink.plots.panels import BEYOND, columns_of
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 MODELS = Path(__file__).parent.parent / "models"
 SCENES = {"a": ("no_clearance", "without clearance"), "b": ("clearance", "clearance 5 mm")}

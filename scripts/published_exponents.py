@@ -17,10 +17,10 @@ from collections.abc import Callable
 from math import acos, log, pi, sin
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink import engines
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import parse_document
@@ -35,8 +35,6 @@ from exudyn_flexlink.stability import (
     study,
     trajectory,
 )
-
-FloatArray = NDArray[np.float64]
 
 LORENZ = 0.9056
 """J. C. Sprott, Chaos and Time-Series Analysis, Oxford University Press 2003, appendix A."""

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink import load_scene, simulate
-
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 MODEL = Path(__file__).parents[1] / "models" / "benchmarks" / "andrews_squeezer.yaml"
 NAMES = ("crank", "coupler", "triangle", "upper", "upper_arm", "lower", "lower_arm")

@@ -19,7 +19,6 @@ from matplotlib.patches import Polygon
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.cast import Drawn, drawn_lines, drawn_marks, named_points
 from exudyn_flexlink.animation.look import (
@@ -38,10 +37,9 @@ from exudyn_flexlink.animation.look import (
 )
 from exudyn_flexlink.animation.shots import Glow, Largest, Shots
 from exudyn_flexlink.animation.zooms import Viewpoint
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import Line, Mark, coil, wall_lines, walled
-
-FloatArray = NDArray[np.float64]
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
 NEAR = 0.03  # of the picture: points nearer than this are named together

@@ -10,7 +10,7 @@ import base64
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from exudyn_flexlink.animation.cast import drawn_lines, drawn_marks, named_points
 from exudyn_flexlink.animation.film import Film, Take
@@ -19,12 +19,11 @@ from exudyn_flexlink.animation.slowing import Stretch
 from exudyn_flexlink.animation.speed import SLOW_SECONDS, usual_speed
 from exudyn_flexlink.animation.touches import Touching, strength, touching_of
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, pair_sides
 from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.outline import Line, link_line
 from exudyn_flexlink.plots.panels import length_unit
-
-FloatArray = NDArray[np.float64]
 
 
 def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:

@@ -7,9 +7,9 @@ from functools import cached_property
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.slowing import Slow, Stretch, slowed
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Mechanism, build_mechanism
 from exudyn_flexlink.observables import (
     between_samples,
@@ -30,8 +30,6 @@ from exudyn_flexlink.plots.outline import (
 from exudyn_flexlink.plots.panels import horizon
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 LOOKS = 400  # instants at which the room that a mechanism takes is looked at
 BELOW = 0.1  # of the size of what is shown, below: there stands a length that sizes are read by

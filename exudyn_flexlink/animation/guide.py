@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.actors import Place, words
 from exudyn_flexlink.animation.look import ARROW, PALE, TOUCH
 from exudyn_flexlink.animation.shots import Largest, Shots
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Channel, pair_sides
 from exudyn_flexlink.plots.outline import Line, link_line
 from exudyn_flexlink.plots.style import BLUE
-
-FloatArray = NDArray[np.float64]
 
 
 def draw_walls(place: Place, own: Channel) -> None:

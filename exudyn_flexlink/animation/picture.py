@@ -32,7 +32,6 @@ from exudyn_flexlink.observables import turns
 from exudyn_flexlink.plots.panels import length_unit
 from exudyn_flexlink.plots.saving import MISSING
 
-FloatArray = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 DOTS = 100  # pixels in an inch

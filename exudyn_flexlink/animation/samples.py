@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, Take
 from exudyn_flexlink.animation.zooms import zooms_of
-
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 PRECISE = 1 / 4000  # of the picture: nothing is drawn finer than a pixel of a large screen
 OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger
@@ -52,7 +50,7 @@ def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
     return np.where(striking, part, 1.0)
 
 
-def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> NDArray[np.intp]:
+def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> IndexArray:
     """Indices of samples (N,) between which `values` (N, k) are straight to `allowed` (N,).
 
     The farthest sample from a line is kept, and both parts are looked at again (Ramer, Douglas and

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, Take
 from exudyn_flexlink.animation.look import GLOW_SECONDS, LABELLED
@@ -15,9 +14,8 @@ from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.speed import Frames
 from exudyn_flexlink.animation.touches import Touching, strength, touching_of
 from exudyn_flexlink.animation.zooms import Zoom, zooms_of
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import anchor_position
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

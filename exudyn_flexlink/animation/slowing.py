@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.observables import joints_with_play, strikes
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import did_you_mean
-
-FloatArray = NDArray[np.float64]
 
 ANY = "strike"
 """What stands for the strikes of all contacts, unless a contact has that name."""

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from math import log10
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, FilmError
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, turns
-
-FloatArray = NDArray[np.float64]
 
 SECONDS = 9.0  # of a film
 OF_A_TURN = 3.0  # s: a crank that goes round faster can't be followed by the eye

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, Take
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import (
     Anchor,
@@ -19,8 +19,6 @@ from exudyn_flexlink.mechanism import (
     pairs,
 )
 from exudyn_flexlink.plots.outline import Line, through
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

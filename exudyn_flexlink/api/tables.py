@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import (
@@ -22,8 +20,6 @@ from exudyn_flexlink.storage import (
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
-
-FloatArray = NDArray[np.float64]
 
 
 def data_frame(result: Result, name: str) -> DataFrame:

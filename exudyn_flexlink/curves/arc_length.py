@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from exudyn_flexlink.arrays import FloatArray
 
 if TYPE_CHECKING:
     from exudyn_flexlink.curves.base import Curve
 
-FloatArray = NDArray[np.float64]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 

@@ -13,12 +13,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.curves import feet
 from exudyn_flexlink.curves.arc_length import ArcLength
-
-FloatArray = NDArray[np.float64]
 
 # A place on a curve: typed decimals that mean the same point differ by less than this.
 POSITION_TOLERANCE = 1e-9
@@ -147,7 +146,7 @@ class Curve(ABC):
         index = int(self._indices(wrapped))
         return index, self.pieces[index].start + (wrapped - float(self.breaks[index]))
 
-    def _indices(self, u: ArrayLike) -> NDArray[np.intp]:
+    def _indices(self, u: ArrayLike) -> IndexArray:
         found = np.searchsorted(self.breaks, u, side="right") - 1
         return np.asarray(np.minimum(np.maximum(found, 0), len(self.pieces) - 1))
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 if TYPE_CHECKING:
     from exudyn_flexlink.curves.base import Curve
 
-FloatArray = NDArray[np.float64]
 MOST_CANDIDATES = 16
 AT_ONCE = 4096  # points whose distances from all samples are held in memory together
 ROUNDS = 60  # of halving: to rounding
@@ -71,7 +71,7 @@ def _closest(curve: Curve, targets: FloatArray) -> FloatArray:
     return curve.wrap(u)
 
 
-def _sampled_minima(curve: Curve, distance: FloatArray, points: FloatArray) -> NDArray[np.intp]:
+def _sampled_minima(curve: Curve, distance: FloatArray, points: FloatArray) -> IndexArray:
     ends = np.inf if not curve.closed else None
     before = np.concatenate([[ends or distance[-2]], distance[:-1]])
     after = np.concatenate([distance[1:], [ends or distance[1]]])

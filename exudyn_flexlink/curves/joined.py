@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
     POSITION_TOLERANCE,
     Composite,
     Curve,
     CurveError,
-    FloatArray,
     angle_between,
     as_point,
     end_tangent,
@@ -104,7 +104,7 @@ class Laps(Composite):
         counts = np.cumsum([0, *(len(lap) for lap in laps)])
         object.__setattr__(self, "lap_breaks", self.breaks[counts])
 
-    def lap(self, u: ArrayLike) -> NDArray[np.intp]:
+    def lap(self, u: ArrayLike) -> IndexArray:
         """Whole number of laps begun before the one at u: 0 in the first, counting on for ever."""
         values = np.asarray(u, dtype=float)
         cycles = np.floor(values / self.period)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import (
     OVERLAP,
     ROUNDING,
     Curve,
     CurveError,
-    FloatArray,
     as_point,
     cross,
 )

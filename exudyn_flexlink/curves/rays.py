@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from exudyn_flexlink.curves.base import OVERLAP, Curve, CurveError, FloatArray, as_point, cross
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves.base import OVERLAP, Curve, CurveError, as_point, cross
 
 # Newton from a start that meets h = |f f''|/f'^2 <= 1/2 finds the one root there (Kantorovich);
 # f'' is only known at the start, hence a tighter bound.

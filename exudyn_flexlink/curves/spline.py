@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import (
     OVERLAP,
     ROUNDING,
     Curve,
     CurveError,
-    FloatArray,
     Knots,
     left,
 )

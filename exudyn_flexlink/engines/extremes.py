@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.integrate.turning import ROUNDING, StepPolynomial, TurnSeeker, highest
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact, approach
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes
-
-FloatArray = NDArray[np.float64]
 
 # Where a point in a contact turns, its force falls steeply: more looks, nearer and nearer.
 LOOKS_AT_FORCES = (17, 9, 9)
@@ -47,7 +45,7 @@ class ExtremeSeeker:
         time: FloatArray,
         length: FloatArray,
         motion: tuple[FloatArray, FloatArray],
-        pressed: NDArray[np.bool_],
+        pressed: BoolArray,
     ) -> None:
         """Take steps in a row that begin at `time` (m,) s, of `length` (m,) s.
 
@@ -74,7 +72,7 @@ class ExtremeSeeker:
         which: list[int],
         steps: tuple[FloatArray, FloatArray],
         motion: tuple[FloatArray, FloatArray],
-        pressed: NDArray[np.bool_],
+        pressed: BoolArray,
     ) -> None:
         """Find how deep each of the contacts is at most, and how hard it presses, in each step."""
         if not which:

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.expressions.tape import TIME, FloatArray, Program, Tape
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.expressions.tape import TIME, Program, Tape
 from exudyn_flexlink.expressions.tokens import Sensed
 from exudyn_flexlink.units import Powers
 

@@ -14,10 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 
 
 class Collocation(NamedTuple):

@@ -11,9 +11,8 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
 RANK = 1e-10  # of the largest eigenvalue of W: contacts that depend on others share the load

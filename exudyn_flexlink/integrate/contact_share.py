@@ -11,8 +11,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.integrate.collocation import (
     FROM,
     NODES,
@@ -23,9 +23,6 @@ from exudyn_flexlink.integrate.collocation import (
     A,
 )
 from exudyn_flexlink.integrate.problem import Press, Pressing
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 BOTH = (FROM[:, None, :] * TO.T[None, :, :]).reshape(STAGES * STAGES, -1)
 ROUNDS = 40

@@ -12,14 +12,13 @@ from math import inf
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
 
-FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
 """State by the time (s), within a step."""
 

@@ -19,14 +19,12 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.collocation import A, C
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-
-FloatArray = NDArray[np.float64]
 
 AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aimed at so closely
 

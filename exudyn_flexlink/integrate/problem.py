@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 NO_CONTACT = np.zeros((0, 2))
 

@@ -23,8 +23,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.integrate.collocation import (
     EIGENVALUES,
     ERROR,
@@ -39,9 +39,6 @@ from exudyn_flexlink.integrate.collocation import (
 )
 from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]

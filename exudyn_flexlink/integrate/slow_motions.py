@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
 FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for half of it on average

@@ -13,16 +13,14 @@ from math import inf
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.knots import Followed, KnotControl
 from exudyn_flexlink.integrate.problem import Evaluation, NoConvergenceError, Problem, State
 from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
-
-FloatArray = NDArray[np.float64]
 
 LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a singular place, each of the last
 ROUNDED = 10.0  # times the error allowed: what rounding may make of it there

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-Turns = tuple[NDArray[np.intp], FloatArray, FloatArray]
+from exudyn_flexlink.arrays import FloatArray, IndexArray
+
+Turns = tuple[IndexArray, FloatArray, FloatArray]
 
 LOOKS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
 ROUNDING = 1e-12  # of a value: what moves by less in a step stands still
@@ -136,7 +136,7 @@ class TurnSeeker:
         order = np.argsort(times, kind="stable")
         return times[order], values[order]
 
-    def _keep(self, which: NDArray[np.intp], time: FloatArray, value: FloatArray) -> None:
+    def _keep(self, which: IndexArray, time: FloatArray, value: FloatArray) -> None:
         if len(which):
             self._kept.append((which, time, value))
 

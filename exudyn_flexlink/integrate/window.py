@@ -8,8 +8,8 @@ from __future__ import annotations
 from math import inf, isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.clock import instant
 
 JUST = 2e-13  # s: twice as near as steps end at an instant
@@ -30,6 +30,6 @@ class Window:
         """Return a time (s), or the nearest one within."""
         return min(max(time, self._after), self._before)
 
-    def all_inside(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def all_inside(self, times: FloatArray) -> FloatArray:
         """As `inside`, of many times."""
         return np.minimum(np.maximum(times, self._after), self._before)

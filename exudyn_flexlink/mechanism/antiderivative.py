@@ -12,9 +12,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 DEGREE = 16
 NODES = chebyshev.chebpts1(DEGREE + 1)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
@@ -28,8 +28,6 @@ from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, tur
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
-
-FloatArray = NDArray[np.float64]
 
 __all__ = [
     "Assembly",

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.assembly import Assembly, without_play
 from exudyn_flexlink.mechanism.closing import CannotAssembleError, shuffled, straight_positions
 from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.mobility import DEPENDENT, null_space, rigid_jacobian
-
-FloatArray = NDArray[np.float64]
 
 STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
 SAME = 1e-6  # rad: by so little or less the angles of one way differ

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.constraints import Constraints, along_slides, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
@@ -26,8 +26,6 @@ from exudyn_flexlink.mechanism.laying_out import (
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND
-
-FloatArray = NDArray[np.float64]
 
 CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60

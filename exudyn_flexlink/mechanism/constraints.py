@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     angle_of,
@@ -22,9 +22,6 @@ from exudyn_flexlink.mechanism.kinematics import (
 )
 from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.parts import Anchor
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int_]
 
 _ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "drive": 1, "slide drive": 1}
 _LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0, "slide drive": 1}
@@ -62,9 +59,9 @@ class Constraints:
 
     names: tuple[str, ...]
     kinds: tuple[str, ...]
-    first_rows: IntArray
+    first_rows: IndexArray
     residual: FloatArray
-    parts: IntArray
+    parts: IndexArray
     slopes: FloatArray
     count: int
 
@@ -82,7 +79,7 @@ class Constraints:
         moved = np.vstack([v, np.zeros((1, 3))])  # GROUND, -1, is the last: it does not move
         return np.asarray(np.einsum("rij,rij->r", self.slopes, moved[self.parts]))
 
-    def jacobian(self, rows: IntArray | None = None) -> FloatArray:
+    def jacobian(self, rows: IndexArray | None = None) -> FloatArray:
         """Jacobian by the coordinates of all parts, (rows, 3 parts), of all rows or of those given.
 
         It is as wide as the mechanism has parts: for a few rows at a time.
@@ -104,7 +101,7 @@ class Constraints:
         given = np.zeros(len(fixed)) if residual is None else np.asarray(residual, dtype=float)
         return self.with_rows(given, parts, slopes)
 
-    def with_rows(self, residual: FloatArray, parts: IntArray, slopes: FloatArray) -> Constraints:
+    def with_rows(self, residual: FloatArray, parts: IndexArray, slopes: FloatArray) -> Constraints:
         """Add rows of no joint."""
         return replace(
             self,
@@ -155,14 +152,14 @@ def constraint_rows(
 
 # --- rows of one kind -------------------------------------------------------------------------
 
-_Block = tuple[FloatArray, IntArray, FloatArray]  # residual, parts, slopes of some rows
+_Block = tuple[FloatArray, IndexArray, FloatArray]  # residual, parts, slopes of some rows
 
 
 @dataclass(frozen=True)
 class _Anchored:
     """Anchors at one place: their parts, positions, and arms (m) from the parts' origins."""
 
-    parts: IntArray
+    parts: IndexArray
     at: FloatArray
     arms: FloatArray
 
@@ -223,7 +220,7 @@ class _Line(NamedTuple):
         return _Line(first, second, along, normal, second.at - first.at)
 
     @property
-    def parts(self) -> IntArray:
+    def parts(self) -> IndexArray:
         return np.stack([self.first.parts, self.second.parts], axis=1)
 
     def slopes(self, directions: FloatArray) -> FloatArray:
@@ -233,7 +230,7 @@ class _Line(NamedTuple):
 
 def along_slides(
     slides: Sequence[Slide], lengths: FloatArray, q: FloatArray
-) -> tuple[FloatArray, IntArray, FloatArray]:
+) -> tuple[FloatArray, IndexArray, FloatArray]:
     """How far slides are out, less the `lengths` (m) they should be: residual, parts, slopes."""
     line = _Line.of(slides, q)
     slopes = line.slopes(line.along)

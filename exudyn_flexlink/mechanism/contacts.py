@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.contact_pairs import (
     CircleContact,
     Contact,
@@ -24,8 +24,6 @@ from exudyn_flexlink.mechanism.kinematics import (
 )
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-
-FloatArray = NDArray[np.float64]
 
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 

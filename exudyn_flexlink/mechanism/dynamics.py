@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
@@ -22,8 +22,6 @@ from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.sensing import force_at, size_at
-
-FloatArray = NDArray[np.float64]
 
 
 def mass_blocks(mechanism: Mechanism, q: FloatArray) -> FloatArray:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.linear_springs import damping_power, stored_energy
 from exudyn_flexlink.mechanism.model import Mechanism
-
-FloatArray = NDArray[np.float64]
 
 
 class EnergyMeter:

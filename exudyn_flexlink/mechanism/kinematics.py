@@ -9,12 +9,10 @@ from collections.abc import Callable
 from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.model import Mechanism, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
-
-FloatArray = NDArray[np.float64]
 
 
 def anchor_position(anchor: Anchor, q: FloatArray) -> FloatArray:

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Laps, ray_crossings
 from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.spanning import within_body
-
-FloatArray = NDArray[np.float64]
 
 BEHIND = 1e-10  # m: so little behind its start a point counts as on it
 

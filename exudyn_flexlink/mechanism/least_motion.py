@@ -14,15 +14,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree, within_body
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int_]
 
 ANGLE = np.array([0.0, 0.0, 1.0])  # slopes of a part's angle by its coordinates
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
@@ -193,7 +190,7 @@ def _rank(rows: FloatArray) -> int:
     return int(np.linalg.matrix_rank(rows, tol=INDEPENDENT)) if len(rows) else 0
 
 
-def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> IntArray:
+def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> IndexArray:
     """Rows of which something is demanded and that are not of the tree."""
     of_tree = np.zeros(len(constraints), dtype=bool)
     for joint in tree.joints:
@@ -203,7 +200,7 @@ def _left_over(constraints: Constraints, tree: Spanning, right: FloatArray) -> I
     return np.flatnonzero(~of_tree & ~np.isnan(right))
 
 
-def _rows_of_angles(constraints: Constraints) -> IntArray:
+def _rows_of_angles(constraints: Constraints) -> IndexArray:
     """Rows of no joint that fix the angle of a part, as `Constraints.with_fixed` makes them."""
     fixed = (constraints.parts[:, 0] == GROUND) & np.all(constraints.slopes[:, 1] == ANGLE, axis=1)
     fixed[: constraints.first_rows[-1]] = False

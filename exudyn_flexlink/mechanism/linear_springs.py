@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.kinematics import anchor_position, anchor_velocity
 from exudyn_flexlink.mechanism.model import LinearSpring
-
-FloatArray = NDArray[np.float64]
 
 MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.assembly import Assembly, State
 from exudyn_flexlink.mechanism.constraints import constraint_rows
 from exudyn_flexlink.mechanism.model import Mechanism
-
-FloatArray = NDArray[np.float64]
 
 DEPENDENT = 1e-9  # of a motion's size: less than this of a coordinate is rounding
 

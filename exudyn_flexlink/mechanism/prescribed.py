@@ -8,12 +8,10 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.mechanism.antiderivative import Antiderivative
-
-FloatArray = NDArray[np.float64]
 
 
 class Applied(Protocol):

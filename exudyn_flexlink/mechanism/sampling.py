@@ -9,15 +9,13 @@ from collections.abc import Iterator
 from math import floor, hypot, inf, isfinite, log10, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.build_drives import steady_drives
 from exudyn_flexlink.mechanism.channels import pairs
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 FEWEST = 2000  # of a run, however short: enough for any figure
 PER_TURN = 500  # of a drive, or of what turns as the run starts

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     angle_of,
@@ -13,8 +13,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     turning,
 )
 from exudyn_flexlink.mechanism.model import Motor, PointForce, Sense, Size, Sliding, Turning
-
-FloatArray = NDArray[np.float64]
 
 
 def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:

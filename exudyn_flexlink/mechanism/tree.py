@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame, weld_groups, with_at_origin
@@ -109,7 +109,7 @@ class TreeLayout:
         frame = self.frame(part)
         return frame.angle + sum(self.links[i].turn for i in self.path(frame.link))
 
-    def turning_row(self, first: int, second: int) -> NDArray[np.float64]:
+    def turning_row(self, first: int, second: int) -> FloatArray:
         """Derivative (links,) of part `second`'s angle against `first` by the coordinates."""
         row = np.zeros(len(self.links))
         row[self.hinges(second)] += 1.0

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -27,7 +27,6 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.scene import Scene, SleeveJoint
 
-FloatArray = NDArray[np.float64]
 Carrying = Pin | CircleContact | Slide
 Motion = tuple[FloatArray, FloatArray]
 

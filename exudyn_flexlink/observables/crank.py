@@ -5,14 +5,12 @@ from __future__ import annotations
 from math import ceil, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism import build_mechanism, turning
 from exudyn_flexlink.observables.points import part_of_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import ForceDrive, RevoluteJoint, Scene, SpeedDrive
-
-FloatArray = NDArray[np.float64]
 
 
 def crank_joint(scene: Scene) -> str | None:
@@ -98,7 +96,7 @@ def turns(result: Result) -> bool:
     return float(np.ptp(crank_angle(result))) >= 2 * pi
 
 
-def laps(result: Result) -> NDArray[np.intp]:
+def laps(result: Result) -> IndexArray:
     """Lap of each sample (N,), from 1: the turn of the crank counted from its start angle.
 
     A sample at the very end of the last whole lap belongs to that lap.
@@ -110,7 +108,7 @@ def laps(result: Result) -> NDArray[np.intp]:
     return lap_of(crank_angle(result))
 
 
-def lap_of(angle: FloatArray) -> NDArray[np.intp]:
+def lap_of(angle: FloatArray) -> IndexArray:
     """Lap, from 1, at every crank angle (N,) of a run, rad."""
     made = np.abs(angle - angle[0]) / (2 * pi)
     last = max(1, ceil(float(np.max(made)) - 1e-6))

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.observables.parting import common_times
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Pair = tuple[str, str]
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told

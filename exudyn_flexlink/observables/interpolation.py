@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -21,8 +21,6 @@ from exudyn_flexlink.observables.answers import Measure, Turned, answer_of
 from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

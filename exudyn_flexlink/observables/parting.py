@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
 from exudyn_flexlink.observables.interpolation import between_samples
 from exudyn_flexlink.observables.points import judged_points, paths, room
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 STILL = 1e-13  # m: rounding; what moves by less stands still
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Mechanism, anchor_position, build_mechanism
 from exudyn_flexlink.observables.points import path, point_anchor
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, RodBody, SleeveJoint, split_point
-
-FloatArray = NDArray[np.float64]
 
 
 def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | None:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -31,8 +31,6 @@ from exudyn_flexlink.scene import (
     split_point,
 )
 from exudyn_flexlink.source import did_you_mean
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 SEGMENT = 0.5  # of the record: the spectrum's segments, which overlap by half
 MOST_LINES = 3

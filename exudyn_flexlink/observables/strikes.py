@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from math import nan, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, lap_of, turns
 from exudyn_flexlink.observables.levers import lever_response
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
 LAST_PART = 0.05  # of the time between two strikes: the part in which the body should be at rest

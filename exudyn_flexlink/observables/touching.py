@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables.crank import laps, turned_since_start
 from exudyn_flexlink.result import Result, SleeveHistory
-
-FloatArray = NDArray[np.float64]
 
 
 class State(IntEnum):
@@ -50,7 +48,7 @@ class ContactStates:
     """
 
     time: FloatArray
-    state: NDArray[np.int64]
+    state: IntArray
 
     def fractions(self, start: float = -np.inf, end: float = np.inf) -> dict[State, float]:
         """Part of the time from `start` to `end` (s) that each state holds; together 1.
@@ -61,7 +59,7 @@ class ContactStates:
         whole = float(spans.sum()) or 1.0
         return {case: float(spans[self.state == case].sum()) / whole for case in State}
 
-    def at(self, time: FloatArray) -> NDArray[np.int64]:
+    def at(self, time: FloatArray) -> IntArray:
         """State at instants (N,), s."""
         if not len(self.state):
             return np.full(np.shape(time), State.FREE, dtype=np.int64)
@@ -238,7 +236,7 @@ def _first(made: FloatArray, turns: float, time: FloatArray) -> float:
     return float(np.interp(turns, made[k - 1 : k + 1], time[k - 1 : k + 1]))
 
 
-def _pressing(edges: FloatArray, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:
+def _pressing(edges: FloatArray, begin: FloatArray, end: FloatArray) -> IntArray:
     """Number of touches that last over each interval between edges."""
     middle = (edges[1:] + edges[:-1]) / 2
     begun = np.searchsorted(np.sort(begin), middle)

@@ -6,8 +6,8 @@ An engine asks it at the nodes of its steps: what is told of a run must not depe
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     Mechanism,
     anchor_position,
@@ -18,8 +18,6 @@ from exudyn_flexlink.observables.answers import ANGLE, answer_of, measures
 from exudyn_flexlink.observables.levers import struck_bodies, struck_by
 from exudyn_flexlink.observables.points import point_anchor, watched_point
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 class Watched:

@@ -6,7 +6,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
@@ -26,8 +25,6 @@ from exudyn_flexlink.plots.style import (
     styled,
 )
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 _ENERGIES = (
     ("kinetic", BLUE, "-"),

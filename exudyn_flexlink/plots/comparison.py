@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison
 from exudyn_flexlink.observables import Measure, name_of
 from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
@@ -35,8 +36,6 @@ from exudyn_flexlink.plots.style import (
     Style,
     styled,
 )
-
-FloatArray = NDArray[np.float64]
 
 _COLOURS = (BLACK, PURPLE, GREEN, SKY)
 DECADES = 1e-6  # of the largest difference: zero crossings would stretch the axis without end

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     Strike,
     crank_angle,
@@ -28,8 +29,6 @@ from exudyn_flexlink.plots.sketch import Sketch
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import split_point
-
-FloatArray = NDArray[np.float64]
 
 COLUMNS = 2
 LEGEND = 2.6  # inches on a screen, of legend and labels beside the panels

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
 from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.plots.frame import new_figure
@@ -26,8 +26,6 @@ from exudyn_flexlink.plots.panels import (
 )
 from exudyn_flexlink.plots.style import GREY, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import ForceDeviation, Result
-
-FloatArray = NDArray[np.float64]
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 

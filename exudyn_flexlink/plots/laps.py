@@ -9,13 +9,11 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.observables import laps, turned_since_start
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, sized
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 NESTED = 4  # laps, at most, that are drawn each thinner than the one before and named alone
 STEP = 0.8  # line widths between two of them
@@ -28,7 +26,7 @@ class Lap:
 
     number: int
     turned: FloatArray
-    samples: NDArray[np.intp]
+    samples: IndexArray
 
 
 def by_lap(result: Result) -> Iterator[Lap]:

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     crank_angle,
     path,
@@ -33,8 +33,6 @@ from exudyn_flexlink.plots.sleeve import strip, strip_height
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, SCREEN, SKY, Style, styled
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.stability import laps_of_cycle
-
-FloatArray = NDArray[np.float64]
 
 X_COLOURS = (BLUE, GREEN, SKY, BLACK)
 Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)

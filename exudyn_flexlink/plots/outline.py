@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism import (
     GROUND,
     Anchor,
@@ -34,8 +34,6 @@ from exudyn_flexlink.scene import (
     TorsionalSpring,
 )
 
-FloatArray = NDArray[np.float64]
-
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
 MARGIN = 0.05  # of the size of what is shown, around it
@@ -51,7 +49,7 @@ class Line:
     """
 
     name: str
-    parts: NDArray[np.intp]
+    parts: IndexArray
     places: FloatArray
 
     def at(self, poses: FloatArray) -> FloatArray:

@@ -9,13 +9,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, MultipleLocator
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, turns
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, SCREEN
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 BEYOND: dict[str, Any] = {"color": "#C9B8D8", "alpha": 0.45, "linewidth": 0}
 """How what lies beyond the horizon is shaded in every figure,"""

@@ -8,14 +8,12 @@ from textwrap import fill
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.plots.panels import is_narrow, sized
 from exudyn_flexlink.plots.style import BLACK, GREY
 from exudyn_flexlink.plots.style import FAILED as RED
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED
-
-FloatArray = NDArray[np.float64]
 
 TICKS = 5
 FEW = 200  # lines that can still be told apart

@@ -9,9 +9,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     ANGLE,
     LeverResponse,
@@ -47,7 +47,6 @@ from exudyn_flexlink.plots.style import (
 )
 from exudyn_flexlink.result import Result
 
-FloatArray = NDArray[np.float64]
 Function = Callable[[Any], FloatArray]
 
 STRIKES_SHOWN = 5

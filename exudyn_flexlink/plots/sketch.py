@@ -10,8 +10,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Mechanism, anchor_position, build_mechanism
 from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.outline import (
@@ -30,8 +30,6 @@ from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, size
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RigidBody, Scene
-
-FloatArray = NDArray[np.float64]
 
 _WALL: dict[str, Any] = {"color": "#A9A9A9", "linewidth": 2.0, "zorder": 2}
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)

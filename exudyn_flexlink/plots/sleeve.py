@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.mechanism import (
     Channel,
     Mechanism,
@@ -43,8 +43,6 @@ from exudyn_flexlink.plots.panels import (
 )
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 STATE_COLOURS = {
     State.FREE: "#EFEFEF",
@@ -104,9 +102,7 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
     legend_outside(axes, handles=handles)
 
 
-def _rows(
-    result: Result, states: ContactStates
-) -> Iterator[tuple[str, FloatArray, NDArray[np.int64]]]:
+def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArray, IntArray]]:
     """Name, edges (K + 1,) and states (K,) of every row of the strip."""
     if not forward(result):
         yield "state", states.time, states.state

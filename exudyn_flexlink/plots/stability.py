@@ -7,14 +7,12 @@ from math import isfinite
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.plots.frame import Words, caption_of, framed_figure
 from exudyn_flexlink.plots.panels import BEYOND, legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, RED, SCREEN, SERIES, SKY, Style, styled
 from exudyn_flexlink.stability import Branches, Stability
-
-FloatArray = NDArray[np.float64]
 
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
 from exudyn_flexlink.plots.frame import Words, framed_figure
@@ -32,8 +32,6 @@ from exudyn_flexlink.plots.panels import sized
 from exudyn_flexlink.plots.sketch import Posed, body_colour
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 LEGEND = 2.2  # inches on a screen, beside the drawing
 LOWEST, TALLEST = 2.4, 7.5  # inches, of the drawing

@@ -9,8 +9,8 @@ from math import ceil, nan
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.plots.frame import Words, framed_figure
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.parallel import parallel_coordinates
@@ -18,8 +18,6 @@ from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, SCREEN, Style, styled
 from exudyn_flexlink.plots.style import FAILED as RED
 from exudyn_flexlink.source import did_you_mean
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, label_of
-
-FloatArray = NDArray[np.float64]
 
 MOST_PANELS = 6
 MOST_TOLD = 4  # axes of observables beside those of what varied
@@ -104,7 +102,7 @@ def _scale(values: Sequence[Scalar], name: str, unit: str) -> Scale:
     return Scale(np.array(numbers), label)
 
 
-def _of(table: SweepTable, status: str) -> NDArray[np.bool_]:
+def _of(table: SweepTable, status: str) -> BoolArray:
     return np.array([row.status == status for row in table.rows], dtype=bool)
 
 

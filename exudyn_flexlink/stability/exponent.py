@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from math import inf, log, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 Flow = Callable[[FloatArray, float, float], FloatArray]
 """State (n,) at a time, from a state (n,) at an earlier time (s)."""
@@ -158,7 +157,7 @@ def largest_exponent(
     return Exponent(value, half_width(means), motion.times, rates, settled, means, distance, noise)
 
 
-def batches(times: FloatArray, batch: float) -> tuple[int, NDArray[np.intp]]:
+def batches(times: FloatArray, batch: float) -> tuple[int, IndexArray]:
     """First stretch that counts, and the instants (batches + 1,) between which batches lie.
 
     The last end of batches is that of the times; from there they are counted back, so that what

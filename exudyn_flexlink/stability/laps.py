@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.observables import between_samples, paths, watched_point
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 PHASES = 256  # of a lap, at which it is compared
 MOST = 8  # laps: a motion that takes more to repeat itself counts as none that does
@@ -29,9 +27,9 @@ class LapDistances:
     """
 
     point: str
-    laps: NDArray[np.intp]
+    laps: IndexArray
     end: FloatArray
-    before: NDArray[np.intp]
+    before: IndexArray
     largest: FloatArray
 
 

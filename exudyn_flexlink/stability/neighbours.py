@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.continuing import continued, free_spans, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.result import Result
@@ -26,8 +26,6 @@ from exudyn_flexlink.stability.exponent import (
     largest_exponent,
 )
 from exudyn_flexlink.stability.rhythm import Rhythm
-
-FloatArray = NDArray[np.float64]
 
 Simulate = Callable[[Scene], Result]
 """Runs a scene once: who calls knows the engine."""

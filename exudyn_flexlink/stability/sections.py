@@ -8,8 +8,8 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     between_samples,
     crank_angle,
@@ -18,8 +18,6 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 """What tables tell of each point of a section."""

@@ -10,6 +10,7 @@ from typing import Any, get_args, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.arrays import dimensions_of, join, name_of
@@ -108,7 +109,7 @@ class Records:
                 raise self.damaged(f"the touches of '{name}' do not fit")
 
 
-def _stands(time: NDArray[np.float64]) -> bool:
+def _stands(time: FloatArray) -> bool:
     return len(time) > 1 and bool(time[-1] <= time[0])
 
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     crank_angle,
     crank_column,
@@ -17,8 +17,6 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 
 def trajectory_columns(result: Result, point: str) -> dict[str, FloatArray]:

@@ -7,8 +7,8 @@ from functools import singledispatch
 from math import isfinite, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import between_samples, path
 from exudyn_flexlink.result import Result
@@ -25,8 +25,6 @@ from exudyn_flexlink.verification.numbers import (
 )
 from exudyn_flexlink.verification.reading import Benchmark, BenchmarkRun
 from exudyn_flexlink.verification.spectrum import strongest_line
-
-FloatArray = NDArray[np.float64]
 
 SAME_INSTANT = 1e-9  # of the run: rounding of instants
 AXES = {"x": 0, "y": 1}

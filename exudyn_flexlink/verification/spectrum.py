@@ -5,9 +5,8 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 GRID = 8  # trial frequencies for each one over the length of the record: a peak is 4 / T wide
 NARROWER = 8  # points to each side of the best, in each of

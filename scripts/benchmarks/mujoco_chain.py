@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.numpy_lagrangian import Link
+from exudyn_flexlink.arrays import FloatArray
 
 try:
     import mujoco
 except ImportError:  # the extra 'peers'
     mujoco = None
 
-FloatArray = NDArray[np.float64]
 
 # What has burst is to stay so, and to be seen by its error: no reset, no warnings, no log file.
 FLAGS = '<flag contact="disable" constraint="disable" autoreset="disable"/>'

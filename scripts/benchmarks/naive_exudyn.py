@@ -16,9 +16,8 @@ from typing import Any
 import exudyn as exu
 import exudyn.itemInterface as eii  # noqa: N813 - as in Exudyn's own examples
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 DENSITY, YOUNG = 7850.0, 2e11  # kg/m^3, Pa
 SPEED = 10.0  # rad/s, of the crank

@@ -12,10 +12,9 @@ from itertools import pairwise
 from math import atan2, cos, pi, sin, sqrt, tanh
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 DENSITY, YOUNG, WIDTH, THICKNESS, LENGTH = 7850.0, 2e11, 0.010, 0.0005, 0.07
 SPEED, CRANK_X = 10.0, 0.02  # rad/s, m

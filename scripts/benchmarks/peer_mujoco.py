@@ -8,7 +8,6 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import mujoco_chain, numpy_lagrangian
 from benchmarks.measuring import FINE, Measured, Table, climb, interleaved, ladder, loosest
@@ -16,9 +15,8 @@ from benchmarks.stepping import completed
 from benchmarks.strike import scene_of
 from benchmarks.variants import VARIANTS, Variant
 from exudyn_flexlink import Result, simulate
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import path
-
-FloatArray = NDArray[np.float64]
 
 MODEL = Path(__file__).parent / "ringing_chain.yaml"
 WEIGHT = -1000.0  # m/s^2, along y

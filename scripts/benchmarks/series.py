@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     ANGLE,
     Deviation,
@@ -17,8 +17,6 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import Result
-
-FloatArray = NDArray[np.float64]
 
 SAME_INSTANT = 1e-9  # s
 

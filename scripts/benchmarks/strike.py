@@ -6,14 +6,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.series import deviation, read_series
 from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import Result, Scene, load_scene, simulate
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import lever_response, path
-
-FloatArray = NDArray[np.float64]
 
 ROOT = Path(__file__).parent.parent.parent
 MODEL = ROOT / "models" / "no_clearance.yaml"

@@ -10,14 +10,13 @@ from itertools import pairwise
 from math import acos, cos, pi, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
 from hard.truths import EXACT, pressed_back
 
-FloatArray = NDArray[np.float64]
 Motion = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # angle and speed at instants
 
 G = 9.81  # m/s^2, of the models of these cases

@@ -10,16 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import path, watched_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15, "dense_output": True}
 FREE_STEP = 2e-4  # s: a free flight is looked at so often

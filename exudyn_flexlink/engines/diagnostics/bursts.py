@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.releases import releases
 from exudyn_flexlink.result import MeasuredError, Result
 
@@ -31,7 +31,7 @@ def alike_by_chance(run: Result, neighbour: Result, error: MeasuredError) -> boo
     return grown > 1 and grown * error.largest > error.limit
 
 
-def bounced_apart(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+def bounced_apart(first: FloatArray, second: FloatArray) -> float:
     """Time (s) of the first strike of a run (K,) that another run (L,) has no counterpart of.
 
     Counterparts have one number, and are nearer than half the time to the strikes before and after.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import BoolArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 
 
@@ -29,7 +27,7 @@ class Entry:
 class ContactLog:
     """Entries in order of time; `pressed` (contacts,) tells of each contact whether it acts."""
 
-    pressed: NDArray[np.bool_]
+    pressed: BoolArray
     entries: list[Entry] = field(default_factory=list)
     _known: int = 0
 

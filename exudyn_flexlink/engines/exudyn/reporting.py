@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from platform import python_version
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import version
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Assembly, Mechanism, least_tolerance
@@ -23,8 +23,6 @@ from exudyn_flexlink.result import (
     SleeveHistory,
 )
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter

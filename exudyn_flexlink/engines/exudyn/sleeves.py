@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Channel, Mechanism, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory
-
-FloatArray = NDArray[np.float64]
 
 
 def sleeve_histories(

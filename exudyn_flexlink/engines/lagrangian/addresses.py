@@ -10,8 +10,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian import absent, walls
 from exudyn_flexlink.engines.lagrangian.asked import Asked, asked
 from exudyn_flexlink.engines.lagrangian.called import Called, called
@@ -34,8 +34,6 @@ from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint, has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import Step, change_within
 from exudyn_flexlink.mechanism import Mechanism
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Placed = tuple[FloatArray, FloatArray, TrackPoint]
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.asked import Asked
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate
@@ -52,7 +52,6 @@ from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.control import SAFETY
 
-FloatArray = NDArray[np.float64]
 Means = tuple[Method, Control, Work, FloatArray, Asked]  # the array is `Buffer.memory`
 
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended

@@ -11,8 +11,8 @@ from functools import cached_property
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import asked_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
 from exudyn_flexlink.engines.lagrangian.asked import Asked
@@ -38,8 +38,6 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import Collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import NoConvergenceError
-
-FloatArray = NDArray[np.float64]
 
 FIRST_STEP = 1e-6  # s
 JUST_AHEAD = 1e-9  # s

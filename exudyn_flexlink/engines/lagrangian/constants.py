@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
-
-FloatArray = NDArray[np.float64]
 
 
 class Constants(NamedTuple):

@@ -10,9 +10,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
 from exudyn_flexlink.engines.lagrangian.impact import Impact
@@ -20,8 +18,6 @@ from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import FaceContact
 from exudyn_flexlink.result import Event
-
-FloatArray = NDArray[np.float64]
 
 
 class Side(Enum):

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inner
-
-FloatArray = NDArray[np.float64]
 
 
 @inner
@@ -30,7 +29,7 @@ def _coupled(matrix: NDArray[Any], first: int) -> int:
 
 
 @inner
-def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
+def decompose(matrix: NDArray[Any], rows: IntArray) -> None:
     """Factors L U, in place, with partial pivoting; `rows` tells which row was taken."""
     size = _coupled(matrix, 0)
     for p in range(size, len(matrix)):
@@ -57,7 +56,7 @@ def decompose(matrix: NDArray[Any], rows: NDArray[np.int64]) -> None:
 
 
 @inner
-def solve(factors: NDArray[Any], rows: NDArray[np.int64], vector: NDArray[Any]) -> None:
+def solve(factors: NDArray[Any], rows: IntArray, vector: NDArray[Any]) -> None:
     """Solve in place with the factors of `decompose`."""
     size = _coupled(factors, 0)
     for i in range(size, len(vector)):

@@ -34,8 +34,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, chain_of, unpacked
@@ -44,9 +44,7 @@ from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 
-FloatArray = NDArray[np.float64]
 Turned = tuple[FloatArray, FloatArray]
-IntArray = NDArray[np.int64]
 # How each contact acts, which pairs of a sleeve touch, and what adds the forces of these pairs.
 Acting = tuple[IntArray, IntArray, Callable[..., float]]
 Holding = tuple[IntArray, IntArray, Called]  # the same, with all functions called by address
@@ -174,7 +172,7 @@ def _solve(
     mass: FloatArray,
     right: FloatArray,
     touching: tuple[FloatArray, FloatArray],
-    rows: NDArray[np.int64],
+    rows: IntArray,
     found: tuple[FloatArray, FloatArray, int],
 ) -> None:
     """Fill in `found`: accelerations from its first free one on, forces of the lasting `rows`."""
@@ -211,7 +209,7 @@ def _solve(
 @inlined
 def _push(
     state: State,
-    acting: NDArray[np.int64],
+    acting: IntArray,
     c: Constants,
     found: tuple[FloatArray, FloatArray],
     right: FloatArray,
@@ -239,7 +237,7 @@ def _push(
 
 
 @inlined
-def _lasting(acting: NDArray[np.int64]) -> NDArray[np.int64]:
+def _lasting(acting: IntArray) -> IntArray:
     """Numbers of the contacts that last."""
     rows = np.empty(len(acting), dtype=np.int64)
     count = 0

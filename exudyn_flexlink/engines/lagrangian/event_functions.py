@@ -9,15 +9,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.faces import LAW, fill_gaps, touches
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
-
-FloatArray = NDArray[np.float64]
 
 APART, PRESSED, BEHIND = 0, 1, 2  # sides of a contact
 LOOKS = 8  # evaluations within a step where an event is possible
@@ -28,7 +26,7 @@ NOTHING = 1e-13  # m: an event function this little below zero is there by round
 class EventData(NamedTuple):
     """What the event functions need besides the equations."""
 
-    sides: NDArray[np.int64]  # (c,) of the contacts; they change beyond the ends of faces
+    sides: IntArray  # (c,) of the contacts; they change beyond the ends of faces
     lengths: FloatArray  # (c,) of their faces, m
     goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
     peaks: FloatArray  # (c,) largest force of each contact in steps that were let pass, N

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined
 from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
-
-FloatArray = NDArray[np.float64]
 
 LAW = 7  # of a row of `Constants.faces`: where the numbers of `penalty` begin
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
@@ -12,7 +12,6 @@ from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordina
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
 
-FloatArray = NDArray[np.float64]
 Stages = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 """States at the stages and places of P, then the method's nodes, matrix and powers."""
 

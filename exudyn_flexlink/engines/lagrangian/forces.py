@@ -15,16 +15,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.system import Motion
 from exudyn_flexlink.engines.lagrangian.walls import wall_forces
 from exudyn_flexlink.mechanism import GROUND, approach
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either

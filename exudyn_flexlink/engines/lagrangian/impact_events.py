@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.lagrangian.contacts import Side
 from exudyn_flexlink.engines.lagrangian.equations import mass_matrix
@@ -16,7 +14,6 @@ from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_ove
 if TYPE_CHECKING:
     from exudyn_flexlink.engines.lagrangian.system import System
 
-FloatArray = NDArray[np.float64]
 
 ROUNDS = 50  # of impacts that follow from one
 

@@ -15,8 +15,8 @@ change slowly. A step goes over as many knots as may be, and else ends at one of
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
@@ -31,7 +31,6 @@ from exudyn_flexlink.engines.lagrangian.mode import (
 from exudyn_flexlink.engines.lagrangian.step_control import MOVED
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, SPLINE, place_on
 
-FloatArray = NDArray[np.float64]
 Tableau = tuple[FloatArray, FloatArray]  # nodes (s,) and matrix (s, s) of the method
 Given = tuple[FloatArray, float, FloatArray]
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inner
 from exudyn_flexlink.engines.lagrangian.equations import turned
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
-
-FloatArray = NDArray[np.float64]
 
 
 class Scale(NamedTuple):
@@ -21,7 +19,7 @@ class Scale(NamedTuple):
     sines: FloatArray
     lengths: FloatArray  # (n,) of the rods
     tangent: FloatArray  # (2,): gamma'
-    places: NDArray[np.int64]  # first free coordinate, that of P, that of the first rod
+    places: IntArray  # first free coordinate, that of P, that of the first rod
     reaches: FloatArray  # (N,): of guide and levers, m
 
 

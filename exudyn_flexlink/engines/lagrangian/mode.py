@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, unpacked
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
-
-FloatArray = NDArray[np.float64]
 
 
 class Mode(NamedTuple):
@@ -25,8 +23,8 @@ class Mode(NamedTuple):
     centre: FloatArray  # (2,): the guide's pivot
     drive: FloatArray  # (6,): driven (0 or 1), value, duration, way, first angle; P is a coordinate
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
-    acting: NDArray[np.int64]  # (c,): how each contact acts, as in `equations`
-    touching: NDArray[np.int64]  # (pairs,): 1 where a pair of link and guide touches, else 0
+    acting: IntArray  # (c,): how each contact acts, as in `equations`
+    touching: IntArray  # (pairs,): 1 where a pair of link and guide touches, else 0
     called: Called  # functions of such a mechanism
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import evaluator
 from exudyn_flexlink.engines.lagrangian.constants import Constants, packed
 from exudyn_flexlink.engines.lagrangian.layout import (
@@ -20,8 +20,6 @@ from exudyn_flexlink.engines.lagrangian.layout import (
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Assembly, FaceContact, Mechanism
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

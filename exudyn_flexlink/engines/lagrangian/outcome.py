@@ -9,7 +9,6 @@ from threading import Event as Asked
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from exudyn_flexlink.engines.ending import checks, of_turns
 from exudyn_flexlink.engines.lagrangian.compiled import version
@@ -34,8 +33,6 @@ from exudyn_flexlink.result import (
     SleeveHistory,
 )
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
 ADVICE = (

@@ -12,14 +12,13 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.sampling import Block
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.integrate.events import Event, first_fall
 
-FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
 EventFunctions = Callable[[float, FloatArray], Sequence[float]]
 

@@ -18,15 +18,14 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inlined, inner
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant
 from exudyn_flexlink.engines.lagrangian.track_point import FINE
 from exudyn_flexlink.integrate.collocation import Collocation as Method
-from exudyn_flexlink.integrate.collocation import ComplexArray, FloatArray
 
 ITERATIONS = 8
 SMALL = 0.03  # of the local tolerance: what the iteration may leave
@@ -44,7 +43,7 @@ class Work(NamedTuple):
     begin: FloatArray  # (size,): rate at the step's start
     real: FloatArray  # (f, f) factors
     pairs: ComplexArray  # ((s - 1)/2, f, f) factors
-    rows: NDArray[np.int64]  # (1 + (s - 1)/2, f)
+    rows: IntArray  # (1 + (s - 1)/2, f)
     near: FloatArray  # (s,): places of P at the stages
     way: FloatArray  # (1 + s, 4): P and its velocity at the step's start and at the stages
 

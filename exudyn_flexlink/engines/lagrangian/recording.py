@@ -12,8 +12,8 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.lagrangian.contacts import Side
@@ -24,7 +24,6 @@ from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
-FloatArray = NDArray[np.float64]
 Dense = Callable[[float], FloatArray]
 _Motion = tuple[FloatArray, FloatArray, TrackPoint]
 
@@ -56,7 +55,7 @@ class _Steps(NamedTuple):
     q: FloatArray  # (m n, N)
     v: FloatArray  # (m n, N)
     points: FloatArray  # (m n, 6)
-    pressed: NDArray[np.bool_]  # (m, c)
+    pressed: BoolArray  # (m, c)
 
 
 class Recorder:
@@ -184,7 +183,7 @@ class Recorder:
         self._steps.append(_Steps(begins, lengths, found.q, found.v, found.point, pressed))
         return found
 
-    def _pressed(self, steps: int) -> NDArray[np.bool_]:
+    def _pressed(self, steps: int) -> BoolArray:
         """Contacts whose penalty acts, in so many steps, (steps, contacts)."""
         acts = [c.side is Side.PRESSED and not c.rigid for c in self.system.contacts]
         return np.tile(np.array(acts, dtype=bool), (steps, 1))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.equations import (
@@ -26,8 +26,6 @@ from exudyn_flexlink.engines.lagrangian.mode import (
 )
 from exudyn_flexlink.engines.lagrangian.walls import any_is
 from exudyn_flexlink.integrate.collocation import Collocation
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

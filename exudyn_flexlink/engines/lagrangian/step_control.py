@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined
 from exudyn_flexlink.engines.lagrangian.mode import Mode, guide_at
 from exudyn_flexlink.engines.lagrangian.radau import ITERATIONS
 from exudyn_flexlink.integrate.clock import CLOCK
 from exudyn_flexlink.integrate.control import SAFETY, growth
-
-FloatArray = NDArray[np.float64]
 
 step_growth = inlined(growth)
 SHORTEST = 1e-14  # s, where the clock tells that apart

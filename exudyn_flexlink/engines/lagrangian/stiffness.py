@@ -7,8 +7,8 @@ little within a step, and only slows the iteration down a little: it is left out
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
@@ -18,8 +18,6 @@ from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordina
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.walls import any_is
-
-FloatArray = NDArray[np.float64]
 
 
 def slopes(

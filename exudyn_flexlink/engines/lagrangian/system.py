@@ -7,8 +7,8 @@ from functools import cached_property
 from math import hypot, inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import called_for
 from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
@@ -30,8 +30,6 @@ from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
 from exudyn_flexlink.result import Event
-
-FloatArray = NDArray[np.float64]
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
 ROUNDING_OF_TURNS = 1e-9  # rad

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.wall_events import (
     EXACT,
@@ -32,7 +32,6 @@ from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.mechanism import Channel, approach, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory
 
-FloatArray = NDArray[np.float64]
 At = tuple[FloatArray, FloatArray, TrackPoint]  # coordinates, speeds, and P
 Poses = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 PARTS = 32  # of a step: where the largest force is looked for

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from math import nan
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Curve, lap_number, pieces_of_laps
 from exudyn_flexlink.engines.lagrangian.track_point import (
     FINE,
     MISSES,
     TOUCHES,
-    FloatArray,
     TrackPoint,
     crossing,
     packed_piece,

@@ -11,12 +11,11 @@ P lies on the guide's axis, ``gamma - C = r e(theta)``, and on the piece ``gamma
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Arc, Curve, LineSegment, Spline, SplinePiece
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 
-FloatArray = NDArray[np.float64]
 TrackPoint = tuple[float, float, float, float, float, float]
 """Place of P and its first two derivatives by its coordinate (x, y each)."""
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
@@ -25,9 +25,6 @@ from exudyn_flexlink.engines.lagrangian.walls import (
     SLIP,
     look,
 )
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 NONE = -1  # no pair
 BEYOND, FAR_BEYOND = 8, 0.1  # looks for an event beyond a step's end, and parts of the step

@@ -22,14 +22,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes, friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Chain = tuple[FloatArray, float, FloatArray, FloatArray]
 
 # Columns of a pair: gap, its rate, way inside the face from its nearer end, its rate, slip (m, m/s)

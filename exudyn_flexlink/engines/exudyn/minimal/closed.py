@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import qr
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Closures
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Held
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
@@ -28,8 +28,6 @@ from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.integrate.collocation import C, lagrange
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-FloatArray = NDArray[np.float64]
 
 MOST_ITERATIONS = 12
 NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, also near a dead centre
@@ -49,9 +47,9 @@ NOT_CLOSED = "the joints of a loop can't all stay closed"
 class _Split(NamedTuple):
     """Which coordinates follow from which: indices into all coordinates, and rows in use."""
 
-    dependent: NDArray[np.intp]
-    free: NDArray[np.intp]
-    rows: NDArray[np.intp]
+    dependent: IndexArray
+    free: IndexArray
+    rows: IndexArray
 
 
 class _Placed(NamedTuple):

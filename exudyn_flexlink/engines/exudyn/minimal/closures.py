@@ -12,16 +12,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.mechanism import Anchor, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import Closure, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import Frame
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 class Track(NamedTuple):
@@ -87,7 +84,7 @@ class Closures:
             c.name: _fixed_turn(layout, c) for c in layout.closures if isinstance(c, Slide)
         }
 
-    def angles(self) -> NDArray[np.bool_]:
+    def angles(self) -> BoolArray:
         """Tell which rows (rows,) are angles."""
         found = np.zeros(self.count, dtype=bool)
         for closure, rows in self.rows:

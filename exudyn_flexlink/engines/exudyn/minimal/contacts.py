@@ -6,8 +6,8 @@ from enum import Enum
 from math import inf, tanh
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.shapes import (
     Look,
@@ -20,8 +20,6 @@ from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-FloatArray = NDArray[np.float64]
 
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 AT_REST = 0.1  # of the speed at which the force changes from loading to unloading

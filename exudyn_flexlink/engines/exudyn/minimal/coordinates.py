@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
-
-FloatArray = NDArray[np.float64]
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
 # rad per step of what a closure holds, so that the search for its place stays local; and of what a
@@ -131,7 +129,7 @@ class OpenCoordinates:
         last = int(self.free[-1]) + 1 if len(self.free) else 0
         together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
         span = slice(last - len(self.free), last) if together else None
-        self.chosen: slice | NDArray[np.intp] = self.free if span is None else span
+        self.chosen: slice | IndexArray = self.free if span is None else span
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         # Per radian of each coordinate, how much of a step it makes.
         self._turning = np.array([link.kind == HINGE for link in layout.links]) / LARGEST_FREE_TURN

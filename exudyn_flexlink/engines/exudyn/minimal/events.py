@@ -7,8 +7,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     MinimalContact,
@@ -24,7 +24,6 @@ from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import NOTHING, Event, fall, farthest, first_fall, zero
 from exudyn_flexlink.integrate.radau import Step
 
-FloatArray = NDArray[np.float64]
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
 

@@ -21,8 +21,8 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
@@ -36,8 +36,6 @@ from exudyn_flexlink.integrate.complementarity import complementary
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.intervals import Interval
-
-FloatArray = NDArray[np.float64]
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
@@ -173,7 +171,7 @@ class Impacts:
         apart = contact.side is Side.APART and touch.inside >= 0
         return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
 
-    def _jump(self, time: float, jump: Jump, which: Sequence[int], over: NDArray[np.bool_]) -> None:
+    def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:
         """Let the speeds jump, and write down the impacts."""
         coordinates, before = self.model.coordinates, self.finder.touches
         z, v = coordinates.state()

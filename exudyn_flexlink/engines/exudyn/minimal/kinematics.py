@@ -15,14 +15,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.mechanism import Anchor, Assembly
 from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import ROOT
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -95,12 +92,12 @@ class LinkKinematics:
         slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above)
 
-    def moves(self, at: Places, links: NDArray[np.intp], points: ComplexArray) -> ComplexArray:
+    def moves(self, at: Places, links: IndexArray, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
         return np.asarray(np.where(self.moved_by[links], self.carries(at, points), 0.0))
 
     def move_rates(
-        self, at: Places, rates: Rates, links: NDArray[np.intp], moving: ComplexArray
+        self, at: Places, rates: Rates, links: IndexArray, moving: ComplexArray
     ) -> ComplexArray:
         """Time derivatives of `moves`, of points with the velocities `moving` (..., points)."""
         by_hinge = 1j * (moving[..., None] - rates.origin[..., None, :-1])

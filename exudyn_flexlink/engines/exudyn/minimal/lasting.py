@@ -7,15 +7,11 @@ and guide that has touched counts as a soft spring across its gap; motions along
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.slow_motions import FREELY, PART, slow_motions
-
-FloatArray = NDArray[np.float64]
 
 
 class Flight:

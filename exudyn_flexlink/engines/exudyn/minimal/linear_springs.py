@@ -16,14 +16,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Points
 from exudyn_flexlink.mechanism import LinearSpring
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
 

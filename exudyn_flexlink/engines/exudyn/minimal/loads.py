@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places, Points
 from exudyn_flexlink.mechanism import (
     Mechanism,
@@ -25,9 +25,6 @@ from exudyn_flexlink.mechanism import (
     Turning,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout, slide_link
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 class _Now(NamedTuple):

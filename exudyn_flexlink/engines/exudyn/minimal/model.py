@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
@@ -41,7 +41,6 @@ from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
-FloatArray = NDArray[np.float64]
 Hold = Callable[[FloatArray, FloatArray, FloatArray], Held]
 """All coordinates by instants, independent coordinates and their speeds."""
 
@@ -212,7 +211,7 @@ class MinimalModel:
         return mass[:, chosen[:, None], chosen], left[:, chosen]
 
     @property
-    def _picked(self) -> slice | NDArray[np.intp]:
+    def _picked(self) -> slice | IndexArray:
         """Independent coordinates where they are some of the tree's, and nothing follows them."""
         assert isinstance(self.coordinates, OpenCoordinates)
         return self.coordinates.chosen

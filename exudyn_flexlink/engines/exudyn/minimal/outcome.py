@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from threading import Event as Asked
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.ending import checks
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
@@ -32,8 +32,6 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import PointsJoint, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
@@ -42,8 +42,6 @@ from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, Press, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.intervals import Interval
-
-FloatArray = NDArray[np.float64]
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met

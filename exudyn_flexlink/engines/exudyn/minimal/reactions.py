@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Points
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.mechanism import Motor, Slide, Slot
 from exudyn_flexlink.mechanism.tree import GuidedSlot
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass

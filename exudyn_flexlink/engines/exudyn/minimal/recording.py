@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held, together
 from exudyn_flexlink.engines.exudyn.minimal.driven import cut
@@ -24,9 +24,6 @@ from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 BLOCK = 512  # steps that are worked off together
 
@@ -232,7 +229,7 @@ class Recorder:
         accelerations = self.model.whole_accelerations(held, free)
         return held, accelerations, self.model.left_over(instants, accelerations)
 
-    def _rates_at_starts(self, steps: NDArray[np.intp]) -> FloatArray:
+    def _rates_at_starts(self, steps: IndexArray) -> FloatArray:
         """Rates of the totals (n, ...) as these steps of the block begin."""
         which, back = np.unique(steps, return_inverse=True)
         begins = [self._steps[k].begin.pick(None) for k in which.tolist()]

@@ -14,13 +14,12 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.integrate.problem import Evaluation
 
-FloatArray = NDArray[np.float64]
 Reach = Callable[[Held], FloatArray]
 """How all coordinates (..., links, independent) follow the independent ones."""
 

@@ -7,8 +7,8 @@ from math import inf
 from threading import Event as Asked
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SWING, coasting
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
@@ -49,8 +49,6 @@ from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, Event, Outcome, Result
 from exudyn_flexlink.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 NEAR = 1e-6  # of the run: where it ends, and where an expression was found to have no value
 FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact

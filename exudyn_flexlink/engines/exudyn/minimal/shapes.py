@@ -10,8 +10,8 @@ from math import cos, hypot, inf, pi, sin
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
 from exudyn_flexlink.engines.exudyn.circles import Between, Circles
 from exudyn_flexlink.engines.exudyn.faces import Touch, distance_from_ends
@@ -25,7 +25,6 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.mechanism.tree import ALONG_X, HINGE, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import ROOT, Frame
 
-FloatArray = NDArray[np.float64]
 Vector = tuple[float, float]
 Row = list[tuple[int, float, float]]
 """Links that move a point: hinges at (a, b), slides, by the complement of their number, along."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.linear_springs import LinearSprings
 from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
 from exudyn_flexlink.mechanism import LinearSpring, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
-
-FloatArray = NDArray[np.float64]
 
 
 class Springs:

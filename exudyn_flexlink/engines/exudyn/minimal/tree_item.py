@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.mechanism import Mechanism
 from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, TreeLayout
-
-FloatArray = NDArray[np.float64]
 
 
 def tree_item(

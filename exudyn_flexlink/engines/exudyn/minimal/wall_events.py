@@ -10,9 +10,9 @@ rate tells on which side of the event the pair is.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
@@ -21,10 +21,6 @@ from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.turning import StepPolynomial, highest
 from exudyn_flexlink.mechanism import Channel
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 EXACT = 1e-11  # m: of an event function, what may be left of it at the event
 LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
@@ -72,7 +68,7 @@ class WallWatch:
         gap, place, gap_rate, place_rate = (float(column[k]) for column in self.seen)
         return Touch(gap, place, gap_rate, place_rate, self.walls.contacts[k].side)
 
-    def changed(self) -> IntArray:
+    def changed(self) -> IndexArray:
         """Pairs that now begin or cease to press, or did so unseen."""
         value, rate = self._events(self.seen)
         way = np.where(self.walls.touching, -1.0, 1.0)
@@ -124,7 +120,7 @@ class WallWatch:
         pressed = (np.maximum(before, after) < -deep) & (low > far)
         return np.asarray(np.where(self.walls.touching, pressed, apart).all(axis=0))
 
-    def _first_of(self, which: IntArray, path: Seen, h: float) -> tuple[float, int] | None:
+    def _first_of(self, which: IndexArray, path: Seen, h: float) -> tuple[float, int] | None:
         gaps, places = (
             POLYNOMIAL.coefficients(values[:, which].T, h * rates[:, which].T)
             for values, rates in ((path.gap, path.gap_rate), (path.place, path.place_rate))

@@ -17,14 +17,11 @@ from copy import copy
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics, Places
 from exudyn_flexlink.mechanism import FaceContact
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 class Seen(NamedTuple):
@@ -65,7 +62,7 @@ class WallFaces:
         carried = kinematics.moved_by
         self._moved = carried[self._links].astype(float) - carried[self._bases]
 
-    def some(self, which: NDArray[np.intp]) -> WallFaces:
+    def some(self, which: IndexArray) -> WallFaces:
         """Return those of these numbers alone."""
         some = copy(self)
         some._links, some._bases = self._links[which], self._bases[which]

@@ -12,15 +12,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen, WallFaces
 from exudyn_flexlink.mechanism import Channel, deepest_allowed, pairs
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-FloatArray = NDArray[np.float64]
 
 MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
 
@@ -33,7 +31,7 @@ class WallPush(NamedTuple):
     coordinates. Of several instants all but the numbers have one axis more, the first.
     """
 
-    which: NDArray[np.intp]
+    which: IndexArray
     force: FloatArray
     press: FloatArray
     power: FloatArray

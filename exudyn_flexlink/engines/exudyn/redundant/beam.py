@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import CubicBeam, Elastic
 from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, State, beam_of
 from exudyn_flexlink.scene import FlexibleBody, Scene, SleeveJoint
-
-FloatArray = NDArray[np.float64]
 
 ELEMENTS = 2  # where the scene does not say
 

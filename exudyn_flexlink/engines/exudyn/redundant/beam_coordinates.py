@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import cross
@@ -26,8 +26,6 @@ from exudyn_flexlink.mechanism import (
     mass_blocks,
     rate_of_jacobian_times_velocity,
 )
-
-FloatArray = NDArray[np.float64]
 
 REDUNDANT = 1e-12  # of joints' rows of length 1: what is left of one that others imply
 TINY = 1e-300  # only divided by

@@ -22,13 +22,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink
-
-FloatArray = NDArray[np.float64]
 
 # Strain at three points of Lobatto, curvature at two of Gauss: see `beam_shape`.
 REDUCED_INTEGRATION = 2

@@ -16,9 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 LOBATTO = (np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6)
 GAUSS = (0.5 + np.array([-0.5, 0.5]) / 3**0.5, np.array([0.5, 0.5]))
@@ -108,14 +107,14 @@ class CubicBeam:
 
     def _points(
         self, part: FloatArray, weights: FloatArray
-    ) -> tuple[tuple[NDArray[np.intp], FloatArray], FloatArray]:
+    ) -> tuple[tuple[IndexArray, FloatArray], FloatArray]:
         """Element and part of it of every point of a rule, and the points' weights in m."""
         element = np.repeat(np.arange(self.elements), len(part))
         return (element, np.tile(part, self.elements)), self.element * np.tile(
             weights, self.elements
         )
 
-    def _rows_of(self, points: tuple[NDArray[np.intp], FloatArray], derivative: int) -> FloatArray:
+    def _rows_of(self, points: tuple[IndexArray, FloatArray], derivative: int) -> FloatArray:
         element, part = points
         rows = np.zeros((len(part), self.count))
         for k, values in enumerate(_hermite(part, self.element, derivative)):

@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 
 @dataclass(frozen=True)
 class Between:
     """Instants between steps: the steps around each, their length and the part of it gone by."""
 
-    before: NDArray[np.intp]
-    after: NDArray[np.intp]
+    before: IndexArray
+    after: IndexArray
     span: FloatArray
     part: FloatArray
 
@@ -30,7 +29,7 @@ class Between:
         return cls(before, after, span, part)
 
     @property
-    def nearer(self) -> NDArray[np.intp]:
+    def nearer(self) -> IndexArray:
         """The nearer of both steps: for what may jump, such as a place on a closed curve."""
         return np.where(self.part < 0.5, self.before, self.after)
 

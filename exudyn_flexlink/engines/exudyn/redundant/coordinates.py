@@ -7,8 +7,8 @@ parts: x, y and angle of each. Where every part is a rigid body both are the sam
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     Assembly,
     Contact,
@@ -17,8 +17,6 @@ from exudyn_flexlink.mechanism import (
     half_period,
     joint_residuals,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 class Coordinates:

@@ -6,8 +6,8 @@ from math import inf, isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.exudyn.intervals import Written
@@ -43,7 +43,6 @@ from exudyn_flexlink.scene import PrismaticJoint
 if TYPE_CHECKING:
     from exudyn_flexlink.engines.exudyn.redundant.run import Prepared
 
-FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-9  # rad: what the search for the end of a run's turns may leave
 

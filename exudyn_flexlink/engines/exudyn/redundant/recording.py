@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.redundant.between import Between
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
@@ -26,8 +26,6 @@ from exudyn_flexlink.mechanism import (
     sizes_at,
     turning,
 )
-
-FloatArray = NDArray[np.float64]
 
 BLOCK = 1024  # steps
 BESIDE = (-2e-12, 2e-12)  # s: twice as near as steps end at the knots of a drive
@@ -123,7 +121,7 @@ class Recorder:
         self,
         now: StepEnd,
         multipliers: FloatArray,
-        pressed: NDArray[np.bool_],
+        pressed: BoolArray,
         places: list[float],
     ) -> None:
         """Copy one step: which contacts press, and the slots' places, beside the state."""
@@ -222,7 +220,7 @@ class Recorder:
         self.seeker.take(time[:-1].copy(), np.diff(time), (poses, rates), pressed)
 
     def _contacts(
-        self, q: FloatArray, v: FloatArray, pressed: NDArray[np.bool_]
+        self, q: FloatArray, v: FloatArray, pressed: BoolArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Forces, energies stored and powers taken, each (steps, contacts)."""
         forces, stored, power = (np.zeros(pressed.shape) for _ in range(3))

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine
 
 
-def start_anew(mbs: Any, jump: NDArray[np.float64]) -> None:
+def start_anew(mbs: Any, jump: FloatArray) -> None:
     """Let the solver, between two of its steps, go on with accelerations that jump by `jump`.
 
     Only what initialises a run sets the accelerations that the solver keeps to itself.

@@ -14,8 +14,8 @@ from math import cos, hypot, inf, sin, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import (
     Arc,
     Curve,
@@ -32,8 +32,6 @@ from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.mechanism import GROUND, Slot, anchor_position, turned
 from exudyn_flexlink.result import Event
-
-FloatArray = NDArray[np.float64]
 
 SEAM = 1e-9  # of a closed curve's period: nearer to its seam, rounding decides on the side
 AT_REST = 1e-12  # m in a step: a point that moves less rests, and changes no piece

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from exudyn_flexlink.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +17,7 @@ class StepEnd:
 
     time: float
     step: float
-    q: NDArray[np.float64]
-    v: NDArray[np.float64]
+    q: FloatArray
+    v: FloatArray
     q_list: list[float]
     v_list: list[float]

@@ -15,8 +15,8 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.walls import (
     BROKEN_WALL_ADVICE,
     COARSE_WALL_ADVICE,
@@ -33,8 +33,6 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
-
-FloatArray = NDArray[np.float64]
 
 SECONDS_BETWEEN_REPORTS = 0.1
 ROUNDING_OF_TURNS = 1e-9  # rad
