@@ -29,9 +29,7 @@ from exudyn_flexlink.stability import (
     Exponent,
     Flow,
     Neighbours,
-    Rhythm,
     largest_exponent,
-    long_scene,
     study,
     trajectory,
 )
@@ -110,21 +108,17 @@ def ueda(part: float) -> Exponent:
     return largest_exponent(flow, motion, Neighbours(1e-6, 40 * pi * part))
 
 
-def exponent_of(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float) -> Exponent:
+def exponent_of(scene: Scene, lap: float, laps: int) -> Exponent:
     """Exponent of a mechanism, by Exudyn."""
-    whole = long_scene(scene, rhythm, laps, tolerance)
-    found = study(
-        whole,
-        lambda each: engines.simulate(each, "exudyn", measure=False),
-        Asked(rhythm, 3 * rhythm.lap),
-    )
+    asked = Asked(laps, 3, lap, tolerance=1e-9)
+    found = study(scene, lambda each: engines.simulate(each, "exudyn", measure=False), asked)
     return found.exponent
 
 
 def ueda_mechanism(part: float) -> Exponent:
     """The same as a mechanism: four periods of its force are a lap, for fewer restarts."""
     scene = scene_of(parse_document(f"title: a mass on a rail\n{UEDA_SCENE}", "ueda.yaml"))
-    return exponent_of(scene, Rhythm(8 * pi), round(250 * part), 1e-9)
+    return exponent_of(scene, 8 * pi, round(250 * part))
 
 
 def bouncing_ball(_: float) -> Exponent:
@@ -134,7 +128,7 @@ def bouncing_ball(_: float) -> Exponent:
     flown, up, high = start - first, G * period / 2, GAMMA * G / OMEGA**2
     height = high * sin(OMEGA * first) + up * flown - G * flown**2 / 2
     text = f"title: a ball on a table\n{ball_scene(start, height, up - G * flown)}"
-    return exponent_of(scene_of(parse_document(text, "ball.yaml")), Rhythm(period), 60, 1e-9)
+    return exponent_of(scene_of(parse_document(text, "ball.yaml")), period, 60)
 
 
 CASES = {

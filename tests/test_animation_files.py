@@ -62,7 +62,9 @@ def test_a_frame_has_everything_where_it_is(run):
 def test_the_length_to_read_sizes_by_stands_below_the_mechanism(width):
     film = film_of(results.pendulum())
     picture = Picture(film, frames_of(film, 10, 0.2), width)
-    _, low = picture.axes.transData.transform(film.takes[0].box(film.begin, film.end)[0])
+    points = film.takes[0].points(film.begin, film.end)
+    lowest = min(own.reshape(-1, 2)[:, 1].min() for own in points)
+    _, low = picture.axes.transData.transform([0, lowest])
     [told] = [text for text in picture.axes.texts if text.get_text() == "20 mm"]
     assert told.get_window_extent().y1 < low - HALO / 2 * thickness(width)
 

@@ -211,11 +211,11 @@ def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told(
 
 
 def test_a_link_that_swings_free_of_its_walls_is_told() -> None:
-    """With a metre of clearance it is a pendulum on P: 2e-3 m off after a turn, at 4e-5 m."""
+    """With a metre of clearance it is a pendulum on P: 9e-5 m off after 1.6 turns, at 4e-5 m."""
     settings = ["joints.sleeve.clearance=1 m", "bodies.link.rods=1"]
     short, whole = (
         simulate(load_scene(MODELS / "../clearance.yaml", [*settings, f"run.turns={turns}"]))
-        for turns in (0.4, 1)
+        for turns in (0.4, 1.6)
     )
     assert short.error.exceeds_from is None
     assert not short.warnings

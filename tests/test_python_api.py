@@ -6,6 +6,7 @@ import runpy
 import signal
 import subprocess
 import sys
+from html import unescape
 from importlib import import_module
 from pathlib import Path
 
@@ -234,7 +235,7 @@ def test_a_result_tells_itself(run):
     assert "\n" not in repr(run)
     assert "completed at 2.51327 s" in repr(run)
     assert "1 warning" in repr(run)
-    page = run._repr_html_()
+    page = unescape(run._repr_html_())
     assert "Strikes of contact 'strike'" in page
     assert "warning: made up" in page
     assert "data:image/png;base64," in page
@@ -312,8 +313,8 @@ def test_comparisons_tell_themselves(run):
 
 def test_mechanisms_are_put_together_once(monkeypatch):
     made = []
-    built = build._built
-    monkeypatch.setattr(build, "_built", lambda scene: made.append(scene) or built(scene))
+    built = build._mechanism
+    monkeypatch.setattr(build, "_mechanism", lambda scene: made.append(scene) or built(scene))
     result = fl.simulate(fl.load_scene("no_clearance", turns=0.52, tolerance=1e-4).with_(SHORT))
     first = len(made)
     result.plot.all()

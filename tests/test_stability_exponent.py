@@ -141,15 +141,15 @@ def by(engine):
     return lambda each: engines.simulate(each, engine, measure=False)
 
 
-def studied(text, rhythm, laps, *settings, after=1.0, engine="exudyn"):
-    whole = long_scene(scene(STEEL + text, *settings), rhythm, laps, 1e-9)
-    return study(whole, by(engine), Asked(rhythm, after * rhythm.lap))
+def studied(text, lap, laps, *settings, after=1.0, engine="exudyn"):
+    asked = Asked(laps, after, lap, tolerance=1e-9)
+    return study(scene(STEEL + text, *settings), by(engine), asked)
 
 
 def test_an_upright_rod_falls_at_its_rate():
     """m l^2/3 x'' = m g l/2 x: neighbours of the upright rod part at sqrt(3 g/(2 l))."""
     rate = sqrt(3 * G / (2 * 0.6))
-    found = studied(ROD + UPRIGHT, Rhythm(0.4), 8).exponent
+    found = studied(ROD + UPRIGHT, 0.4, 8).exponent
     assert abs(found.value - rate) < found.uncertainty + found.noise
     assert found.uncertainty + found.noise < 0.01 * rate
     assert found.sign == 1
@@ -169,7 +169,7 @@ def test_neighbours_that_part_fast_are_put_back_before_they_are_far():
 
     That is a thousand times their distance: they would be there in a quarter of a lap.
     """
-    found = studied(SADDLE, Rhythm(4.0), 8).exponent
+    found = studied(SADDLE, 4.0, 8).exponent
     assert found.value == pytest.approx(10, rel=1e-3)
 
 
@@ -178,7 +178,7 @@ def test_a_hanging_rod_comes_to_rest_at_its_rate():
     mass = 7850 * 0.6 * 0.02 * 0.005
     inertia = mass * 0.6**2 / 3
     period = 2 * pi / sqrt(mass * G * 0.3 / inertia - (0.3 / (2 * inertia)) ** 2)
-    found = studied(ROD + DAMPER + HANGING, Rhythm(period), 8).exponent
+    found = studied(ROD + DAMPER + HANGING, period, 8).exponent
     assert abs(found.value + 0.3 / (2 * inertia)) < found.uncertainty + found.noise
     assert found.uncertainty + found.noise < 0.01 * abs(found.value)
     assert found.sign == -1
@@ -222,7 +222,7 @@ def test_a_bouncing_ball_settles_at_its_rate():
     start = 0.4 * period  # between two bounces
     flown = start - first
     height = table(first) + up * flown - G * flown**2 / 2
-    found = studied(ball_scene(start, height, up - G * flown), Rhythm(period), 24)
+    found = studied(ball_scene(start, height, up - G * flown), period, 24)
     assert len(found.run.intervals["bounce"]) == 24
     rate = log(E) / period
     assert abs(found.exponent.value - rate) < found.exponent.uncertainty
@@ -249,7 +249,7 @@ def test_a_mechanism_parts_as_its_equations_do():
 
     `scripts/published_exponents.py` has the exponent itself, of both.
     """
-    found = studied(UEDA_SCENE, Rhythm(2 * pi), 8, after=0.0)
+    found = studied(UEDA_SCENE, 2 * pi, 8, after=0.0)
     run, own = found.run, found.exponent
 
     for begin, end, growth in zip(own.times[8:-1], own.times[9:], own.rates[8:], strict=True):
