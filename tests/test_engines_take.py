@@ -1,0 +1,174 @@
+"""Which engine and formulation takes which part: the table of docs/engines.md, row by row.
+
+Each row is a change of one mechanism that all of them take: the paper's link, with a beam's hinges.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+from pages_of_docs import DOCS, ROOT, text_of
+
+from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.scene import json_schema
+
+PAPER = ROOT / "models" / "no_clearance.yaml"
+BASE = ["bodies.link.hinges.stiffness=beam", "bodies.link.rods=3"]
+SHORT = ["run={duration: 2 ms}", "accuracy={tolerance: 1.0e-5}"]
+COLUMNS = ["minimal", "redundant", "beam", "Lagrangian"]
+LAW = "law: {stiffness: 1.0e5, restitution: 0.5}"
+SETLAW = "law={stiffness: 1.0e5, restitution: 0.5}"
+ARM = "bodies.arm={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
+HUB = "joints.hub={type: revolute, points: [ground, arm.o], at: [1, 0]}"
+OTHER = "bodies.other={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], e: [0.1, 0]}}"
+FREE = "initial={positions: {other: [2, 0]}}"
+
+CHANGES: dict[str, list[str]] = {
+    "`rod`, `rigid` on a pin of the ground": [ARM, HUB],
+    "`rigid` without a joint": [OTHER, FREE],
+    "`rigid` with `inertia: 0`": [OTHER, "bodies.other.inertia=0", FREE],
+    "`flexible`: the link in its sleeve": [],
+    "`flexible`: any other": [
+        ARM,
+        HUB,
+        "bodies.strip={type: flexible, length: 0.1, material: steel, rods: 2, "
+        "section: {type: round, diameter: 1 mm}, hinges: {stiffness: beam}}",
+        "joints.clamp={type: weld, points: [arm.e, strip.start]}",
+    ],
+    "`flexible` with `stretch`": ["bodies.link.stretch=true"],
+    "`flexible` with hinges `paper`": ["bodies.link.hinges.stiffness=paper"],
+    "`ellipse`, `joined`, `laps`": [],
+    "`circle`": [
+        "curves.ring={type: circle, centre: [0, 0], radius: 0.04}",
+        "joints.pin.curve=ring",
+    ],
+    "`line`": [
+        "curves.edge={type: line, from: [0.04, -0.04], to: [0.04, 0.04]}",
+        "joints.pin.curve=edge",
+    ],
+    "`spline`": [
+        "curves.bent={type: spline, points: [[0.04, 0], [0, 0.03], [-0.04, 0], [0, -0.03]]}",
+        "joints.pin.curve=bent",
+    ],
+    "a curve that is `on` a body": [
+        ARM,
+        HUB,
+        "curves.groove={type: circle, centre: [-1, 0], radius: 0.04, on: arm}",
+        "joints.pin.curve=groove",
+    ],
+    "`revolute` between moving bodies": [
+        ARM,
+        HUB,
+        OTHER,
+        "joints.elbow={type: revolute, points: [arm.e, other.o]}",
+        "initial={angles: {other: 0}}",
+    ],
+    "`revolute` with `clearance`": [ARM, HUB, "joints.hub.clearance=1 mm", f"joints.hub.{SETLAW}"],
+    "`weld`": [
+        ARM,
+        HUB,
+        OTHER,
+        "joints.glue={type: weld, points: [arm.e, other.o]}",
+    ],
+    "`prismatic`": [
+        OTHER,
+        "joints.way={type: prismatic, points: [ground, other.o], at: [2, 0], axis: [1, 0]}",
+    ],
+    "`sleeve` without clearance": [],
+    "`sleeve` with `clearance`": ["joints.sleeve.clearance=0.1 mm", f"joints.sleeve.{SETLAW}"],
+    "`sleeve` with `supported`": ["joints.sleeve.supported=true", f"joints.sleeve.{SETLAW}"],
+    "`slot` of the link's start": [],
+    "`slot` of another point": [
+        OTHER,
+        "curves.edge={type: line, from: [1, 0], to: [3, 0]}",
+        "joints.bead={type: slot, point: other.e, curve: edge}",
+        FREE,
+    ],
+    "`torsional`": [],
+    "`linear`": [
+        ARM,
+        HUB,
+        "springs.s={type: linear, points: [arm.e, ground], at: [1.2, 0], stiffness: 100}",
+    ],
+    "`speed` of the guide": [],
+    "`speed` of another joint": [ARM, HUB, "drives.other={type: speed, joint: hub, value: 1}"],
+    "`motion`": ["drives.motor={type: motion, joint: crank, value: 10*t}"],
+    "`torque`": ["drives.motor={type: torque, joint: crank, value: 0.1}"],
+    "`force`": ["drives.push={type: force, point: link.end, value: [1, 0]}"],
+    "an expression": ["drives.motor.value=10*cos(t)"],
+    "a table": ["drives.motor.value={points: [[0, 10], [1, 11], [2, 9], [3, 10]], rule: cubic}"],
+    "`point_on_line`: the link's end strikes a lever": [],
+    "`point_on_line`: any other": [
+        ARM,
+        HUB,
+        "contacts.hit={type: point_on_line, point: arm.e, line: [lever.start, lever.end], "
+        f"{LAW}}}",
+    ],
+    "`circle_on_circle`": [
+        "contacts.hit={type: circle_on_circle, circles: [{at: link.end, radius: 1 mm}, "
+        f"{{at: lever.end, radius: 1 mm}}], {LAW}}}",
+    ],
+    "`point_on_curve`": [
+        "curves.floor={type: line, from: [-1, -1], to: [1, -1]}",
+        f"contacts.hit={{type: point_on_curve, point: link.end, curve: floor, {LAW}}}",
+    ],
+    "law `penalty`, `friction`": ["contacts.strike.law.friction=0.1"],
+    "law `impulse`": ["contacts.strike.law={type: impulse, restitution: 0.5}"],
+    "`gravity`": ["gravity=[1, -9.81]"],
+}
+
+
+def table() -> dict[str, list[str]]:
+    """Rows of the page's table: what each column says of a part."""
+    text = text_of(DOCS / "engines.md").split("## Which part runs where")[1].split("\n## ")[0]
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in text.splitlines()
+        if line.startswith("| ") and not line.startswith("| |")
+    ]
+    return {row[0]: row[1:] for row in rows}
+
+
+def taken(label: str, column: str) -> str:
+    """Return "yes" or "no": whether a short run is made, or the changed part is refused by name."""
+    changes = [*BASE, *SHORT, *CHANGES[label]]
+    lagrangian = column == "Lagrangian"
+    if not lagrangian:
+        changes.append(f"solver.formulation={column}")
+    scene = load_scene(PAPER, changes)
+    try:
+        result = simulate(scene, "lagrangian" if lagrangian else "exudyn", measure=False)
+    except NotRepresentableError as error:
+        changed = {tuple(change.split("=")[0].split(".")[:2]) for change in CHANGES[label]}
+        return "no" if error.path[:2] in changed else f"no, but by {error}"
+    return "yes" if result.outcome.completed else result.outcome.reason
+
+
+def test_the_table_has_every_part_of_the_language() -> None:
+    types = {
+        properties["type"]["const"]
+        for part in json_schema()["$defs"].values()
+        if "const" in (properties := part.get("properties", {})).get("type", {})
+    }
+    named = set(re.findall(r"`(\w+)`", " ".join(table())))
+    assert types - {"rectangle", "round", "general"} <= named
+    assert list(table()) == list(CHANGES)
+
+
+@pytest.mark.parametrize("label", CHANGES)
+def test_engines_take_what_the_table_says(label: str) -> None:
+    assert [taken(label, column) for column in COLUMNS] == table()[label]
+
+
+@pytest.mark.parametrize(
+    "model", sorted((ROOT / "models" / "textbook").glob("*.yaml")), ids=lambda path: path.stem
+)
+def test_the_lagrangian_shows_the_line_of_what_it_refuses(
+    model: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", str(model), "--engine", "lagrangian", "--quiet"]) == 2
+    shown = capsys.readouterr().err
+    assert re.match(rf"{re.escape(str(model))}:\d+:\d+: \w+", shown)
+    assert "hint: refused by the engine 'lagrangian'" in shown
