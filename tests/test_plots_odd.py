@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ from matplotlib.text import Text
 
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.intervals import Intervals
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import between_samples
-from exudyn_flexlink.plots import energy, figures
+from exudyn_flexlink.plots import energy, figures, forces
 
 
 @pytest.fixture(scope="module")
@@ -124,3 +127,34 @@ def test_five_hundred_turns_are_drawn(capsys):
     many = results.rigid_link(turns=500, samples=20001)
     drawn = figures(many)
     assert len(drawn["coordinates"].axes[0].get_legend().get_texts()) < 12
+
+
+# --- many of a kind
+
+
+def without_force(contact):
+    return replace(contact, force=0 * contact.force, touches=Intervals.of([]))
+
+
+def test_of_many_contacts_those_that_act_are_drawn_and_have_room():
+    strike = "{type: point_on_line, point: link.end, line: [lever.start, lever.end], "
+    strike += "law: {stiffness: 2.0e4, restitution: 0.5}}"
+    names = [f"{which}_{i}" for which in ("side", "horn") for i in range(12)]
+    scene = load_scene(results.MODEL, [f"contacts.{name}={strike}" for name in names])
+    run = results.rigid_link(samples=101, scene=scene)
+    own = {n: without_force(c) if "horn" in n else c for n, c in run.contacts.items()}
+    figure = forces(replace(run, contacts=own))
+    said = "\n".join(text.get_text() for text in figure.findobj(Text))
+    assert all((name in said) == ("side" in name) for name in names)
+    figure.draw_without_rendering()
+    panels = [axes.get_window_extent() for axes in figure.axes]
+    legends = [axes.get_legend().get_window_extent() for axes in figure.axes]
+    assert min(panel.height for panel in panels) > figure.dpi  # an inch
+    for one, other in pairwise(legends):
+        assert not one.overlaps(other)
+
+
+def test_of_contacts_that_never_act_all_are_named(rigid):
+    idle = {"strike": without_force(rigid.contacts["strike"])}
+    figure = forces(replace(rigid, contacts=idle))
+    assert "strike" in "\n".join(text.get_text() for text in figure.findobj(Text))

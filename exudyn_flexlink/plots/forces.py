@@ -28,6 +28,8 @@ from exudyn_flexlink.plots.style import GREY, SCREEN, SERIES, Style, styled
 from exudyn_flexlink.result import ForceDeviation, Result
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
+LEAST_HEIGHT = 1.75  # inches of a panel
+ENTRY = 0.23  # inches of a line of a legend beside a panel, with the room above it
 
 
 @styled
@@ -35,16 +37,17 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
     """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
 
     Below, the first strike of every contact in a zoom. What a neighbouring run tells of their
-    errors stands with them, and as a band. What the scene does not have is left out; None if
-    nothing is left.
+    errors stands with them, and as a band. What the scene does not have is left out, and so is what
+    never acts beside others that do; None if nothing is left.
     """
     panels = _panels(result)
     if not panels or len(result.time) < 2:
         return None
     zooms = _first_strikes(result)
-    count = len(panels) + bool(zooms)
-    figure = new_figure(result, "Forces", max(2.8, 1.75 * count), style)
-    rows = figure.subplots(count, 1, squeeze=False)[:, 0]
+    entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
+    heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
+    figure = new_figure(result, "Forces", max(2.8, sum(heights)), style)
+    rows = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
     x, label = along(result)
     for i, (axes, (quantity, panel)) in enumerate(zip(rows, panels.items(), strict=False)):
         if i:
@@ -139,8 +142,22 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
 
 
 def _panels(result: Result) -> dict[str, dict[str, Force]]:
-    """Forces by what an axis is called, with the unit, and by their own names."""
+    """Forces by what an axis is called, with the unit, and by their own names.
+
+    Of a panel where some act, those that never do are left out: a Geneva wheel has two dozen
+    contacts, of which a turn needs eight.
+    """
     found: dict[str, dict[str, Force]] = {}
     for name, force in forces_of(result).items():
         found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
+    for axis, panel in found.items():
+        acting = {name: force for name, force in panel.items() if _acts(result, force)}
+        found[axis] = acting or panel
     return found
+
+
+def _acts(result: Result, force: Force) -> bool:
+    """Tell whether a force is ever there; a touch may be shorter than what is between samples."""
+    contact = result.contacts.get(force.name) if force.quantity == "contact force" else None
+    touched = contact is not None and len(contact.touches) > 0
+    return touched or bool(np.any(force.size))
