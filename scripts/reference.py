@@ -38,7 +38,11 @@ INTRODUCTION = """A model file is YAML. Sections in which things are named hold 
 The ground has an x and a y axis; angles are counter-clockwise from x. A body has axes of its own:
 those of a rod and of a flexible link have their origin at `start`, and x leads to `end`. Those of a
 rigid body are where its `points` and its `centre_of_mass` are written. The angle of a body is that
-of its x axis. A point is written `body.point`, such as `crank.end`.
+of its x axis.
+
+A point is written `body.point`, such as `crank.end`. A rod always has the points `start`, `end` and
+`centre`, a flexible link `start` and `end`, a rigid body `centre`, which is its centre of mass. The
+key `points` adds others.
 
 Nobody writes where each body stands: joints place them at time 0. `initial` gives what they leave
 open, mostly the angle of one crank, and roughly that of others where the joints close in two ways.
@@ -162,7 +166,9 @@ def table(part: Schema, parts: Schema, name: str = "") -> Iterator[str]:
     last = ("| example ", "|---") if name else ("", "")
     yield f"| key | meaning | value | default {last[0]}|\n|---|---|---|---{last[1]}|"
     for key, value in sorted(part["properties"].items(), key=lambda one: one[0] != "type"):
-        meaning = UNIT.sub("", value.get("description", "")) or "-"
+        # A cell ends where its line does, so that a class says only its first sentence there.
+        first = value.get("description", "").partition("\n\n")[0]
+        meaning = UNIT.sub("", first) or "-"
         meaning = meaning.rstrip(".")  # of a type: its class's sentence
         default = "required" if key in required else default_of(value)
         row = f"| `{key}` | {escaped(meaning)} | {kind_of(value, parts)} | {default} |"

@@ -260,6 +260,15 @@ def test_the_reference_has_every_key(tmp_path: Path) -> None:
     assert "usage: exudyn-flexlink simulate" in (tmp_path / "commands.md").read_text()
 
 
+def test_each_row_of_the_reference_is_one_line_of_its_table(tmp_path: Path) -> None:
+    """A sentence of two paragraphs would end the table, and the rest would be read as text."""
+    reference.write(tmp_path)
+    lines = (tmp_path / "model_file.md").read_text().splitlines()
+    rows = [line for line in lines if line.startswith("| ")]
+    assert rows
+    assert [row for row in rows if not row.endswith(" |")] == []
+
+
 @pytest.mark.parametrize("path", reference.EXAMPLES, ids=lambda path: path.stem)
 def test_the_examples_of_the_reference_are_models(path: Path) -> None:
     load_scene(path)

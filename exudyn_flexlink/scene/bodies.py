@@ -127,7 +127,8 @@ class RigidBody(Part):
         description="moment of inertia about the centre of mass; 0: a point mass"
     )
     points: Named[Point] = Field(
-        default_factory=FrozenMapping, description="named points [x, y] in the body's axes, metres"
+        default_factory=FrozenMapping,
+        description="named points [x, y] in the body's axes, metres, beside 'centre', that of mass",
     )
     centre_of_mass: Point = Field((0.0, 0.0), description="[x, y] in the body's axes, metres")
 

@@ -135,7 +135,7 @@ class PrismaticJoint(PointsJoint):
 
 
 class SlotJoint(Part):
-    """A point of a body stays on a curve fixed to the ground."""
+    """A point of a body stays on a curve, which stands on the ground or moves with its body."""
 
     type: Literal["slot"] = "slot"
     point: MovingPointName = Field(description="point 'body.point' that stays on the curve")
