@@ -424,3 +424,14 @@ def test_integrals_late_in_a_long_run():
 def test_knots_of_drives_are_told():
     text = f"{BOB}drives: {{m: {{type: torque, joint: pivot, value: 'where(t < 2, 1, 0)'}}}}\n"
     assert build_mechanism(scene(text)).knots(3.0) == [2.0]
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        "{type: torque, joint: pivot, value: min(t, 5)}",
+        "{type: force, point: bob.centre, value: [where(t < 1, 5, 0), 0]}",
+    ],
+)
+def test_an_expression_that_yaml_took_apart_at_its_commas_gets_the_hint_to_quote_it(drive):
+    assert "hint: YAML ends a value at a comma" in mistake(drive)

@@ -180,10 +180,20 @@ def listed(*entries: str) -> BeforeValidator:
 
     def check(value: Any) -> Any:
         if not isinstance(value, list | tuple) or len(value) != len(entries):
-            refuse(f"expected [{', '.join(entries)}], got {in_words(value)}")
+            pieces = value if isinstance(value, list) else []
+            hint = NEEDS_QUOTES if any(map(is_cut, pieces)) else ""
+            refuse(f"expected [{', '.join(entries)}], got {in_words(value)}", hint)
         return value
 
     return BeforeValidator(check)
+
+
+NEEDS_QUOTES = 'YAML ends a value at a comma: an expression with commas needs quotes, "min(a, b)"'
+
+
+def is_cut(text: Any) -> bool:
+    """Whether this is the first piece of an expression that YAML took apart at its commas."""
+    return isinstance(text, str) and text.count("(") > text.count(")")
 
 
 Flag = Annotated[bool, Strict()]

@@ -19,7 +19,16 @@ from exudyn_flexlink.expressions import (
     parse_expression,
 )
 from exudyn_flexlink.quantities import NUMBER, UNIT, Number, Quantity
-from exudyn_flexlink.scene.base import TAG, Part, Text, listed, refuse, require_one
+from exudyn_flexlink.scene.base import (
+    NEEDS_QUOTES,
+    TAG,
+    Part,
+    Text,
+    is_cut,
+    listed,
+    refuse,
+    require_one,
+)
 from exudyn_flexlink.units import Dimension
 
 Row = Annotated[
@@ -105,7 +114,8 @@ class Varying:
         try:
             found = parse_expression(text)
         except ExpressionError as error:
-            raise _mistake(f"'{text}': {error.message}", error.hint) from None
+            hint = error.hint or NEEDS_QUOTES * is_cut(text)
+            raise _mistake(f"'{text}': {error.message}", hint) from None
         wanted = self.dimensions[0]
         if found.powers is not None:
             fits = [one for one in self.dimensions if one.powers._replace(rad=0) == found.powers]
