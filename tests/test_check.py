@@ -200,3 +200,23 @@ def test_check_asks_nothing_of_a_formulation_when_the_contact_is_left_out() -> N
     file = str(MODELS / "benchmarks/bouncing_ball_impulse.yaml")
     redundant = ["--set", "solver.formulation=redundant"]
     assert main(["check", file, "--without", "impact", *redundant]) == 0
+
+
+CART = """
+title: A cart on a slope
+bodies: {cart: {type: rigid, mass: 1, inertia: 1}}
+joints: {way: {type: prismatic, points: [ground, cart.centre], at: [1, 2], axis: [3, 4]}}
+initial: {along: {way: 0.1}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+def test_the_start_tells_places_along_slides_and_no_rounding(tmp_path: Path) -> None:
+    """A body that assembly has left turned by rounding is told to be at 0."""
+    (tmp_path / "model.yaml").write_text(CART)
+    scene = load_scene(tmp_path / "model.yaml")
+    assembly = assemble_scene(scene)
+    assembly.state.q[0, 2] = -1e-19
+    start = check_text(scene, assembly).partition("\nStart\n")[2].splitlines()
+    assert [line.strip() for line in start[:2]] == ["cart 0 deg", "along way 0.1 m"]

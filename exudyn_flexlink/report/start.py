@@ -7,15 +7,16 @@ from math import degrees
 import numpy as np
 
 from exudyn_flexlink.loading import other_ways
-from exudyn_flexlink.mechanism import Assembly, idle_at_start
-from exudyn_flexlink.report.text import listed, table
+from exudyn_flexlink.mechanism import Assembly, idle_at_start, length_along
+from exudyn_flexlink.report.text import listed, number, table
 from exudyn_flexlink.scene import Scene
 
 NOTICEABLE = 1e-6  # rad: by more than this a body stands otherwise
+DECIMALS = 9  # of degrees and metres that are told: what is smaller is rounding of the assembly
 
 
 def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
-    """Return the angle of every body at time 0, and a line for each other way to close the joints.
+    """Return angles of bodies and places along slides at time 0, and other ways to close joints.
 
     A flexible body has the angle of its first rod. Contacts that do not act at first are told, too.
     """
@@ -31,13 +32,24 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     ]
     state = assembly.state
     idle = [["", told] for _, told in idle_at_start(assembly.mechanism, state.q, state.v)]
-    return ["Start", *table([["", _angles(here)], *(others if ways else []), *idle])]
+    slides = [["", _places(assembly)]] if assembly.mechanism.slides else []
+    return ["Start", *table([["", _angles(here)], *slides, *(others if ways else []), *idle])]
 
 
 def _angles(angles: dict[str, float]) -> str:
-    return listed([f"{body} {degrees(_wrapped(a)):.4g} deg" for body, a in angles.items()])
+    return listed([f"{body} {_told(degrees(_wrapped(a)))} deg" for body, a in angles.items()])
+
+
+def _places(assembly: Assembly) -> str:
+    """How far along each line is what slides on it, as `initial: along` gives it."""
+    slides, q = assembly.mechanism.slides, assembly.state.q
+    return listed([f"along {s.name} {_told(float(length_along(s, q)))} m" for s in slides])
+
+
+def _told(value: float) -> str:
+    return number(round(value, DECIMALS) + 0.0)  # no -0
 
 
 def _wrapped(angle: float) -> float:
-    """Angle between -pi and pi, and no -0."""
-    return float(np.angle(np.exp(1j * angle))) + 0.0
+    """Angle between -pi and pi."""
+    return float(np.angle(np.exp(1j * angle)))
