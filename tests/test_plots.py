@@ -11,6 +11,7 @@ import results
 from matplotlib.colors import same_color
 from matplotlib.text import Text
 
+from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
@@ -28,6 +29,20 @@ from exudyn_flexlink.plots.sleeve import STATE_COLOURS
 from exudyn_flexlink.storage import save
 
 ROOT = Path(__file__).parents[1]
+
+
+CART = """
+title: A cart that hits a stop
+curves: {wall: {type: line, from: [-1, -1], to: [-1, 1]}}
+bodies: {cart: {type: rigid, mass: 1, inertia: 1}}
+joints: {way: {type: prismatic, points: [ground, cart.centre], at: [0, 0], axis: [1, 0]}}
+contacts:
+  stop: {type: point_on_curve, point: cart.centre, curve: wall, side: right,
+         law: {type: impulse, restitution: 0.5}}
+initial: {speeds_along: {way: -2}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-6}
+"""
 
 
 @pytest.fixture(scope="module")
@@ -195,6 +210,15 @@ def test_forces_leave_out_what_is_not_there():
     assert "slot force" in said
     assert "contact force" not in said
     assert "drive torque" not in said
+
+
+def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_without_duration():
+    """The line at zero that a rigid contact would have looks as if nothing had been struck."""
+    cart = simulate(results.scene_from(CART), measure=False)
+    assert len(cart.contacts["stop"].touches.begin) == 1
+    assert "contact force" not in words(forces(cart))
+    assert "pivot on the ground" not in words(mechanism(cart))
+    assert "pivot on the ground" in words(mechanism(results.pendulum()))
 
 
 def test_the_users_own_style_does_not_matter(rigid):

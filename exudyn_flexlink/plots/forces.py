@@ -38,7 +38,8 @@ def forces(result: Result, *, style: Style = SCREEN) -> Figure | None:
 
     Below, the first strike of every contact in a zoom. What a neighbouring run tells of their
     errors stands with them, and as a band. What the scene does not have is left out, and so is what
-    never acts beside others that do; None if nothing is left.
+    never acts beside others that do, or has impacts without duration alone; None if nothing is
+    left.
     """
     panels = _panels(result)
     if not panels or len(result.time) < 2:
@@ -141,6 +142,18 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
     legend_outside(axes)
 
 
+def _momentary(result: Result) -> set[str]:
+    """Names of the forces of contacts that only have impacts without duration.
+
+    Between those they are zero, and a line at zero looks as if nothing had been struck.
+    """
+    return {
+        f"contact force of {name}"
+        for name, own in result.contacts.items()
+        if np.isinf(own.touches.peak_force).any() and not own.force.any()
+    }
+
+
 def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """Forces by what an axis is called, with the unit, and by their own names.
 
@@ -149,6 +162,8 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     """
     found: dict[str, dict[str, Force]] = {}
     for name, force in forces_of(result).items():
+        if name in _momentary(result):
+            continue
         found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
     for axis, panel in found.items():
         acting = {name: force for name, force in panel.items() if _acts(result, force)}

@@ -87,7 +87,7 @@ class Posed:
         return [line.at(self.poses[samples]) for line in own]
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
-        """Draw curves, bodies and fixed joints at a sample."""
+        """Draw curves, bodies and pivots on the ground at a sample."""
         factor, model, q = self.unit[0], self.model, self.poses[index]
         for track in curved(model):
             axes.plot(*(factor * curve_line(track).at(q)).T, color=PURPLE, linewidth=1.0, zorder=1)
@@ -179,9 +179,9 @@ class Sketch(Posed):
         if len(model.slots) == 1:
             handles.append(Line2D([], [], marker="s", linestyle="", label="P: in the slot", **mark))
         handles.append(Line2D([], [], marker="+", linestyle="", label="O: origin", **mark))
-        if any("ground" in getattr(joint, "points", ()) for joint in scene.joints.values()):
+        if pivots(model):
             pivot: dict[str, Any] = {"marker": "^", "color": BLACK, "mfc": "white", "linestyle": ""}
-            handles.append(Line2D([], [], label="fixed joint", **pivot))
+            handles.append(Line2D([], [], label="pivot on the ground", **pivot))
         found = horizon(self.result)
         if found is not None:
             handles.append(Line2D([], [], label=found[1], **BEYOND_LINE, linewidth=sized(BAND)))
