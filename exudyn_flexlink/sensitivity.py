@@ -27,12 +27,12 @@ from exudyn_flexlink.observables import (
     judged_points,
     lever_response,
     measures,
-    name_of,
     parting_limit,
     perturbation,
     room,
     separations,
     spectrum,
+    still_text,
     struck_bodies,
     watched_point,
 )
@@ -137,7 +137,7 @@ def measured_error(
     """
     points = judged_points(run.scene)
     if max(room(each, points) for each in (run, neighbour)) <= STILL:
-        return MeasuredError(points, missing=f"{name_of(points)} stand still")
+        return MeasuredError(points, missing=still_text(points))
     time = common_times(run, neighbour)
     each = separations(run, neighbour, time, points)
     each = np.maximum.accumulate(np.where(np.isfinite(each), each, np.inf), axis=0)

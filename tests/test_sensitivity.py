@@ -8,7 +8,7 @@ import pytest
 import results
 
 from exudyn_flexlink.observables import State, spectrum
-from exudyn_flexlink.report import sensitivity_text
+from exudyn_flexlink.report import run_text, sensitivity_text
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.scene import Outputs
 from exudyn_flexlink.sensitivity import growth_rate, measured_error, run_statistics, sensitivity
@@ -199,6 +199,23 @@ def test_points_that_stand_still_tell_nothing():
     said = sensitivity_text(sensitivity(still(), still(), 1e-4))
     assert said == "Nothing is told of both named points, which stand still."
     assert measured_error(still(), still(), 0.1).missing == "both named points stand still"
+
+
+@pytest.mark.parametrize("measured", [False, True])
+def test_a_run_of_which_no_point_moves_says_so_and_what_to_name(measured):
+    """A second run could tell nothing either, so that none is proposed."""
+    run = still()
+    error = measured_error(run, run, 0.1) if measured else None
+    told = " ".join(run_text(replace(run, error=error)).split())
+    assert "positions not measured: both named points stand still; a point off the axis" in told
+    assert "--horizon" not in told
+    assert "stand still" not in run_text(moving())
+
+
+def test_one_point_that_stands_still_is_told_in_the_singular():
+    watched = still().scene.changed(outputs=Outputs(watch="block.nose"))
+    run = replace(still(), scene=watched)
+    assert measured_error(run, run, 0.1).missing == "block.nose stands still"
 
 
 @pytest.mark.parametrize(("factor", "times"), [(0.25, 2.0), (0.1, 1.5 / 0.9), (10.0, 1.5 / 9)])

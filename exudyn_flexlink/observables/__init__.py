@@ -49,6 +49,7 @@ from exudyn_flexlink.observables.points import (
     paths,
     point_anchor,
     room,
+    still_text,
     watched_point,
 )
 from exudyn_flexlink.observables.spectra import Spectrum, spectrum
@@ -126,6 +127,7 @@ __all__ = [
     "settled",
     "sleeves_with_play",
     "spectrum",
+    "still_text",
     "strikes",
     "struck_bodies",
     "touching",

@@ -111,6 +111,11 @@ def name_of(points: Sequence[str]) -> str:
     return "both named points" if len(points) == 2 else f"all {len(points)} named points"
 
 
+def still_text(points: Sequence[str]) -> str:
+    """Say that these points, of which errors are told, do not move."""
+    return f"{name_of(points)} stand{'s' * (len(points) == 1)} still"
+
+
 def path(result: Result, point: str) -> PointPath:
     """Motion of the point 'body.point'.
 

@@ -5,16 +5,20 @@ from __future__ import annotations
 from math import isfinite
 
 from exudyn_flexlink.observables import (
+    STILL,
     forces_of,
     joints_with_play,
+    judged_points,
     name_of,
+    room,
+    still_text,
 )
 from exudyn_flexlink.report.contacts import guide_lines
 from exudyn_flexlink.report.forces import force_error_table
 from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
 from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import in_blocks, lines_of, number
-from exudyn_flexlink.result import MeasuredError, Result
+from exudyn_flexlink.result import NOT_MEASURED, MeasuredError, Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 
@@ -76,11 +80,26 @@ def error_table(result: Result) -> Table:
         rows.append(["contacts", f"{steps}, {penetration}"])
     elif checks.largest_penetration > 0:
         rows.append(["contacts", penetration])
-    if result.error is not None:
+    still = _still(result)
+    if still:
+        rows.append(["positions", still])
+    elif result.error is not None:
         rows.append(["positions", positions_text(result.error)])
     if forces_of(result) and (result.error is None or result.error.missing):
-        rows.append(["forces", "not measured: '--horizon' makes a second run, which tells them"])
+        again = not still and (result.error is None or result.error.missing == NOT_MEASURED)
+        how = ": '--horizon' makes a second run, which tells them" if again else ", either"
+        rows.append(["forces", f"not measured{how}"])
     return Table("Errors", rows)
+
+
+def _still(result: Result) -> str:
+    """Say that no point which is judged moves, so that the tolerance limits nothing; else ''."""
+    points = judged_points(result.scene)
+    moved = len(result.time) < 2 or not room(result, points) <= STILL  # nan of a failed run moves
+    if moved:
+        return ""
+    hint = "a point off the axis of a body would show how that turns"
+    return f"not measured: {still_text(points)}; {hint}"
 
 
 def run_force_errors(result: Result) -> Table:
