@@ -161,10 +161,10 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     contacts, of which a turn needs eight.
     """
     found: dict[str, dict[str, Force]] = {}
+    momentary = _momentary(result)
     for name, force in forces_of(result).items():
-        if name in _momentary(result):
-            continue
-        found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
+        if name not in momentary:
+            found.setdefault(f"{force.quantity}\n({force.unit})", {})[name] = force
     for axis, panel in found.items():
         acting = {name: force for name, force in panel.items() if _acts(result, force)}
         found[axis] = acting or panel
