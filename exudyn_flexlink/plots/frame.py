@@ -21,6 +21,7 @@ LINE = 0.022  # inches, of a line of text for each point of its font
 LETTERS = 145  # that fit into an inch of a line, over the points of their font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out
 EDGE = 0.1  # inches, left and right of text
+MOST_PASSES = 12  # of the layout; a tall mechanism beside a broad legend takes four
 
 
 class ShownFigure(Figure):
@@ -98,6 +99,19 @@ def framed_figure(words: Words, height: float, style: Style = SCREEN) -> Figure:
         place = left, (0.07 + line_height * i) / whole
         figure.text(*place, line, fontsize=small, color=colour, parse_math=False)
     return figure
+
+
+def settle(figure: Figure) -> None:
+    """Lay out a figure until nothing beside its axes is cut off at its edges.
+
+    Matplotlib makes one pass a drawing. It takes more where axes keep their aspect: labels and the
+    legend move as the axes shrink, and the first passes leave them partly outside.
+    """
+    for _ in range(MOST_PASSES):
+        figure.draw_without_rendering()
+        boxes = [box for axes in figure.axes if (box := axes.get_tightbbox()) is not None]
+        if all(box.x0 >= 0 and box.x1 <= figure.bbox.width for box in boxes):
+            return
 
 
 def wrapped(text: str, width: float, size: float, weight: str = "normal") -> list[str]:

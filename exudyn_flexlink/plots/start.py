@@ -16,7 +16,7 @@ from matplotlib.path import Path
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
-from exudyn_flexlink.plots.frame import Words, framed_figure
+from exudyn_flexlink.plots.frame import Words, framed_figure, settle
 from exudyn_flexlink.plots.labels import Labels
 from exudyn_flexlink.plots.outline import (
     acting_marks,
@@ -99,7 +99,7 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     axes.set_ylabel(f"y ({posed.unit[1]})")
     bodies = posed.body_legend() if len(scene.bodies) <= MOST_BODIES else []
     axes.legend(handles=[*bodies, *drawn], loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    figure.draw_without_rendering()  # names are placed in a layout that is final
+    settle(figure)  # names are placed in a layout that is final
     _name(axes, posed)
     return figure
 
