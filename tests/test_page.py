@@ -149,7 +149,7 @@ def test_figures_say_in_words_what_they_show(whole: str) -> None:
             read_page(whole).all("figure")}  # fmt: skip
     response = struck_response(run, "strike")
     for angle, time in (response.least, response.greatest):
-        assert f"{angle:.4g} rad at {time:.4g} s" in alts["figure-lever"]
+        assert f"{angle:.4g} rad at {time:.4g} s" in alts["figure-response"]
     x = run.extremes["link.end.x_m"]
     assert f"x from {x.least[0]:.4g} to {x.greatest[0]:.4g} m" in alts["figure-coordinates"]
     assert "guide, link, lever" in alts["figure-mechanism"]
