@@ -96,6 +96,10 @@ def open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
         missing.append(f"{error.gap:.3g} m")
     if error.turn > CLOSED:
         missing.append(f"{degrees(error.turn):.3g} deg")
+    held = scene.initial.angles
+    if held and joint is not None and joint.type in ("revolute", "prismatic", "slot"):
+        names = ", ".join(f"'{body}'" for body in held)
+        hint += f"; or 'initial: angles' holds one too many ({names}): 'guesses' leaves it free"
     path = _path_of(scene, error.joint)
     if error.kind in _ELSEWHERE:
         path = (*_ELSEWHERE[error.kind], error.joint)

@@ -403,3 +403,22 @@ def test_what_contradicts_the_joints_is_named_where_it_stands(initial: str, plac
 def test_speeds_and_velocities_that_agree_are_right() -> None:
     found = paper("initial={speeds: {link: 10, guide: 10}, velocities: {link: [0, 0.2]}}")
     assert found.state.v == pytest.approx(paper().state.v, abs=1e-12)
+
+
+def test_a_loop_with_one_angle_too_many_says_which_are_held() -> None:
+    text = """bodies:
+  crank: {type: rigid, mass: 1, inertia: 0.01, points: {a: [0, 0], b: [0.1, 0]}}
+  coupler: {type: rigid, mass: 1, inertia: 0.01, points: {a: [0, 0], b: [0.3, 0]}}
+  rocker: {type: rigid, mass: 1, inertia: 0.01, points: {a: [0, 0], b: [0.25, 0]}}
+joints:
+  a: {type: revolute, points: [ground, crank.a], at: [0, 0]}
+  b: {type: revolute, points: [crank.b, coupler.a]}
+  c: {type: revolute, points: [coupler.b, rocker.b]}
+  d: {type: revolute, points: [ground, rocker.a], at: [0.35, 0]}
+"""
+    with pytest.raises(SceneError, match=r"holds one too many \('crank', 'rocker'\)"):
+        assembled(text + "initial: {angles: {crank: 30 deg, rocker: 30 deg}}\n")
+    state = assembled(
+        text + "initial: {angles: {crank: 30 deg}, guesses: {rocker: 90 deg}}\n"
+    ).state
+    assert state.q[0, 2] == pytest.approx(radians(30))
