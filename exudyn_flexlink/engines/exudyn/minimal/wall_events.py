@@ -130,15 +130,13 @@ class WallWatch:
         parts = np.broadcast_to(LOOKS, (len(which), len(LOOKS)))
         lengths = self._lengths[which, None]
 
-        def values(at: FloatArray) -> FloatArray:
-            gap, place = POLYNOMIAL.value(gaps, at), POLYNOMIAL.value(places, at)
-            return np.asarray(way * np.maximum(gap, np.maximum(-place, place - lengths)))
-
-        looks = values(parts)
+        gap, place = POLYNOMIAL.value(gaps, parts), POLYNOMIAL.value(places, parts)
+        beyond = np.maximum(-place, place - lengths)
+        looks = way * np.maximum(gap, beyond)
         looks[:, 0] = np.maximum(looks[:, 0], 0.0)  # nothing happens at the start
         for row, k in enumerate(which.tolist()):
             own = _Event(gaps[row], places[row], float(lengths[row, 0]), float(way[row, 0]))
-            part = own.first(looks[row])
+            part = own.first(looks[row], gap[row], beyond[row])
             if part is not None and (best is None or part < best[0]):
                 best = part, k
         return best
@@ -164,16 +162,27 @@ class _Event:
         self._length, self._way = length, way
 
     def __call__(self, part: float) -> float:
-        place = _value(self._place, part)
-        return self._way * max(_value(self._gap, part), -place, place - self._length)
+        return self._way * max(self._gap_at(part), self._beyond(part))
 
-    def first(self, looks: FloatArray) -> float | None:
-        """Part of the step at which it falls below zero, of its values at `LOOKS`."""
+    def _gap_at(self, part: float) -> float:
+        return _value(self._gap, part)
+
+    def _beyond(self, part: float) -> float:
+        """How far (m) the point is beyond an end of the face."""
+        place = _value(self._place, part)
+        return max(-place, place - self._length)
+
+    def first(self, looks: FloatArray, gap: FloatArray, beyond: FloatArray) -> float | None:
+        """Part of the step at which it falls below zero.
+
+        Of its values at `LOOKS`, and of those of the gap, and of how far the point is beyond.
+        """
         below = np.flatnonzero(looks < 0)
         last = int(below[0]) if len(below) else len(LOOKS)
-        dip = self._dip(looks[: last + 1])
-        if dip is not None:
-            return self._fall(*dip)
+        dips = [self._dip(looks[: last + 1]), self._corner(gap[: last + 1], beyond[: last + 1])]
+        found = [dip for dip in dips if dip is not None]
+        if found:
+            return self._fall(*min(found, key=lambda dip: dip[1]))
         return None if last == len(LOOKS) else self._fall(LOOKS[last - 1], LOOKS[last])
 
     def _dip(self, looks: FloatArray) -> tuple[float, float] | None:
@@ -185,6 +194,26 @@ class _Event:
             at = float(highest(lambda at: -np.vectorize(self)(at), *ends)[0])
             if self(at) < 0:
                 return float(LOOKS[i]), at
+        return None
+
+    def _corner(self, gap: FloatArray, beyond: FloatArray) -> tuple[float, float] | None:
+        """The same where the point passes the end of a face as its gap closes, or opens.
+
+        The larger of both values is then a corner, the least of which no smooth curve foresees.
+        """
+        if self._way < 0:  # the lesser of both has no such corner
+            return None
+        swaps = (
+            (gap[:-1] * gap[1:] < 0) & (beyond[:-1] * beyond[1:] < 0) & (gap[1:] * beyond[1:] < 0)
+        )
+        for i in np.flatnonzero(swaps).tolist():
+            closed, passed = (
+                float(brentq(value, LOOKS[i], LOOKS[i + 1], xtol=1e-15, rtol=1e-14))
+                for value in (self._gap_at, self._beyond)
+            )
+            begin, end = (closed, passed) if gap[i] > 0 else (passed, closed)
+            if begin < end:
+                return float(LOOKS[i]), (begin + end) / 2
         return None
 
     def _fall(self, low: float, high: float) -> float:
