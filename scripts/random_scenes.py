@@ -6,8 +6,7 @@ Usage:
   .venv/bin/python scripts/random_scenes.py --only 137  one of them, told in full
 
 Every parameter of the paper's mechanism is drawn within ten times its value (angles, restitution
-and the shape of the mechanism within their own bounds; 2 to 4 rods where they touch walls, as more
-take hours), with and without clearance, friction, weight and damping. Exudyn is held against the
+and the shape of the mechanism within their own bounds; 2 to 10 rods where they touch walls), with and without clearance, friction, weight and damping. Exudyn is held against the
 Lagrangian with a hundredth of the tolerance. Every impact multiplies what errors there are: where
 the two differ by more than the tolerance, they are held against each other up to the horizon only,
 the first instant at which a second run of Exudyn, four times as accurate, differs by half the
@@ -85,7 +84,7 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
     # S is farthest to the left in odd laps, the lever's face ends a random part of it before.
     reach = -(a + link)
     clear = rng.random() < WITH_CLEARANCE
-    rods = rng.integers(2, 5) if clear else rng.integers(1, 21)
+    rods = rng.integers(2, 11) if clear else rng.integers(1, 21)
     settings = {
         "curves.ellipse.semi_axes": f"[{a}, {b}]",
         "curves.egg": (
