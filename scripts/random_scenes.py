@@ -6,14 +6,14 @@ Usage:
   .venv/bin/python scripts/random_scenes.py --only 137  one of them, told in full
 
 Every parameter of the paper's mechanism is drawn within ten times its value (angles, restitution
-and the shape of the mechanism within their own bounds; 2 to 10 rods where they touch walls), with and without clearance, friction, weight and damping. Exudyn is held against the
-Lagrangian with a hundredth of the tolerance. Every impact multiplies what errors there are: where
-the two differ by more than the tolerance, they are held against each other up to the horizon only,
-the first instant at which a second run of Exudyn, four times as accurate, differs by half the
-tolerance. Runs that are refused, stop or warn say so, and are counted; silent is what does none of
-that. The lever's tip is told of at the end, where it is off by more than the tolerance. The exit
-code is 1 if there is a crash, or a silent disagreement by more than the stated tolerance before the
-horizon.
+and the shape of the mechanism within their own bounds; 2 to 10 rods where they touch walls), with
+and without clearance, friction, weight and damping. Exudyn is held against the Lagrangian with a
+hundredth of the tolerance. Every impact multiplies what errors there are: where the two differ by
+more than the tolerance, they are held against each other up to the horizon only, the first instant
+at which a second run of Exudyn, four times as accurate, differs by half the tolerance. Runs that
+are refused, stop or warn say so, and are counted; silent is what does none of that. The lever's tip
+is told of at the end, where it is off by more than the tolerance. The exit code is 1 if there is a
+crash, or a silent disagreement by more than the stated tolerance before the horizon.
 """
 
 from __future__ import annotations
