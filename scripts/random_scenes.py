@@ -1,7 +1,7 @@
 """Random scenes through both engines: none may crash, none may silently be wrong.
 
 Usage:
-  .venv/bin/python scripts/random_scenes.py             200 scenes, on all cores, an hour or so
+  .venv/bin/python scripts/random_scenes.py             200 scenes, on all cores, five minutes
   .venv/bin/python scripts/random_scenes.py --count 20 --seed 7
   .venv/bin/python scripts/random_scenes.py --only 137  one of them, told in full
 
@@ -49,9 +49,9 @@ TIGHTER = 100.0
 NEAR, PART = 0.25, 0.5  # of the tolerance: that of the second run, and what makes a horizon
 SPEED = 10.0  # rad/s: the paper's
 
-REFUSED, STOPPED, CRASHED = "refused", "stopped and said why", "CRASHED"
+REFUSED, STOPPED, CRASHED = "refused", "stopped and said why", "crashed"
 AGREES, PARTED = "agrees to the end", "agrees to the horizon"
-WARNED, SILENT = "disagrees and warns", "DISAGREES SILENTLY"
+WARNED, SILENT = "disagrees and warns", "disagrees silently"
 KINDS = (AGREES, PARTED, WARNED, SILENT, STOPPED, REFUSED, CRASHED)
 CLEAR = "clearance.yaml"
 
