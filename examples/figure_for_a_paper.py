@@ -7,7 +7,7 @@ import exudyn_flexlink as fl
 
 scene = fl.load_scene("no_clearance", turns=0.7, tolerance=1e-6)
 result = fl.simulate(scene)
-lever, (strike, *_) = result.response("lever"), result.strikes("strike")
+lever, (strike, *_) = result.lever("lever"), result.strikes("strike")
 touches = result.touches("strike")
 
 figure, axes = plt.subplots(figsize=(3.35, 2.2), layout="constrained")

@@ -9,7 +9,7 @@ print("speed     approach   peak force  lever")
 for speed in (6, 8, 10, 12):
     result = fl.simulate(scene.with_({"drives.motor.value": f"{speed} rad/s"}))
     for strike in result.strikes("strike"):
-        angle = result.response("lever").farthest
+        angle = result.lever("lever").farthest
         print(
             f"{speed:2} rad/s  {strike.approach_speed:.3f} m/s  "
             f"{strike.peak_force:6.3f} N   {angle:+.4f} rad"

@@ -21,7 +21,7 @@ A run is a result, in SI units; so is one that fails, which says when, why and w
 >>> [strike] = result.strikes("strike")
 >>> print(f"struck at {strike.begin:.3f} s with {strike.approach_speed:.2f} m/s")
 struck at 0.262 s with 1.5... m/s
->>> lever = result.response("lever")
+>>> lever = result.lever("lever")
 >>> bool(abs(lever.farthest) > 0.1)
 True
 >>> touches = result.touches("strike")  # or a sleeve with clearance: every touch of its walls

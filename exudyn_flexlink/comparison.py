@@ -22,9 +22,9 @@ from exudyn_flexlink.observables import (
     SAME_STRIKE,
     ContactTotals,
     Deviation,
+    LeverResponse,
     Measure,
     Strike,
-    StruckResponse,
     common_points,
     common_times,
     contact_totals,
@@ -32,6 +32,7 @@ from exudyn_flexlink.observables import (
     force_deviations,
     horizon,
     joints_with_play,
+    lever_response,
     measures,
     parting_limit,
     positions,
@@ -39,7 +40,6 @@ from exudyn_flexlink.observables import (
     separations,
     strikes,
     struck_bodies,
-    struck_response,
     watched_point,
 )
 from exudyn_flexlink.result import ForceDeviation, Result
@@ -55,15 +55,15 @@ _TOLD = {
 class Seen:
     """What is compared of one run.
 
-    `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `responses` are
-    those of struck bodies at the run's own samples, `answers` (N,) their angles or displacements at
-    the instants compared; `contact` is by joint with clearance, up to the last of them.
+    `name` tells the runs apart; `position` (N, 2) m is that of the watched point; `levers` are the
+    struck bodies' responses at the run's own samples, `answers` (N,) their angles or displacements
+    at the instants compared; `contact` is by joint with clearance, up to the last of them.
     """
 
     name: str
     result: Result
     position: FloatArray
-    responses: Mapping[str, StruckResponse]
+    levers: Mapping[str, LeverResponse]
     answers: Mapping[str, FloatArray]
     strikes: Mapping[str, tuple[Strike, ...]]
     contact: Mapping[str, ContactTotals]
@@ -101,15 +101,15 @@ class Statistics:
     """A stretch of one run as a whole.
 
     `mean`, `rms`, `least` and `greatest` (2,) are of the watched point's coordinates, m, the last
-    three relative to the mean; `responses` are the least and the greatest angle (rad) or
-    displacement (m) of struck bodies.
+    three relative to the mean; `levers` are the least and the greatest angle (rad) or displacement
+    (m) of struck bodies.
     """
 
     mean: FloatArray
     rms: FloatArray
     least: FloatArray
     greatest: FloatArray
-    responses: Mapping[str, tuple[float, float]]
+    levers: Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Comparison:
 
     @cached_property
     def deviation(self) -> Deviation:
-        """Distance of the point that is farthest, and first minus second angle of a body."""
+        """Distance of the point that is farthest, and first minus second angle of a lever."""
         hinged = (x for body, x in self.answer_differences.items() if self.measures[body] is ANGLE)
         angles = next(hinged, np.zeros_like(self.time))
         return Deviation(self.time, self.distances.max(axis=1), angles)
@@ -148,15 +148,15 @@ class Comparison:
     def answer_differences(self) -> dict[str, FloatArray]:
         """First minus second angle or displacement (N,) of every struck body."""
         one, other = self.first.answers, self.second.answers
-        return {body: one[body] - other[body] for body in self.responses}
+        return {body: one[body] - other[body] for body in self.levers}
 
     @property
     def measures(self) -> dict[str, Measure]:
         """By what the motion of every struck body is told."""
-        return {body: own.measure for body, own in self.first.responses.items()}
+        return {body: lever.measure for body, lever in self.first.levers.items()}
 
     @property
-    def responses(self) -> tuple[str, ...]:
+    def levers(self) -> tuple[str, ...]:
         """Names of the struck bodies."""
         return tuple(self.first.answers)
 
@@ -280,13 +280,13 @@ def _check_one_scene(first: Result, second: Result) -> None:
 def _seen(name: str, result: Result, time: FloatArray, contacts: Sequence[str]) -> Seen:
     scene = result.scene
     struck = {body: c for body, c in struck_bodies(scene).items() if c in contacts}
-    responses = {body: struck_response(result, c) for body, c in struck.items()}
+    levers = {body: lever_response(result, c) for body, c in struck.items()}
     return Seen(
         name=name,
         result=result,
         position=positions(result, [watched_point(scene)], time)[:, 0],
-        responses=responses,
-        answers={body: own.value_at(time) for body, own in responses.items()},
+        levers=levers,
+        answers={body: lever.value_at(time) for body, lever in levers.items()},
         strikes={contact: tuple(strikes(result, contact)) for contact in contacts},
         contact={
             joint: contact_totals(result, joint, end=float(time[-1]))
@@ -323,13 +323,13 @@ def _statistics(seen: Seen, point: str, time: FloatArray, part: BoolArray) -> St
     mean = position.mean(axis=0)
     turns = [seen.result.extremes[f"{point}.{axis}_m"].between(begin, end) for axis in "xy"]
     reached = [np.append(own.value, x) for own, x in zip(turns, position.T, strict=True)]
-    responses = {
-        body: own.between(begin, np.nextafter(end, np.inf)) for body, own in seen.responses.items()
+    levers = {
+        body: lever.between(begin, np.nextafter(end, np.inf)) for body, lever in seen.levers.items()
     }
     return Statistics(
         mean=mean,
         rms=np.sqrt(np.mean((position - mean) ** 2, axis=0)),
         least=np.array([x.min() for x in reached]) - mean,
         greatest=np.array([x.max() for x in reached]) - mean,
-        responses={body: (own.least[0], own.greatest[0]) for body, own in responses.items()},
+        levers={body: (own.least[0], own.greatest[0]) for body, own in levers.items()},
     )

@@ -25,6 +25,7 @@ from exudyn_flexlink.observables import (
     horizon,
     joints_with_play,
     judged_points,
+    lever_response,
     measures,
     parting_limit,
     perturbation,
@@ -33,7 +34,6 @@ from exudyn_flexlink.observables import (
     spectrum,
     still_text,
     struck_bodies,
-    struck_response,
     watched_point,
 )
 from exudyn_flexlink.result import MeasuredError, Result
@@ -63,12 +63,12 @@ class Perturbed:
 class RunStatistics:
     """A run as a whole: what neighbouring runs must share.
 
-    `perturbed` is None where no ideal path is known; `responses` are the least and greatest angle
+    `perturbed` is None where no ideal path is known; `levers` are the least and greatest angle
     (rad) or displacement (m) of struck bodies; `contact` is by joint with clearance.
     """
 
     perturbed: Perturbed | None
-    responses: dict[str, tuple[float, float]]
+    levers: dict[str, tuple[float, float]]
     contact: dict[str, ContactTotals]
 
 
@@ -170,7 +170,7 @@ def _answers_apart(first: Result, second: Result, time: FloatArray) -> dict[str,
     for body, contact in struck_bodies(first.scene).items():
         if both.get(body) != contact:
             continue
-        one, other = (struck_response(run, contact).value_at(time) for run in (first, second))
+        one, other = (lever_response(run, contact).value_at(time) for run in (first, second))
         apart[body] = float(np.abs(one - other).max())
     return apart
 
@@ -192,13 +192,13 @@ def run_statistics(result: Result, end: float = np.inf) -> RunStatistics:
     """Statistics of a run up to `end` (s)."""
     scene = result.scene
     past = np.nextafter(min(end, float(result.time[-1])), np.inf)
-    responses = {
-        body: struck_response(result, contact).between(-np.inf, past)
+    levers = {
+        body: lever_response(result, contact).between(-np.inf, past)
         for body, contact in struck_bodies(scene).items()
     }
     return RunStatistics(
         _perturbed(result, end),
-        {body: (seen.least[0], seen.greatest[0]) for body, seen in responses.items()},
+        {body: (seen.least[0], seen.greatest[0]) for body, seen in levers.items()},
         {joint: contact_totals(result, joint, end=end) for joint in joints_with_play(result)},
     )
 

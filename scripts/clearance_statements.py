@@ -19,7 +19,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import between_samples, path, strikes, struck_response
+from exudyn_flexlink.observables import between_samples, lever_response, path, strikes
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -72,7 +72,7 @@ def row(name: str, result: Result, time: FloatArray, ideal: FloatArray) -> str:
     """One line of the table."""
     off = end_of(result, time) - ideal
     fast = np.linalg.norm(fast_part(off), axis=1)
-    least = struck_response(result, "strike").least[0]
+    least = lever_response(result, "strike").least[0]
     decay = decay_time(time, fast, strikes(result, "strike")[0].begin)
     shown = f"{decay:.3f} s" if np.isfinite(decay) else "not in two laps"
     return (

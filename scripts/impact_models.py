@@ -25,7 +25,7 @@ from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import strikes, struck_response
+from exudyn_flexlink.observables import lever_response, strikes
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 
@@ -72,7 +72,7 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
         f"contacts.strike.law.transition_speed={SPEED / factor**0.5}",
     ]
     result = simulate(with_impact(load_scene(MODEL, settings), impact), "lagrangian", measure=False)
-    response, first = struck_response(result, "strike"), strikes(result, "strike")[0]
+    response, first = lever_response(result, "strike"), strikes(result, "strike")[0]
     rate = np.interp(first.begin + SOON, response.time, response.rate)
     return Answer(
         response.least[0],

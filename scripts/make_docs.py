@@ -137,7 +137,7 @@ ITEMS = (
         {
             "tutorial_2.png": "2_slide/mechanism.png",
             "tutorial_4.png": "4_flexible/coordinates.png",
-            "tutorial_5.png": "5_strike/response.png",
+            "tutorial_5.png": "5_strike/lever.png",
         },
     ),
     Item(

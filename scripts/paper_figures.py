@@ -35,11 +35,11 @@ from exudyn_flexlink.cli.figures import Look, add_figures, look_of
 from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import (
-    StruckResponse,
+    LeverResponse,
     between_samples,
     crank_angle,
+    lever_response,
     path,
-    struck_response,
 )
 from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
 from exudyn_flexlink.plots.motion import X_COLOURS, draw_radius, radial_scale
@@ -68,7 +68,7 @@ class Case:
     end: FloatArray  # (N, 2), m
     neighbour: FloatArray  # (N, 2), m
     unsure: FloatArray  # (N,), m: how far S is from that of a looser tolerance
-    lever: StruckResponse
+    lever: LeverResponse
 
     @property
     def apart(self) -> FloatArray:
@@ -126,7 +126,7 @@ def case(letter: str, model: str, name: str, options: argparse.Namespace) -> Cas
     time = np.arange(0.0, min(run.time[-1] for run in (result, other, check)), 2e-4)
     end = end_of(result, time)
     unsure = np.linalg.norm(end_of(check, time) - end, axis=1)
-    lever = struck_response(result, "strike")
+    lever = lever_response(result, "strike")
     seen = Case(letter, name, result, time, end, end_of(other, time), unsure, lever)
     print(
         f"({letter}) {name}: links start {START:.0e} rad apart, "

@@ -35,10 +35,10 @@ from exudyn_flexlink.observables import (
     State,
     contact_states,
     crank_angle,
+    lever_response,
     path,
     settled,
     strikes,
-    struck_response,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
@@ -161,7 +161,7 @@ def peaks() -> Iterator[Row]:
     for name, (least, greatest) in PEAKS.items():
         model, own = CASES[name]
         result = run(model, "run.turns=2", "run.sample=0.1 ms", *own)
-        seen = struck_response(result, "strike")
+        seen = lever_response(result, "strike")
         measured = f"{seen.least[0]:.5f}, {seen.greatest[0]:.5f} rad"
         yield f"lever's extremes, `{name}`", f"{least:.5f}, {greatest:.5f} rad", measured
 
@@ -271,7 +271,7 @@ def clearance() -> Iterator[Row]:
         ("n = 10, `paper`", "-0.14155, 0.10322 rad", ()),
         ("n = 5, `beam`", "-0.166 +- 0.003 rad", WITH_CLEARANCE["clearance_n5_beam"][1]),
     ):
-        seen = struck_response(run("clearance.yaml", "run.turns=2", *own), "strike")
+        seen = lever_response(run("clearance.yaml", "run.turns=2", *own), "strike")
         measured = f"{seen.least[0]:.5f}, {seen.greatest[0]:.5f} rad"
         yield f"lever's extremes with clearance, {name}", limit, measured
 

@@ -13,7 +13,7 @@ from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import State, contact_states, path, struck_response
+from exudyn_flexlink.observables import State, contact_states, lever_response, path
 
 HERE = Path(__file__).parent
 MODEL = HERE.parent / "models" / "clearance.yaml"
@@ -100,13 +100,13 @@ def test_parts_of_the_time_free_on_one_point_and_on_two(engine):
 
 
 def test_the_lever_at_the_accuracy_the_model_ships_with():
-    response = struck_response(run("exudyn", "run.turns=1"), "strike")
+    response = lever_response(run("exudyn", "run.turns=1"), "strike")
     assert response.least[0] == pytest.approx(-0.14155, rel=3e-3)
     assert response.greatest[0] == pytest.approx(0.10322, rel=3e-3)
 
 
 def test_the_lever_with_five_stiff_rods():
-    response = struck_response(run("exudyn", *FIVE, "run.turns=1"), "strike")
+    response = lever_response(run("exudyn", *FIVE, "run.turns=1"), "strike")
     assert response.least[0] == pytest.approx(-0.166, abs=0.003)
 
 

@@ -121,7 +121,7 @@ def test_compare_runs_both_and_writes_what_it_found(
     assert shown.err == "warning: exudyn: made up\nwarning: lagrangian: made up\n"
     folder = Path("runs/no_clearance-compare")
     for name in ("comparison.json", "comparison.csv", "comparison.png",
-                 "exudyn/summary.json", "lagrangian/response.png"):  # fmt: skip
+                 "exudyn/summary.json", "lagrangian/lever.png"):  # fmt: skip
         assert (folder / name).is_file()
     told = "Written to {}:\n  comparison.csv, comparison.json, comparison.png, manifest.json, {}"
     inside = "exudyn/ (11 files), lagrangian/ (11 files)"

@@ -17,9 +17,9 @@ from exudyn_flexlink.observables import (
     between_samples,
     common_times,
     horizon,
+    lever_response,
     parting_limit,
     path,
-    struck_response,
 )
 from exudyn_flexlink.plots import ENGINE_COLOURS, comparison
 from exudyn_flexlink.report import comparison_text, excess_text, horizon_text
@@ -114,16 +114,16 @@ def test_runs_of_other_scenes_are_refused(rigid):
 def test_lever_angles_and_peaks(rigid):
     turned = shifted(rigid, (0, 0, 1e-4), after=0.1)  # the response counts from time 0
     found = compare(rigid, turned)
-    assert found.responses == ("lever",)
+    assert found.levers == ("lever",)
     assert found.deviation.largest_angle == pytest.approx(1e-4, rel=1e-6)
-    one, other = (seen.responses["lever"].least[0] for seen in (found.first, found.second))
+    one, other = (seen.levers["lever"].least[0] for seen in (found.first, found.second))
     assert one - other == pytest.approx(-1e-4, rel=1e-3)
     assert "angle of lever, least" in comparison_text(found)
 
 
 def test_a_scene_without_lever_has_none():
     found = compare(still(), drifting(1e-3))
-    assert (found.responses, found.strikes, found.first_strike) == ((), [], None)
+    assert (found.levers, found.strikes, found.first_strike) == ((), [], None)
     assert found.before_strike is None
     assert "struck" not in comparison_text(found)
 
@@ -197,7 +197,7 @@ def test_statistics_beyond_the_horizon():
     assert one.rms[0] == pytest.approx(wave.std())
     assert one.greatest[0] - one.least[0] == pytest.approx(np.ptp(wave))
     assert (one.rms == other.rms).all()
-    assert one.responses == {}
+    assert one.levers == {}
 
 
 # --- strikes
@@ -425,6 +425,6 @@ def test_a_failed_run_is_named_in_the_figure(rigid):
 
 
 def test_lever_peaks_are_those_of_the_runs_own_samples(rigid):
-    sparse = compare(rigid, rigid).first.responses["lever"].least
-    assert sparse == struck_response(rigid, "strike").least
+    sparse = compare(rigid, rigid).first.levers["lever"].least
+    assert sparse == lever_response(rigid, "strike").least
     assert path(rigid, "link.end").position[0, 0] == pytest.approx(0.02 + 0.02 * cos(0) + 0.07)

@@ -20,7 +20,7 @@ from exudyn_flexlink.integrate.events import Event, first_fall
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import strikes, struck_response
+from exudyn_flexlink.observables import lever_response, strikes
 from exudyn_flexlink.source import SceneError
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -203,7 +203,7 @@ def test_bouncing_ends_in_lasting_contact_that_leaves_the_face():
 
 def test_impulse_is_near_the_penalty():
     """The lever's peak of the penalty law, 2e4 N/m, is -0.35792 rad (physics.md, section 6)."""
-    least = struck_response(struck(0.5), "strike").least[0]
+    least = lever_response(struck(0.5), "strike").least[0]
     assert least == pytest.approx(-0.3622, abs=5e-4)
 
 
@@ -223,7 +223,7 @@ def test_both_engines_bounce_alike(restitution, grown):
     np.testing.assert_allclose(found.peak_force, expected.peak_force, rtol=1e-4)  # inf: an impact
     np.testing.assert_array_equal(found.slides_off, expected.slides_off)
     assert [event.kind for event in ours.events] == [event.kind for event in judge.events]
-    a, b = (struck_response(result, "strike") for result in (ours, judge))
+    a, b = (lever_response(result, "strike") for result in (ours, judge))
     assert a.least[0] == pytest.approx(b.least[0], abs=1e-9 * grown)
     assert a.greatest[0] == pytest.approx(b.greatest[0], abs=1e-9 * grown)
     assert ours.checks.energy_residual < 1e-8 * ours.checks.largest_kinetic_energy

@@ -10,7 +10,7 @@ import results
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables import strikes
-from exudyn_flexlink.plots import response as response_figure
+from exudyn_flexlink.plots import lever as lever_figure
 from exudyn_flexlink.report import comparison_text, run_text
 from exudyn_flexlink.storage import load, save
 
@@ -79,10 +79,10 @@ def test_an_unbounded_force_is_not_known(rigid):
 
 def test_the_lever_figure_ticks_impacts(rigid):
     burst = (impact(0.5), impact(0.501))
-    (axes, *_) = response_figure(results.touched(rigid, *burst)).axes
+    (axes, *_) = lever_figure(results.touched(rigid, *burst)).axes
     (ticks,) = (line for line in axes.lines if line.get_label() == "impacts")
     np.testing.assert_allclose(ticks.get_xdata(), [0.5, 0.501])
-    (axes, *_) = response_figure(rigid).axes
+    (axes, *_) = lever_figure(rigid).axes
     assert not [line for line in axes.lines if line.get_label() == "impacts"]
 
 

@@ -15,7 +15,7 @@ from benchmarks.series import deviation, read_series
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import approach
-from exudyn_flexlink.observables import struck_response
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.source import parse_document
 
 HERE = Path(__file__).parent
@@ -61,7 +61,7 @@ def test_reference_is_met_within_twice_its_uncertainty(name):
     [("strike_n5_beam", -0.35792), ("strike_n10_beam", -0.34439), ("strike_n10_paper", -0.163)],
 )
 def test_peak_of_the_lever(name, least):
-    assert struck_response(run(name), "strike").least[0] == pytest.approx(least, abs=1e-5)
+    assert lever_response(run(name), "strike").least[0] == pytest.approx(least, abs=1e-5)
 
 
 def test_checks_of_a_whole_run():

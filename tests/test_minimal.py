@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
-from exudyn_flexlink.observables import struck_response
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -170,8 +170,8 @@ def test_no_step_misses_that_a_struck_lever_turns_back(tolerance: float) -> None
     """The force leaps there. Against the Lagrangian, for a rigid link and few steps."""
     settings = ("run.turns=0.6", "run.sample=1 ms")
     scene = load_scene(MODELS / "rigid.yaml", (*settings, "accuracy.tolerance=1e-11"))
-    exact = struck_response(simulate(scene, "lagrangian"), "strike")
-    found = struck_response(
+    exact = lever_response(simulate(scene, "lagrangian"), "strike")
+    found = lever_response(
         run("rigid.yaml", *settings, f"accuracy.tolerance={tolerance}"), "strike"
     )
     seen = np.isin(np.round(found.time, 9), np.round(exact.time, 9))

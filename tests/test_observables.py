@@ -9,17 +9,17 @@ from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import (
     ANGLE,
-    StruckResponse,
+    LeverResponse,
     crank_angle,
     crank_joint,
     joint_angle,
     judged_points,
     laps,
+    lever_response,
     path,
     settled,
     strikes,
     struck_bodies,
-    struck_response,
     turns,
     watched_point,
 )
@@ -157,7 +157,7 @@ def test_struck_bodies(rigid):
 
 
 def test_tip_moves_by_the_sine_of_the_lever_angle(rigid):
-    seen = struck_response(rigid, "strike")
+    seen = lever_response(rigid, "strike")
     assert seen.body == "lever"
     np.testing.assert_allclose(seen.tip_displacement, 0.03 * np.sin(seen.value), atol=1e-15)
     assert np.min(seen.value) == pytest.approx(-results.LEVER_PEAK, rel=0.2)
@@ -165,13 +165,13 @@ def test_tip_moves_by_the_sine_of_the_lever_angle(rigid):
 
 def test_tip_is_the_end_far_from_the_joint(rigid):
     drawn = results.load_scene(results.MODEL, ["contacts.strike.line=[lever.end, lever.start]"])
-    seen = struck_response(replace(rigid, scene=drawn), "strike")
+    seen = lever_response(replace(rigid, scene=drawn), "strike")
     assert np.ptp(seen.tip_displacement) > 1e-3
 
 
 def test_no_response_to_an_unknown_contact(rigid):
     with pytest.raises(ValueError, match="no contact 'bump'"):
-        struck_response(rigid, "bump")
+        lever_response(rigid, "bump")
 
 
 # --- strikes
@@ -285,7 +285,7 @@ def swing(samples, until=1.0):
     time, turns = np.linspace(0, until, samples), np.array([pi / 14, 3 * pi / 14])
     angle, rate = np.sin(7 * time), 7 * np.cos(7 * time)
     extremes = Extremes(turns, np.array([1.0, -1]))
-    return StruckResponse("lever", ANGLE, time, angle, rate, 0 * time, extremes)
+    return LeverResponse("lever", ANGLE, time, angle, rate, 0 * time, extremes)
 
 
 def test_peaks_are_where_the_lever_turns_whatever_is_sampled():
@@ -304,10 +304,10 @@ def test_peaks_of_a_part_of_a_run_are_its_own_turns_and_its_ends():
 def test_an_impulse_between_samples_does_not_make_the_angle_overshoot():
     time = np.array([0.0, 0.1, 0.2])
     angle, rate = np.array([0, 0, 1.0]), np.array([0, 10.0, 10])
-    hit = StruckResponse("lever", ANGLE, time, angle, rate, 0 * time, NONE)
+    hit = LeverResponse("lever", ANGLE, time, angle, rate, 0 * time, NONE)
     np.testing.assert_allclose(hit.value_at(np.array([0.05, 0.1, 0.15])), [0, 0, 0.5])
 
 
 def test_angle_at_the_samples_is_the_sample(rigid):
-    seen = struck_response(rigid, "strike")
+    seen = lever_response(rigid, "strike")
     np.testing.assert_allclose(seen.value_at(seen.time), seen.value, atol=1e-15)

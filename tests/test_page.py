@@ -24,7 +24,7 @@ from results import (
 
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables import contact_totals, force_peaks, strikes, struck_response
+from exudyn_flexlink.observables import contact_totals, force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
 from exudyn_flexlink.page.reproducing import model_text
 from exudyn_flexlink.report import run_text
@@ -118,7 +118,7 @@ def test_a_browser_may_run_the_player_and_nothing_else(whole: str) -> None:
 def test_figures_are_in_the_page_in_two_widths(whole: str) -> None:
     page = read_page(whole)
     names = [figure.attributes["id"] for figure in page.all("figure")]
-    shown = ("mechanism", "coordinates", "polar", "response", "forces", "energy")
+    shown = ("mechanism", "coordinates", "polar", "lever", "forces", "energy")
     assert names == [f"figure-{name}" for name in shown]
     for figure in page.all("figure"):
         (narrow,), (wide,) = figure.all("source"), figure.all("img")
@@ -147,9 +147,9 @@ def test_figures_say_in_words_what_they_show(whole: str) -> None:
     run = rigid_link()
     alts = {f.attributes["id"]: f.all("img")[0].attributes["alt"] for f in
             read_page(whole).all("figure")}  # fmt: skip
-    response = struck_response(run, "strike")
+    response = lever_response(run, "strike")
     for angle, time in (response.least, response.greatest):
-        assert f"{angle:.4g} rad at {time:.4g} s" in alts["figure-response"]
+        assert f"{angle:.4g} rad at {time:.4g} s" in alts["figure-lever"]
     x = run.extremes["link.end.x_m"]
     assert f"x from {x.least[0]:.4g} to {x.greatest[0]:.4g} m" in alts["figure-coordinates"]
     assert "guide, link, lever" in alts["figure-mechanism"]
@@ -176,7 +176,7 @@ def test_strikes_are_those_of_the_run(told: Callable[[Result], Element]) -> None
         passed = [strike.impulse, strike.energy_lost, strike.peak_force]
         assert numbers[8:] == pytest.approx(passed, rel=1e-3)
     peaks = [float(row[5]) for row in rows]
-    assert min(peaks) == pytest.approx(struck_response(run, "strike").least[0], abs=5e-6)
+    assert min(peaks) == pytest.approx(lever_response(run, "strike").least[0], abs=5e-6)
 
 
 def test_touches_are_those_of_the_run(told: Callable[[Result], Element]) -> None:

@@ -8,7 +8,7 @@ import results
 from paper_figures import FIGURES, Case, save_all
 
 from exudyn_flexlink.cli.figures import Look
-from exudyn_flexlink.observables import struck_response
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.plots import PRINT
 
 PANELS = {f"paper_fig{number}{letter}" for number in (3, 4, 5) for letter in "ab"}
@@ -18,7 +18,7 @@ PANELS = {f"paper_fig{number}{letter}" for number in (3, 4, 5) for letter in "ab
 def cases():
     """The second goes twice as far, and its lever turns three times as much."""
     run = results.rigid_link(samples=401)
-    lever = struck_response(run, "strike")
+    lever = lever_response(run, "strike")
     end = results.exact_s(run.scene, run.time)
     first = Case("a", "near", run, run.time, end, end + 1e-6, np.full(len(end), 1e-9), lever)
     far = replace(run, poses=2 * run.poses)

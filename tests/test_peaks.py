@@ -8,7 +8,7 @@ import pytest
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import path, strikes, struck_response
+from exudyn_flexlink.observables import lever_response, path, strikes
 from exudyn_flexlink.report import run_text
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -32,7 +32,7 @@ def run(by, *settings, model="no_clearance.yaml"):
 def peaks(result):
     """Angle of the lever farthest from rest after each strike, as the program tells it."""
     response, begins = (
-        struck_response(result, "strike"),
+        lever_response(result, "strike"),
         [s.begin for s in strikes(result, "strike")],
     )
     return [
@@ -74,8 +74,8 @@ def test_100_turns_have_the_peaks_of_the_first():
 @pytest.mark.parametrize("by", [*ENGINES, REDUNDANT])
 def test_peaks_of_a_quick_lever_are_those_of_fine_samples(by):
     quick = ("springs.lever_return.frequency=200 Hz", "bodies.link.rods=2", "run.turns=0.6")
-    told = struck_response(run(by, *quick, "run.sample=1 ms"), "strike")
-    fine = struck_response(run(by, *quick, "run.sample=0.01 ms"), "strike")
+    told = lever_response(run(by, *quick, "run.sample=1 ms"), "strike")
+    fine = lever_response(run(by, *quick, "run.sample=0.01 ms"), "strike")
     assert told.least[0] == pytest.approx(fine.value.min(), abs=1e-6)
     assert told.greatest[0] == pytest.approx(fine.value.max(), abs=1e-6)
 

@@ -12,7 +12,7 @@ from matplotlib.colors import same_color
 from matplotlib.text import Text
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.observables import State, struck_response
+from exudyn_flexlink.observables import State, lever_response
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
     coordinates,
@@ -20,9 +20,9 @@ from exudyn_flexlink.plots import (
     figures,
     forces,
     guide_contact,
+    lever,
     mechanism,
     polar,
-    response,
     save_figures,
 )
 from exudyn_flexlink.plots.sleeve import STATE_COLOURS
@@ -72,7 +72,7 @@ def labels(figure):
 
 
 def test_all_figures_of_the_papers_mechanism(rigid, tmp_path):
-    names = ["coordinates", "polar", "response", "mechanism", "energy", "forces"]
+    names = ["coordinates", "polar", "lever", "mechanism", "energy", "forces"]
     assert list(figures(rigid)) == names
     files = save_figures(rigid, tmp_path)
     assert [file.name for file in files] == [f"{name}.png" for name in names]
@@ -164,18 +164,18 @@ def test_polar_shows_every_lap(rigid):
 
 
 def test_lever_marks_strikes_and_peaks(rigid):
-    said = words(response(rigid))
+    said = words(lever(rigid))
     assert "strike 2 (lap 3)" in said
     assert "tip displacement (mm)" in said
     assert "turns of the crank" in said
-    angle, _ = struck_response(rigid, "strike").least
+    angle, _ = lever_response(rigid, "strike").least
     tip = 30 * sin(angle)  # mm, of a lever 30 mm long
     peak = f"{angle:.4f} rad ({tip:.3f} mm)".replace("-", "\N{MINUS SIGN}")
     assert peak in said
 
 
 def test_lever_that_is_never_struck(rigid):
-    figure = response(results.touched(rigid))
+    figure = lever(results.touched(rigid))
     assert "strike 1" not in words(figure)
 
 
@@ -364,7 +364,7 @@ def run_script(name, *args):
 
 @pytest.mark.parametrize(
     ("script", "said"),
-    [("s_trajectory.py", "x least mm"), ("struck_response.py", "approach speed, m/s")],
+    [("s_trajectory.py", "x least mm"), ("lever_response.py", "approach speed, m/s")],
 )
 def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
     save(rigid, tmp_path / "run")
@@ -376,7 +376,7 @@ def test_scripts_work_from_a_saved_run(rigid, tmp_path, script, said):
     assert png.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("script", ["s_trajectory.py", "struck_response.py"])
+@pytest.mark.parametrize("script", ["s_trajectory.py", "lever_response.py"])
 def test_scripts_refuse_what_is_no_run(tmp_path, script):
     done = run_script(script, tmp_path)
     assert done.returncode == 2
@@ -386,7 +386,7 @@ def test_scripts_refuse_what_is_no_run(tmp_path, script):
 
 def test_lever_script_without_contact(tmp_path):
     save(results.pendulum(), tmp_path / "run")
-    done = run_script("struck_response.py", tmp_path / "run")
+    done = run_script("lever_response.py", tmp_path / "run")
     assert done.returncode == 2
     assert "no contact" in done.stderr
 

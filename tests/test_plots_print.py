@@ -21,9 +21,9 @@ from exudyn_flexlink.plots import (
     energy,
     figures,
     forces,
+    lever,
     mechanism,
     polar,
-    response,
     save_figures,
 )
 from exudyn_flexlink.plots.digits import told
@@ -191,7 +191,7 @@ def test_lines_that_coincide_differ_in_width():
 
 
 def test_panels_are_lettered(rigid):
-    for name, count in {"response": 2, "mechanism": 5, "energy": 2, "forces": 5}.items():
+    for name, count in {"lever": 2, "mechanism": 5, "energy": 2, "forces": 5}.items():
         titles = [axes.get_title(loc="left") for axes in figures(rigid)[name].axes]
         lettered = [title[:3] for title in titles if title]
         assert lettered == ["(a)", "(b)", "(c)", "(d)", "(e)"][:count]
@@ -256,7 +256,7 @@ def test_forces_that_hardly_change_do_not_look_like_noise(rigid):
 
 def test_peaks_are_told_beyond_the_data(rigid):
     for style in (SCREEN, PRINT):
-        figure = response(rigid, style=style)
+        figure = lever(rigid, style=style)
         figure.draw_without_rendering()
         whole = figure.axes[0]
         angles = np.concatenate(
@@ -271,7 +271,7 @@ def test_peaks_are_told_beyond_the_data(rigid):
 @pytest.mark.parametrize("turns", [0.7, 0.8, 0.9, 1.0, 1.3, 1.6])
 def test_peaks_are_told_within_the_axes(turns):
     """Wherever in the run they are: the strike is half a turn from its begin."""
-    whole = response(results.rigid_link(turns=turns, samples=401), style=PRINT).axes[0]
+    whole = lever(results.rigid_link(turns=turns, samples=401), style=PRINT).axes[0]
     whole.figure.draw_without_rendering()
     assert len(whole.texts) == 2
     for text in whole.texts:
@@ -281,7 +281,7 @@ def test_peaks_are_told_within_the_axes(turns):
 
 def test_texts_do_not_lie_on_each_other(rigid):
     for style in (SCREEN, PRINT):
-        for name in ("response", "energy", "forces", "coordinates"):
+        for name in ("lever", "energy", "forces", "coordinates"):
             figure = figures(rigid, style)[name]
             figure.draw_without_rendering()
             boxes = [
@@ -311,7 +311,7 @@ def _told(figure):
 @pytest.mark.parametrize("style", [SCREEN, PRINT])
 def test_what_lies_beyond_the_horizon_is_shaded_and_named(parting, style):
     drawn = figures(parting, style)
-    assert set(drawn) == {"coordinates", "polar", "response", "mechanism", "energy", "forces"}
+    assert set(drawn) == {"coordinates", "polar", "lever", "mechanism", "energy", "forces"}
     for name, figure in drawn.items():
         assert "beyond the horizon:\nnot within 0.001 mm" in words(figure), name
         shaded = [
@@ -323,11 +323,11 @@ def test_what_lies_beyond_the_horizon_is_shaded_and_named(parting, style):
 
 
 def test_only_what_lies_beyond_is_shaded(parting):
-    whole = response(parting).axes[0]
+    whole = lever(parting).axes[0]
     (span,) = (patch for patch in whole.patches if str(patch.get_label()).startswith("beyond"))
     begin, end = span.get_x(), span.get_x() + span.get_width()
     assert (begin, end) == pytest.approx((1.5, parting.time[-1]))
-    assert "strike 2 (lap 3),\nbeyond the horizon" in words(response(parting))
+    assert "strike 2 (lap 3),\nbeyond the horizon" in words(lever(parting))
 
 
 def test_a_run_within_its_tolerance_has_no_shade(rigid):
@@ -363,13 +363,13 @@ def test_a_peak_of_which_no_digit_is_known_is_not_told(rigid):
     """The lever's tip moves by 5 mm, at 30 mm from its pivot."""
     for largest, count in ((2e-3, 2), (2e-2, 0)):
         error = MeasuredError(("link.end",), limit=1e-6, largest=largest, exceeds_from=0.1)
-        assert len(response(replace(rigid, error=error)).axes[0].texts) == count
+        assert len(lever(replace(rigid, error=error)).axes[0].texts) == count
 
 
 def test_a_coarser_run_is_told_with_fewer_digits(rigid):
     def peaks(tolerance):
         accuracy = rigid.scene.accuracy.model_copy(update={"tolerance": tolerance})
-        figure = response(replace(rigid, scene=rigid.scene.changed(accuracy=accuracy)))
+        figure = lever(replace(rigid, scene=rigid.scene.changed(accuracy=accuracy)))
         return [text.get_text() for text in figure.axes[0].texts]
 
     assert len(peaks(1e-3)[0]) < len(peaks(1e-6)[0])
@@ -378,5 +378,5 @@ def test_a_coarser_run_is_told_with_fewer_digits(rigid):
 def test_every_engine_has_its_colour(rigid):
     for engine, colour in (("exudyn", "#0072B2"), ("lagrangian", "#D55E00")):
         run = replace(rigid, engine=engine)
-        for line in (response(run).axes[0].lines[0], energy(run).axes[1].lines[0]):
+        for line in (lever(run).axes[0].lines[0], energy(run).axes[1].lines[0]):
             assert same_color(line.get_color(), colour)

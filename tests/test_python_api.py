@@ -200,11 +200,11 @@ def test_the_command_line_knows_models_by_name(capsys):
 
 
 def test_observables_say_what_they_are_in_a_line(run):
-    for found in (run.path("link.end"), run.response("lever")):
+    for found in (run.path("link.end"), run.lever("lever")):
         assert "\n" not in repr(found)
         assert len(repr(found)) < 120
     assert repr(run.path("link.end")).startswith("<PointPath of link.end: to ")
-    assert "rad at" in repr(run.response("lever"))
+    assert "rad at" in repr(run.lever("lever"))
 
 
 def test_observables_are_methods(run, tilting):
@@ -212,7 +212,7 @@ def test_observables_are_methods(run, tilting):
         run.path("link.end").position, observables.path(run, "link.end").position
     )
     assert run.strikes("strike") == observables.strikes(run, "strike")
-    assert run.response("lever").farthest == observables.struck_response(run, "strike").farthest
+    assert run.lever("lever").farthest == observables.lever_response(run, "strike").farthest
     assert run.touches("strike") is run.contacts["strike"].touches
     assert tilting.touches("sleeve") is tilting.sleeves["sleeve"].touches
 
@@ -224,7 +224,7 @@ def test_what_there_is_none_of_is_told_with_what_there_is(run):
     with pytest.raises(ValueError, match=r"nothing touches in 'bump'; there are: 'strike'"):
         run.touches("bump")
     with pytest.raises(ValueError, match=r"no contact strikes 'bump'; struck are: 'lever'"):
-        run.response("bump")
+        run.lever("bump")
     with pytest.raises(ValueError, match=r"points such as 'link\.end'"):
         run.to_dataframe("bump")
     with pytest.raises(AttributeError, match="there are: coordinates"):

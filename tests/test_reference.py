@@ -15,7 +15,7 @@ from benchmarks.series import deviation, read_series
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import settled, strikes, struck_response
+from exudyn_flexlink.observables import lever_response, settled, strikes
 from exudyn_flexlink.result import Result
 
 HERE = Path(__file__).parent
@@ -108,7 +108,7 @@ def test_strike_at_a_tight_tolerance() -> None:
     ],
 )
 def test_peaks_of_the_lever(name: str, least: float, greatest: float) -> None:
-    response = struck_response(run(name, "run.sample=0.1 ms"), "strike")
+    response = lever_response(run(name, "run.sample=0.1 ms"), "strike")
     assert response.least[0] == pytest.approx(least, abs=5e-5)
     assert response.greatest[0] == pytest.approx(greatest, abs=5e-5)
 

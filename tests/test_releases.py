@@ -15,7 +15,7 @@ from exudyn_flexlink.engines.diagnostics.releases import releases
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import struck_response
+from exudyn_flexlink.observables import lever_response
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -82,7 +82,7 @@ def test_an_error_of_the_place_grows_so_much(slow: Result, tmp_path: Path) -> No
     dx = 1e-6
     time = np.linspace(release.time, release.time + 1 / FREQUENCY, 200)
     angles = [
-        struck_response(run, "strike").value_at(time)
+        lever_response(run, "strike").value_at(time)
         for run in (slow, pushed(tmp_path, SLOW, LEVER - dx))
     ]
     off = LEVER * np.abs(angles[1] - angles[0]).max()
@@ -124,7 +124,7 @@ def test_a_strike_that_is_cut_off_leaves_an_error_of_speed_which_grows_within_a_
     run, shorter = (cut_off(tmp_path, length) for length in (tip, tip - dx))
     (release,) = releases(run)
     time = np.linspace(release.time, release.time + 0.5 / FREQUENCY, 200)
-    angles = [struck_response(one, "strike").value_at(time) for one in (run, shorter)]
+    angles = [lever_response(one, "strike").value_at(time) for one in (run, shorter)]
     grown = tip * np.abs(angles[1] - angles[0]).max() / dx
     assert release.growth == pytest.approx(grown, rel=0.1)
     assert release.growth > 20 * release.spring_back / release.creep

@@ -79,10 +79,10 @@ def test_files_that_are_no_longer_written_go_unless_the_user_changed_them():
     for changed in (False, True):
         results.put(rigid_link(samples=201), "o")
         if changed:
-            mine("o/response_lever.csv")
+            mine("o/lever_lever.csv")
         with staged_folder(Path("o"), force=changed) as folder:
             storage.save(results.pendulum(), folder)
-        assert Path("o/response_lever.csv").exists() == changed
+        assert Path("o/lever_lever.csv").exists() == changed
         assert not Path("o/trajectory_link.end.csv").exists()
 
 

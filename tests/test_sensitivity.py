@@ -129,8 +129,8 @@ def test_the_resolution_is_that_of_half_the_run():
 def test_only_what_both_runs_have_lived_through_counts():
     run = shaken()
     whole, part = run_statistics(run), run_statistics(run, end=0.2)
-    assert part.responses["lever"][0] == 0.0  # the first strike is at 0.314 s
-    assert whole.responses["lever"][0] < -0.1
+    assert part.levers["lever"][0] == 0.0  # the first strike is at 0.314 s
+    assert whole.levers["lever"][0] < -0.1
 
 
 def test_where_no_ideal_path_is_known():

@@ -10,12 +10,12 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import scene_of
-from exudyn_flexlink.observables import DISPLACEMENT, struck_response
-from exudyn_flexlink.plots import response
+from exudyn_flexlink.observables import DISPLACEMENT, lever_response
+from exudyn_flexlink.plots import lever
 from exudyn_flexlink.report.strikes import response_table, strike_table
 from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import load, save
-from exudyn_flexlink.storage.tables import struck_columns, tables_of
+from exudyn_flexlink.storage.tables import lever_columns, tables_of
 from exudyn_flexlink.sweeps.rows import standard_row
 
 BALL, BUMPER, STIFFNESS = 1.0, 4.0, 4e4  # kg, kg, N/m
@@ -70,7 +70,7 @@ def motion(time):
 
 @pytest.mark.parametrize("points", [CARRIED, CARRYING])
 def test_a_bumper_swings_by_its_speed_over_its_frequency(points):
-    seen = struck_response(run(points), "hit")
+    seen = lever_response(run(points), "hit")
     assert seen.measure is DISPLACEMENT
     np.testing.assert_allclose(seen.value, motion(seen.time), atol=1e-9)
     after = seen.time > STRUCK + 1e-9
@@ -84,7 +84,7 @@ def test_a_bumper_swings_by_its_speed_over_its_frequency(points):
 def test_its_peaks_lie_between_the_samples(points):
     """Six samples a period miss a peak by up to 13 %; the polynomials of the steps do not."""
     result = run(points, IMPULSE, "run.sample=10.5 ms")
-    seen = struck_response(result, "hit")
+    seen = lever_response(result, "hit")
     for (value, time), sign, quarters in ((seen.greatest, 1, 1), (seen.least, -1, 3)):
         assert value == pytest.approx(sign * AMPLITUDE, abs=1e-9)
         period = (time - STRUCK) % (2 * pi / OMEGA)
@@ -101,7 +101,7 @@ def test_its_peaks_lie_between_the_samples(points):
 def test_a_stiff_penalty_moves_it_as_far(formulation, part):
     """The touch lasts pi sqrt(m/k) = 9e-5 s, 0.9 % of a radian of the bumper's motion."""
     settings = f"solver.formulation={formulation}", "accuracy.tolerance=1.0e-7"
-    seen = struck_response(run(CARRIED, PENALTY, *settings), "hit")
+    seen = lever_response(run(CARRIED, PENALTY, *settings), "hit")
     assert seen.greatest[0] == pytest.approx(AMPLITUDE, rel=part)
     assert seen.least[0] == pytest.approx(-AMPLITUDE, rel=part)
 
@@ -122,7 +122,7 @@ def test_a_body_that_slides_on_a_moving_one_is_told_against_that():
         "initial.angles={carriage: 0}",
     ]
     result = simulate(scene_of(parse_document(text, "carriage.yaml"), settings), measure=False)
-    seen = struck_response(result, "hit")
+    seen = lever_response(result, "hit")
     np.testing.assert_allclose(seen.value, motion(seen.time), atol=1e-8)
 
 
@@ -131,7 +131,7 @@ def test_a_free_body_goes_along_the_normal():
     text = SCENE.replace("LAW", IMPULSE)
     begin, end = text.index("joints:"), text.index("contacts:")
     document = parse_document(text[:begin] + text[end:], "free.yaml")
-    seen = struck_response(simulate(scene_of(document), measure=False), "hit")
+    seen = lever_response(simulate(scene_of(document), measure=False), "hit")
     assert seen.measure is DISPLACEMENT
     gone = AMPLITUDE * OMEGA * np.maximum(seen.time - STRUCK, 0.0)
     np.testing.assert_allclose(seen.value, -gone, atol=1e-9)
@@ -149,7 +149,7 @@ def test_what_is_welded_to_a_slider_slides_with_it():
         "  bumper:", "  slider: {type: rigid, mass: 3, inertia: 1, points: {c: [0, 0]}}\n  bumper:"
     )
     result = simulate(scene_of(parse_document(text, "welded.yaml")), measure=False)
-    seen = struck_response(result, "hit")
+    seen = lever_response(result, "hit")
     np.testing.assert_allclose(seen.value, motion(seen.time), atol=1e-9)
 
 
@@ -165,7 +165,7 @@ def test_tables_say_displacement_and_metres(struck):
 
 
 def test_columns_are_named_by_what_they_hold(struck):
-    columns = struck_columns(struck, "hit")
+    columns = lever_columns(struck, "hit")
     np.testing.assert_allclose(columns["displacement_m"], motion(struck.time), atol=1e-9)
     assert {"rate_m_per_s", "tip_displacement_m"} < set(columns)
     assert not [name for table in tables_of(struck).values() for name in table if "angle" in name]
@@ -179,16 +179,16 @@ def test_columns_are_named_by_what_they_hold(struck):
 def test_a_saved_run_is_read_back(struck, tmp_path):
     save(struck, tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
-    told = summary["responses"]["bumper"]
+    told = summary["levers"]["bumper"]
     assert told["greatest_displacement_m"] == pytest.approx(AMPLITUDE, abs=1e-9)
     assert STRUCK < told["greatest_displacement_at_s"] < 0.15
-    again = struck_response(load(tmp_path), "hit")
-    assert again.greatest == struck_response(struck, "hit").greatest
+    again = lever_response(load(tmp_path), "hit")
+    assert again.greatest == lever_response(struck, "hit").greatest
     assert again.measure is DISPLACEMENT
 
 
 def test_the_figure_shows_millimetres(struck):
-    figure = response(struck)
+    figure = lever(struck)
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert labels == ["displacement of bumper (mm)"] * 2
     texts = [text.get_text() for text in figure.axes[0].texts]

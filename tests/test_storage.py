@@ -97,7 +97,7 @@ def test_tables(saved):
         "vy_m_per_s",
     )
     np.testing.assert_allclose([table["x_m"][0], table["y_m"][0]], [0.11, 0], atol=1e-12)
-    lever = np.genfromtxt(saved / "response_lever.csv", delimiter=",", names=True)
+    lever = np.genfromtxt(saved / "lever_lever.csv", delimiter=",", names=True)
     assert lever.dtype.names == (
         "t_s",
         "crank_angle_rad",
@@ -341,11 +341,11 @@ def test_nothing_is_left_of_what_is_interrupted(error, tmp_path):
 
 
 def test_an_earlier_run_is_replaced(copy):
-    assert (copy / "response_lever.csv").is_file()
+    assert (copy / "lever_lever.csv").is_file()
     with staged_folder(copy) as folder:
         save(results.pendulum(), folder)
     assert load(copy).scene.title == "pendulum"
-    assert not (copy / "response_lever.csv").exists()  # a pendulum has none
+    assert not (copy / "lever_lever.csv").exists()  # a pendulum has none
     assert left_over(copy.parent) == left_over(copy) == []
 
 

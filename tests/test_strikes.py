@@ -14,7 +14,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.integrate.clock import CLOCK, instant
 from exudyn_flexlink.loading import load_scene
-from exudyn_flexlink.observables import common_times, separation, struck_response
+from exudyn_flexlink.observables import common_times, lever_response, separation
 from exudyn_flexlink.result import Result
 
 MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
@@ -98,7 +98,7 @@ def test_slow_drives_run_to_their_end(setting: str, engine: str) -> None:
     result = slow(setting, engine)
     assert result.outcome.completed, result.outcome.reason
     assert result.checks.steps < 10_000
-    angles = struck_response(result, "strike").value
+    angles = lever_response(result, "strike").value
     assert angles.min() == pytest.approx(-0.16571, abs=1e-5)
     kinds = [event.kind for event in result.events if event.name == "strike"]
     assert (kinds[0], kinds[-1]) == ("contact begins", "leaves the face")

@@ -12,10 +12,10 @@ from exudyn_flexlink.observables import (
     farthest,
     force_deviations,
     horizon,
+    lever_response,
     parting_limit,
     separations,
     struck_bodies,
-    struck_response,
     worst_force,
 )
 from exudyn_flexlink.result import Result
@@ -28,7 +28,7 @@ class Errors:
     """Distance (m) of points from where they should be, of the one that is farthest off.
 
     `largest` is that of the point `worst`; `rms` is over time, at every instant of the point that
-    is farthest off then; `responses` are differences of the largest absolute angle (rad) or
+    is farthest off then; `levers` are differences of the largest absolute angle (rad) or
     displacement (m) of struck bodies. `force` is the largest error of a force, as a part of that
     force's largest, and `worst_force` what that is called: see `observables.worst_force`.
     """
@@ -36,15 +36,15 @@ class Errors:
     rms: float
     largest: float
     worst: str
-    responses: dict[str, float]
+    levers: dict[str, float]
     force: float
     worst_force: str
 
     def times(self, factor: float) -> Errors:
         """Return these errors times a factor."""
-        responses = {body: factor * x for body, x in self.responses.items()}
+        levers = {body: factor * x for body, x in self.levers.items()}
         scaled = {name: factor * getattr(self, name) for name in ("rms", "largest", "force")}
-        return replace(self, responses=responses, **scaled)
+        return replace(self, levers=levers, **scaled)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _peaks(result: Result, reference: Result, until: float) -> dict[str, float]:
 
 
 def _peak(result: Result, contact: str, until: float) -> float:
-    return struck_response(result, contact).between(-np.inf, np.nextafter(until, np.inf)).farthest
+    return lever_response(result, contact).between(-np.inf, np.nextafter(until, np.inf)).farthest
 
 
 def agreement(reference: Result, check: Result) -> Horizon | None:

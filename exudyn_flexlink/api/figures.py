@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from exudyn_flexlink.plots import Style
 
-NAMES = ("coordinates", "polar", "response", "mechanism", "guide_contact", "energy", "forces")
+NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
 
 
 class Plots:

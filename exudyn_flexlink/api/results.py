@@ -17,7 +17,7 @@ from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables import PointPath, Strike, StruckResponse
+from exudyn_flexlink.observables import LeverResponse, PointPath, Strike
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.stability import (
@@ -60,7 +60,7 @@ class Result(PlainResult):
         """
         return observables.strikes(self, contact)
 
-    def response(self, body: str) -> StruckResponse:
+    def lever(self, body: str) -> LeverResponse:
         """Return the motion of a struck body: angle or displacement, and that of its tip.
 
         Raises:
@@ -70,7 +70,7 @@ class Result(PlainResult):
         struck = observables.struck_bodies(self.scene)
         if body not in struck:
             raise ValueError(f"no contact strikes '{body}'; struck are: {_names(struck)}")
-        return observables.struck_response(self, struck[body])
+        return observables.lever_response(self, struck[body])
 
     def touches(self, name: str) -> Intervals:
         """Return every contact of a joint with clearance, or of one of the scene's, as columns.

@@ -12,7 +12,7 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import (
     arrays_of,
     attributes_of,
-    struck_columns,
+    lever_columns,
     touch_columns,
     trajectory_columns,
 )
@@ -38,7 +38,7 @@ def data_frame(result: Result, name: str) -> DataFrame:
 def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
     struck = struck_bodies(result.scene)
     if name in struck:
-        return struck_columns(result, struck[name])
+        return lever_columns(result, struck[name])
     if name in result.intervals:
         return touch_columns(result, name)
     if "." not in name:

@@ -24,6 +24,11 @@ from exudyn_flexlink.observables.forces import (
     worst_force,
 )
 from exudyn_flexlink.observables.interpolation import between_samples
+from exudyn_flexlink.observables.levers import (
+    LeverResponse,
+    lever_response,
+    struck_bodies,
+)
 from exudyn_flexlink.observables.parting import (
     STILL,
     common_points,
@@ -49,11 +54,6 @@ from exudyn_flexlink.observables.points import (
 )
 from exudyn_flexlink.observables.spectra import Spectrum, spectrum
 from exudyn_flexlink.observables.strikes import SAME_STRIKE, Strike, settled, strikes
-from exudyn_flexlink.observables.struck import (
-    StruckResponse,
-    struck_bodies,
-    struck_response,
-)
 from exudyn_flexlink.observables.touching import (
     TWO_POINTS,
     ContactStates,
@@ -81,13 +81,13 @@ __all__ = [
     "ContactTotals",
     "Deviation",
     "Force",
+    "LeverResponse",
     "Measure",
     "PairTotals",
     "PointPath",
     "Spectrum",
     "State",
     "Strike",
-    "StruckResponse",
     "Watched",
     "between_samples",
     "common_points",
@@ -110,6 +110,7 @@ __all__ = [
     "lap_contacts",
     "lap_starts",
     "laps",
+    "lever_response",
     "measures",
     "name_of",
     "on_axis",
@@ -129,7 +130,6 @@ __all__ = [
     "still_text",
     "strikes",
     "struck_bodies",
-    "struck_response",
     "touching",
     "turned_since_start",
     "turns",

@@ -10,7 +10,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.observables.crank import crank_angle, crank_joint, lap_of, turns
-from exudyn_flexlink.observables.struck import struck_response
+from exudyn_flexlink.observables.levers import lever_response
 from exudyn_flexlink.result import Result
 
 SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
@@ -124,7 +124,7 @@ def settled(result: Result, contact: str, before: float) -> float:
     earlier = [strike.begin for strike in strikes(result, contact) if strike.begin < before]
     if not earlier:
         return nan
-    response = struck_response(result, contact)
+    response = lever_response(result, contact)
     at_last = abs(float(np.interp(before, response.time, response.value)))
     peak, late = (
         max(at_last, abs(response.between(begin, before).farthest))

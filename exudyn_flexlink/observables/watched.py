@@ -15,8 +15,8 @@ from exudyn_flexlink.mechanism import (
     build_mechanism,
 )
 from exudyn_flexlink.observables.answers import ANGLE, answer_of, measures
+from exudyn_flexlink.observables.levers import struck_bodies, struck_by
 from exudyn_flexlink.observables.points import point_anchor, watched_point
-from exudyn_flexlink.observables.struck import struck_bodies, struck_by
 from exudyn_flexlink.scene import Scene
 
 

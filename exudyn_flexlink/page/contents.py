@@ -139,9 +139,7 @@ def _strikes(result: Result, pictures: Mapping[str, Picture]) -> Section:
     tables = [strike_table(result, contact, MOST_STRIKES) for contact in contacts]
     texts = [f"{told.caption}: none." for told in tables if not told.rows]
     answers = response_table(result)
-    return Section(
-        "strikes", "Strikes", texts, _of(pictures, "response"), _filled([*tables, answers])
-    )
+    return Section("strikes", "Strikes", texts, _of(pictures, "lever"), _filled([*tables, answers]))
 
 
 def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:

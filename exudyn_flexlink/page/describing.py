@@ -7,9 +7,9 @@ from collections.abc import Callable
 from exudyn_flexlink.observables import (
     force_peaks,
     forces_of,
+    lever_response,
     sleeves_with_play,
     struck_bodies,
-    struck_response,
     watched_point,
 )
 from exudyn_flexlink.report import listed
@@ -34,10 +34,10 @@ def _polar(result: Result) -> str:
     return f"Polar diagram of the distance of {point} from the origin, {distance}."
 
 
-def _response(result: Result) -> str:
+def _lever(result: Result) -> str:
     told = []
     for body, contact in struck_bodies(result.scene).items():
-        response = struck_response(result, contact)
+        response = lever_response(result, contact)
         (low, at), (high, then) = response.least, response.greatest
         word, unit = response.measure.word, response.measure.unit
         told.append(
@@ -83,7 +83,7 @@ def _range(own: Extremes, unit: str) -> str:
 _DESCRIPTIONS: dict[str, Callable[[Result], str]] = {
     "coordinates": _coordinates,
     "polar": _polar,
-    "response": _response,
+    "lever": _lever,
     "mechanism": _mechanism,
     "guide_contact": _guide,
     "energy": _energy,

@@ -13,7 +13,7 @@ from exudyn_flexlink.plots.comparison import comparison
 from exudyn_flexlink.plots.drawing import mechanism
 from exudyn_flexlink.plots.forces import forces
 from exudyn_flexlink.plots.motion import coordinates, polar
-from exudyn_flexlink.plots.response import response
+from exudyn_flexlink.plots.response import lever
 from exudyn_flexlink.plots.saving import FORMATS, figure_bytes, is_figure, save_figure
 from exudyn_flexlink.plots.sleeve import guide_contact
 from exudyn_flexlink.plots.stability import bifurcation, stability
@@ -40,9 +40,9 @@ __all__ = [
     "forces",
     "guide_contact",
     "is_figure",
+    "lever",
     "mechanism",
     "polar",
-    "response",
     "save_figure",
     "save_figures",
     "stability",
@@ -54,7 +54,7 @@ __all__ = [
 _FIGURES = {
     "coordinates": coordinates,
     "polar": polar,
-    "response": response,
+    "lever": lever,
     "mechanism": mechanism,
     "guide_contact": guide_contact,
     "energy": energy,

@@ -54,14 +54,14 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
     notes = [f"{s.name}: {s.result.outcome.told}" for s in runs if not s.result.outcome.completed]
     title = runs[1].result.scene.title
-    count = 3 + len(_kinds(compared)) + len(compared.responses)
+    count = 3 + len(_kinds(compared)) + len(compared.levers)
     figure = framed_figure(
         Words(title, subject, notes, _caption(compared)), 0.3 + 1.6 * count, style
     )
     rows = figure.subplots(count, 1, sharex=True)
     x, label = _axis(compared)
     _motions(rows, compared, x)
-    _differences(rows[2 + len(compared.responses) :], compared, x)
+    _differences(rows[2 + len(compared.levers) :], compared, x)
     for axes in rows:
         _marks(axes, compared, x, named=axes is rows[0])
     for axes in (rows[0], rows[-1]):
@@ -110,7 +110,7 @@ def _axis(compared: Comparison) -> tuple[FloatArray, str]:
 def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw both coordinates and the motions of struck bodies, of both runs."""
     factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
-    scales = {body: _scale(compared, body) for body in compared.responses}
+    scales = {body: _scale(compared, body) for body in compared.levers}
     for seen, style in zip((compared.first, compared.second), _styles(compared), strict=True):
         answers = (scales[body][0] * values for body, values in seen.answers.items())
         shown = [*(factor * seen.position.T), *answers]
@@ -118,7 +118,7 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
             axes.plot(x, values, label=seen.name, **style)
     for axes, coordinate in zip(rows, "xy", strict=False):
         axes.set_ylabel(f"${coordinate}$ of {compared.point}\n({unit})")
-    for axes, body in zip(rows[2:], compared.responses, strict=False):
+    for axes, body in zip(rows[2:], compared.levers, strict=False):
         axes.set_ylabel(f"{compared.measures[body].word} of\n{body} ({scales[body][1]})")
 
 

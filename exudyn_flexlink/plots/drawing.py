@@ -17,8 +17,8 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     Strike,
     crank_angle,
+    lever_response,
     strikes,
-    struck_response,
     turned_since_start,
     turns,
 )
@@ -165,7 +165,7 @@ def _instants(result: Result) -> list[tuple[float, str]]:
     contact, strike = struck
     chosen = [(float(result.time[0]), "start"), (strike.begin, FIRST)]
     if result.scene.contacts[contact].struck is not None:
-        response = struck_response(result, contact)
+        response = lever_response(result, contact)
         peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
         chosen.append((peak, f"{response.body} farthest"))
     if turns(result):

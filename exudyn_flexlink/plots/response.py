@@ -14,11 +14,11 @@ from scipy.interpolate import make_interp_spline
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     ANGLE,
+    LeverResponse,
     Strike,
-    StruckResponse,
+    lever_response,
     strikes,
     struck_bodies,
-    struck_response,
     turned_since_start,
     turns,
 )
@@ -55,7 +55,7 @@ _COLOURS = (GREEN, PURPLE, BLACK, SKY, ORANGE)  # none of an engine
 
 
 @styled
-def response(result: Result, *, style: Style = SCREEN) -> Figure | None:
+def lever(result: Result, *, style: Style = SCREEN) -> Figure | None:
     """Angle or displacement of every struck body over time; below, strike by strike.
 
     None if the scene has no contact.
@@ -66,7 +66,7 @@ def response(result: Result, *, style: Style = SCREEN) -> Figure | None:
     figure = new_figure(result, "Response of " + ", ".join(bodies), 5.8 * len(bodies), style)
     panels = list(figure.subplots(2 * len(bodies), 1, squeeze=False)[:, 0])
     for i, contact in enumerate(bodies.values()):
-        response, found = struck_response(result, contact), strikes(result, contact)
+        response, found = lever_response(result, contact), strikes(result, contact)
         whole, single = panels[2 * i], panels[2 * i + 1]
         _whole_run(whole, result, response, found, style)
         if found:
@@ -78,7 +78,7 @@ def response(result: Result, *, style: Style = SCREEN) -> Figure | None:
 
 
 def _whole_run(
-    axes: Axes, result: Result, response: StruckResponse, found: list[Strike], style: Style
+    axes: Axes, result: Result, response: LeverResponse, found: list[Strike], style: Style
 ) -> None:
     shade_beyond(axes, result, result.time)
     factor, ylabel = _scale(response)
@@ -101,7 +101,7 @@ def _whole_run(
     legend_outside(axes, 1.13 if has_scale else 1.01)
 
 
-def _scale(response: StruckResponse) -> tuple[float, str]:
+def _scale(response: LeverResponse) -> tuple[float, str]:
     """Factor from the value's unit to that which is shown, and the label of its axis."""
     measure, size = response.measure, float(np.max(np.abs(response.value)))
     factor, unit = shown_in(measure.unit, size)
@@ -125,7 +125,7 @@ def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
         axes.plot(hits, [0.03] * len(hits), transform=ground, label="impacts", **style)
 
 
-def _annotate_peaks(axes: Axes, result: Result, response: StruckResponse) -> None:
+def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None:
     if not np.any(response.value):
         return
     scale, shown = shown_in(response.measure.unit, float(np.max(np.abs(response.value))))
@@ -155,7 +155,7 @@ def _annotate_peaks(axes: Axes, result: Result, response: StruckResponse) -> Non
         )
 
 
-def _error_of(response: StruckResponse, off: float) -> float | None:
+def _error_of(response: LeverResponse, off: float) -> float | None:
     """Error of the value where places are off by `off` (m); None where the tip does not tell."""
     if response.measure is not ANGLE:
         return off
@@ -175,7 +175,7 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
     top.set_xlabel("turns of the crank")
 
 
-def _tip_of_angle(response: StruckResponse) -> Function | None:
+def _tip_of_angle(response: LeverResponse) -> Function | None:
     """Tip displacement (m) as a function of the angle; None where it does not follow an angle."""
     if response.measure is not ANGLE:
         return None
@@ -191,7 +191,7 @@ def _tip_of_angle(response: StruckResponse) -> Function | None:
     return lambda angle: np.asarray(basis(angle) @ weights)
 
 
-def _tip_scale(axes: Axes, response: StruckResponse) -> bool:
+def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
     """Add a second scale with the tip's displacement; False where there can be none."""
     tip_of = _tip_of_angle(response)
     if tip_of is None:
@@ -223,7 +223,7 @@ def _interpolated(x: FloatArray, y: FloatArray) -> Function:
 
 
 def _strike_by_strike(
-    axes: Axes, result: Result, response: StruckResponse, found: list[Strike]
+    axes: Axes, result: Result, response: LeverResponse, found: list[Strike]
 ) -> None:
     """Lay the first strikes over each other, from their first touch on."""
     trusted = horizon(result)

@@ -129,7 +129,7 @@ def _about(study: Study, source: Source) -> str:
         return f"n = {rods} against {twice}, which {_cost(source)}; estimated as O(1/n{power})"
     told = measures(study.scene)
     peaks = "".join(
-        f"; peak of {body} {x:.1e} {told[body].unit}" for body, x in source.errors.responses.items()
+        f"; peak of {body} {x:.1e} {told[body].unit}" for body, x in source.errors.levers.items()
     )
     against = f"{STIFFER:g} times the stiffness, which {_cost(source)}"
     return f"{against}; estimated as O(k^-1/2){peaks}"

@@ -28,7 +28,7 @@ def comparison_text(comparison: Comparison) -> str:
         [horizon_text(comparison)],
         _forces(comparison),
         _beyond(comparison),
-        _responses(comparison),
+        _levers(comparison),
         *(_strikes(comparison, contact) for contact in contacts),
         _clearances(comparison),
         _runs(comparison),
@@ -114,22 +114,21 @@ def _beyond(comparison: Comparison) -> list[str]:
             rows.append(
                 [
                     f"{measure.word} of {body}, {what}",
-                    *(measure.told(part.responses[body][k]) for part in (one, other)),
+                    *(measure.told(part.levers[body][k]) for part in (one, other)),
                 ]
             )
     about = f"Beyond the horizon: {comparison.point}, all but the mean relative to the mean"
     return [about, *table(rows)]
 
 
-def _responses(comparison: Comparison) -> list[str]:
+def _levers(comparison: Comparison) -> list[str]:
     rows = []
     for body, apart in comparison.answer_differences.items():
         measure = comparison.measures[body]
         named, unit = f"{measure.word} of {body}", measure.unit
         for what in ("least", "greatest"):
             (one, t1), (other, t2) = (
-                getattr(seen.responses[body], what)
-                for seen in (comparison.first, comparison.second)
+                getattr(seen.levers[body], what) for seen in (comparison.first, comparison.second)
             )
             values = [f"{measure.told(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
             rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])

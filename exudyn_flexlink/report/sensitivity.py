@@ -58,10 +58,10 @@ def _statistics(found: Sensitivity) -> list[list[str]]:
     rows = []
     if one.perturbed is not None and other.perturbed is not None:
         rows += _perturbed(one.perturbed, other.perturbed, found.point)
-    for body in [body for body in one.responses if body in other.responses]:
+    for body in [body for body in one.levers if body in other.levers]:
         measure = found.measures[body]
         for i, word in enumerate(("least", "greatest")):
-            pair = (one.responses[body][i], other.responses[body][i])
+            pair = (one.levers[body][i], other.levers[body][i])
             told = (f"{number(x)} {measure.unit}" for x in pair)
             rows.append([f"{word} {measure.word} of {body}", *told])
     for joint, totals in one.contact.items():

@@ -8,9 +8,9 @@ from math import degrees, inf, isfinite
 from exudyn_flexlink.observables import (
     Strike,
     crank_joint,
+    lever_response,
     strikes,
     struck_bodies,
-    struck_response,
 )
 from exudyn_flexlink.report.tables import Column, Table, table_of_items
 from exudyn_flexlink.result import Result
@@ -37,7 +37,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
         "place": ("m", lambda strike: f"{strike.place:.5f}"),
     }
     if struck is not None:
-        response = struck_response(result, contact)
+        response = lever_response(result, contact)
         begins = [*(strike.begin for strike in found), inf]
         until = dict(pairwise(begins))  # the next strike
         columns[f"{struck} peak"] = (
@@ -60,7 +60,7 @@ def response_table(result: Result) -> Table:
     """Return how far every struck body goes at least and at most, from where it is at time 0."""
     rows = []
     for body, contact in struck_bodies(result.scene).items():
-        response = struck_response(result, contact)
+        response = lever_response(result, contact)
         (low, _), (high, _) = response.least, response.greatest
         measure = response.measure
         reach = f"from {measure.number(low)} to {measure.told(high)}"

@@ -28,7 +28,7 @@ from exudyn_flexlink.storage.sweep import (
     save_table,
 )
 from exudyn_flexlink.storage.tables import (
-    struck_columns,
+    lever_columns,
     touch_columns,
     trajectory_columns,
 )
@@ -42,6 +42,7 @@ __all__ = [
     "arrays_of",
     "attributes_of",
     "is_sweep",
+    "lever_columns",
     "load",
     "load_sweep",
     "open_journal",
@@ -54,7 +55,6 @@ __all__ = [
     "save_table",
     "staged_files",
     "staged_folder",
-    "struck_columns",
     "touch_columns",
     "trajectory_columns",
     "write_csv",

@@ -89,7 +89,7 @@ def _errors(errors: Errors) -> dict[str, float | str]:
 
 
 def _source(source: Source, told: Mapping[str, Measure]) -> dict[str, Any]:
-    peaks = {f"{body}_{told[body].name}": x for body, x in source.errors.responses.items()}
+    peaks = {f"{body}_{told[body].name}": x for body, x in source.errors.levers.items()}
     return {
         "kind": source.kind,
         **_errors(source.errors),

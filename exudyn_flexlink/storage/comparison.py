@@ -36,13 +36,13 @@ def save_comparison(
 
 
 def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
-    """Instants, deviation, the watched point and the responses of both runs, by name and unit."""
+    """Instants, deviation, the watched point and the levers of both runs, by name and unit."""
     columns = {"t_s": comparison.time, "deviation_m": comparison.deviation.distance}
     for seen in (comparison.first, comparison.second):
         name = seen.name.replace(" ", "_")
         columns |= {f"{name}_{axis}_m": seen.position[:, i] for i, axis in enumerate("xy")}
         columns |= {
-            f"{name}_{body}_{seen.responses[body].measure.name}": values
+            f"{name}_{body}_{seen.levers[body].measure.name}": values
             for body, values in seen.answers.items()
         }
     return columns
@@ -65,11 +65,11 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
             "whole_run": _deviation(comparison.deviation),
         },
         "forces_up_to_the_horizon": {name: _force(own) for name, own in comparison.forces.items()},
-        "responses": {
+        "levers": {
             body: {
                 f"largest_difference_{comparison.measures[body].unit}": float(np.abs(apart).max()),
-                comparison.first.name: peak_data(comparison.first.responses[body]),
-                comparison.second.name: peak_data(comparison.second.responses[body]),
+                comparison.first.name: peak_data(comparison.first.levers[body]),
+                comparison.second.name: peak_data(comparison.second.levers[body]),
             }
             for body, apart in comparison.answer_differences.items()
         },
@@ -117,8 +117,8 @@ def _beyond(comparison: Comparison) -> dict[str, Any] | None:
 
 def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, Any]:
     keys = ("mean", "rms", "least", "greatest")
-    responses = {f"{body}_{measures[body].name}": list(own) for body, own in part.responses.items()}
-    return {f"{key}_m": getattr(part, key).tolist() for key in keys} | responses
+    levers = {f"{body}_{measures[body].name}": list(own) for body, own in part.levers.items()}
+    return {f"{key}_m": getattr(part, key).tolist() for key in keys} | levers
 
 
 def _strikes(comparison: Comparison, pair: StrikePair) -> dict[str, Any]:

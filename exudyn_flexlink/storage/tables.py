@@ -11,9 +11,9 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     crank_angle,
     crank_column,
+    lever_response,
     path,
     struck_bodies,
-    struck_response,
     watched_point,
 )
 from exudyn_flexlink.result import Result
@@ -31,14 +31,14 @@ def trajectory_columns(result: Result, point: str) -> dict[str, FloatArray]:
     return _instants(result) | {"x_m": x, "y_m": y, "vx_m_per_s": vx, "vy_m_per_s": vy}
 
 
-def struck_columns(result: Result, contact: str) -> dict[str, FloatArray]:
+def lever_columns(result: Result, contact: str) -> dict[str, FloatArray]:
     """Motion of the body that a contact strikes, as columns (N,) by name and unit.
 
     Raises:
         ValueError: the scene has no such contact.
 
     """
-    seen = struck_response(result, contact)
+    seen = lever_response(result, contact)
     return _instants(result) | {
         seen.measure.name: seen.value,
         seen.measure.rate_name: seen.rate,
@@ -82,7 +82,7 @@ def tables_of(result: Result) -> dict[str, dict[str, FloatArray]]:
     point = watched_point(result.scene)
     tables = {f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point)}
     for body, contact in struck_bodies(result.scene).items():
-        tables[_free_name(f"response_{_fit(body)}", tables)] = struck_columns(result, contact)
+        tables[_free_name(f"lever_{_fit(body)}", tables)] = lever_columns(result, contact)
     for joint in (*result.bearings, *result.sleeves):
         if len(result.intervals[joint]):
             tables[_free_name(f"touches_{_fit(joint)}", tables)] = touch_columns(result, joint)

@@ -7,15 +7,15 @@ from typing import Any
 
 from exudyn_flexlink.observables import (
     ContactTotals,
+    LeverResponse,
     State,
     Strike,
-    StruckResponse,
     contact_totals,
     crank_column,
     joints_with_play,
+    lever_response,
     strikes,
     struck_bodies,
-    struck_response,
 )
 from exudyn_flexlink.result import Extremes, Result
 from exudyn_flexlink.scene import Scene
@@ -44,7 +44,7 @@ def save(result: Result, folder: Path) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
     ``result.nc`` (arrays), ``summary.json``, ``trajectory_<point>.csv`` of the watched point, and
-    ``response_<body>.csv`` of every body that a contact strikes, ``touches_<joint>.csv`` of every
+    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<joint>.csv`` of every
     joint with clearance that touched. The column crank_angle_rad has the name of its joint where
     that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
     Files of the same names are written over; inside a `staged_folder`, all is written whole or not
@@ -75,8 +75,8 @@ def _summary(result: Result) -> dict[str, Any]:
         "source": scene.source,
         **{name: told.pop(name) for name in ("engine", "outcome", "warnings", "error", "checks")},
         "strikes": {name: _strikes(result, name) for name in scene.contacts},
-        "responses": {
-            body: peak_data(struck_response(result, name))
+        "levers": {
+            body: peak_data(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
         },
         "extremes": {name: _extremes(own) for name, own in result.extremes.items()},
@@ -121,7 +121,7 @@ def contact_data(totals: ContactTotals) -> dict[str, float]:
     }
 
 
-def peak_data(seen: StruckResponse) -> dict[str, float]:
+def peak_data(seen: LeverResponse) -> dict[str, float]:
     """How far a struck body went, and when, by name and unit."""
     (least, least_at), (greatest, greatest_at) = seen.least, seen.greatest
     word, name = seen.measure.word, seen.measure.name

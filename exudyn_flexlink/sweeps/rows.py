@@ -14,9 +14,9 @@ from exudyn_flexlink.observables import (
     Strike,
     contact_totals,
     joints_with_play,
+    lever_response,
     strikes,
     struck_bodies,
-    struck_response,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
@@ -103,7 +103,7 @@ def standard_row(result: Result) -> dict[str, Scalar]:
     for contact in result.scene.contacts:
         found |= _of_contact(result, contact)
     for body, contact in struck_bodies(result.scene).items():
-        seen = struck_response(result, contact)
+        seen = lever_response(result, contact)
         measure, (least, _), (greatest, _) = seen.measure, seen.least, seen.greatest
         found |= {
             f"{body}.{measure.span}_{measure.unit}": greatest - least,

@@ -11,9 +11,9 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     ANGLE,
     Deviation,
+    lever_response,
     path,
     struck_bodies,
-    struck_response,
     watched_point,
 )
 from exudyn_flexlink.result import Result
@@ -59,7 +59,7 @@ def deviation(
             f"the run has no sample at t = {time[missing][0]:.9g} s: set 'run: sample' to match"
         )
     seen = path(result, watched_point(result.scene)).position[index]
-    responses = (struck_response(result, own) for own in struck_bodies(result.scene).values())
+    responses = (lever_response(result, own) for own in struck_bodies(result.scene).values())
     lever = next((own for own in responses if own.measure is ANGLE), None)
     angle = lever_angle if lever is None else lever.value[index]
     return Deviation(time, np.linalg.norm(seen - position, axis=1), angle - lever_angle)

@@ -11,7 +11,7 @@ from benchmarks.series import deviation, read_series
 from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import Result, Scene, load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import path, struck_response
+from exudyn_flexlink.observables import lever_response, path
 
 ROOT = Path(__file__).parent.parent.parent
 MODEL = ROOT / "models" / "no_clearance.yaml"
@@ -68,7 +68,7 @@ def tight(until: float | None = None) -> tuple[FloatArray, FloatArray, FloatArra
     return (
         time,
         path(result, "link.end").position[index],
-        struck_response(result, "strike").value[index],
+        lever_response(result, "strike").value[index],
     )
 
 

@@ -188,8 +188,8 @@ def _lever_length(scene: Scene) -> float:
 def _levers(result: Result, reference: Result) -> Iterator[str]:
     """Extremes of the levers that are more than a twentieth off."""
     seen = compare(result, reference)
-    for body in seen.responses:
-        one, other = seen.first.responses[body], seen.second.responses[body]
+    for body in seen.levers:
+        one, other = seen.first.levers[body], seen.second.levers[body]
         size = max(abs(other.least[0]), abs(other.greatest[0]))
         for name, a, b in (
             ("least", one.least[0], other.least[0]),

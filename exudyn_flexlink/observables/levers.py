@@ -24,7 +24,7 @@ from exudyn_flexlink.scene import Scene
 
 
 @dataclass(frozen=True)
-class StruckResponse:
+class LeverResponse:
     """Motion of a struck body, (N,) each.
 
     `measure` says what `value` is, from where the body stood at time 0, and in what unit: the angle
@@ -46,11 +46,11 @@ class StruckResponse:
 
     def __repr__(self) -> str:
         if not len(self.time):
-            return f"<StruckResponse of {self.body}: no samples>"
+            return f"<LeverResponse of {self.body}: no samples>"
         (least, at), (greatest, then) = self.least, self.greatest
         unit = self.measure.unit
         return (
-            f"<StruckResponse of {self.body}: from {least:+.5g} {unit} at {at:.5g} s to "
+            f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {at:.5g} s to "
             f"{greatest:+.5g} {unit} at {then:.5g} s, {len(self.time)} samples>"
         )
 
@@ -58,7 +58,7 @@ class StruckResponse:
         """Value at any instants, between samples too: see `between_samples`."""
         return between_samples(self.time, self.value, self.rate, time)
 
-    def between(self, begin: float, end: float) -> StruckResponse:
+    def between(self, begin: float, end: float) -> LeverResponse:
         """The part from `begin` to before `end` (s) alone; may be nothing."""
         inside = (self.time >= begin) & (self.time < end)
         names = ("time", "value", "rate", "tip_displacement")
@@ -100,7 +100,7 @@ def struck_bodies(scene: Scene) -> dict[str, str]:
     return found
 
 
-def struck_response(result: Result, contact: str) -> StruckResponse:
+def lever_response(result: Result, contact: str) -> LeverResponse:
     """Motion of the body that the contact strikes.
 
     Raises:
@@ -121,7 +121,7 @@ def struck_response(result: Result, contact: str) -> StruckResponse:
     tip = anchor_position(_farthest(own.anchors[1], hinge, start), result.poses)
     normal = approach(own, start, result.rates[0]).normal
     turns = result.extremes[f"{body}.{answer.measure.name}"]
-    return StruckResponse(
+    return LeverResponse(
         body,
         answer.measure,
         result.time,

@@ -1,9 +1,9 @@
 """Strikes and response of the struck body of a saved run: table, CSV, figure (paper, Fig. 4).
 
 Examples:
-  .venv/bin/python scripts/struck_response.py runs/no_clearance
-  .venv/bin/python scripts/struck_response.py runs/no_clearance --csv of.csv --png of.png
-  .venv/bin/python scripts/struck_response.py runs/two_levers --contact left
+  .venv/bin/python scripts/lever_response.py runs/no_clearance
+  .venv/bin/python scripts/lever_response.py runs/no_clearance --csv lever.csv --png lever.png
+  .venv/bin/python scripts/lever_response.py runs/two_levers --contact left
 
 Exit codes: 0 done; 2 no such run or contact, or a file can't be written.
 
@@ -19,10 +19,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from exudyn_flexlink.observables import Strike, settled, strikes, struck_response
-from exudyn_flexlink.plots import response
+from exudyn_flexlink.observables import Strike, lever_response, settled, strikes
+from exudyn_flexlink.plots import lever
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import StorageError, load, struck_columns, write_csv
+from exudyn_flexlink.storage import StorageError, lever_columns, load, write_csv
 
 
 def main() -> int:
@@ -35,7 +35,7 @@ def main() -> int:
             raise ValueError(f"the scene of {options.run} has no contact, so nothing is struck")
         table = _table(result, contact)
         if options.csv:
-            write_csv(options.csv, struck_columns(result, contact))
+            write_csv(options.csv, lever_columns(result, contact))
         if options.png:
             _draw(result, options.png)
     except (StorageError, ValueError) as error:
@@ -52,7 +52,7 @@ def main() -> int:
 
 def _table(result: Result, contact: str) -> Table:
     """One column for each strike."""
-    response, found = struck_response(result, contact), strikes(result, contact)
+    response, found = lever_response(result, contact), strikes(result, contact)
     (least, least_at), (greatest, greatest_at) = response.least, response.greatest
     word, unit = response.measure.word, response.measure.unit
     table = Table(
@@ -73,7 +73,7 @@ def _table(result: Result, contact: str) -> Table:
 
 
 def _cells(result: Result, contact: str, strike: Strike, following: float | None) -> dict[str, str]:
-    response = struck_response(result, contact)
+    response = lever_response(result, contact)
     until = response.time[-1] if following is None else following
     word, unit = response.measure.word, response.measure.unit
     values = response.value_at(np.linspace(strike.begin, until, 20000))
@@ -96,7 +96,7 @@ def _cells(result: Result, contact: str, strike: Strike, following: float | None
 
 
 def _draw(result: Result, file: Path) -> None:
-    figure = response(result)
+    figure = lever(result)
     if figure is None:
         raise ValueError("the run has one instant only: nothing to draw")
     figure.savefig(file, dpi=figure.dpi)
