@@ -40,7 +40,7 @@ sys.exit(cli.main(['simulate', *sys.argv[2:], '--engine=lagrangian', '--no-plots
 WALLS = """
 from exudyn_flexlink.engines.lagrangian import addresses, walls
 for walled in (False, True):
-    addresses.called_for(walled)
+    addresses.equation_functions_for(walled)
     print(walled, len(walls.look.signatures))
 """
 

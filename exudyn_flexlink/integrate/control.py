@@ -9,7 +9,8 @@ from exudyn_flexlink.integrate.collocation import STAGES
 SHARE = 0.07  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
 SAFETY = 0.9
-TWO_ROUNDS = 17 / 18  # of that, where an iteration takes two of at most eight (RADAU5, ibid.)
+# Of that, where an iteration takes two of at most eight rounds (Hairer and Wanner, RADAU5).
+TWO_ROUNDS = 17 / 18
 ORDER = STAGES + 1  # of the estimated error
 
 

@@ -13,8 +13,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian import absent, walls
-from exudyn_flexlink.engines.lagrangian.asked import Asked, asked
-from exudyn_flexlink.engines.lagrangian.called import Called, called
 from exudyn_flexlink.engines.lagrangian.compiled import (
     by_address,
     compiling,
@@ -23,12 +21,17 @@ from exudyn_flexlink.engines.lagrangian.compiled import (
     type_returned,
 )
 from exudyn_flexlink.engines.lagrangian.constants import unpacked
+from exudyn_flexlink.engines.lagrangian.equation_functions import (
+    EquationFunctions,
+    equation_functions,
+)
 from exudyn_flexlink.engines.lagrangian.equations import Drive, State, accelerations
 from exudyn_flexlink.engines.lagrangian.event_functions import EventData, uneventful
 from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
 from exudyn_flexlink.engines.lagrangian.knots import after_step, before_step
 from exudyn_flexlink.engines.lagrangian.lengths import scale_at
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, equations_of, rate_at
+from exudyn_flexlink.engines.lagrangian.step_functions import StepFunctions, step_functions
 from exudyn_flexlink.engines.lagrangian.stiffness import slopes
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint, has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import Step, change_within
@@ -48,7 +51,7 @@ def own_functions(mechanism: Mechanism) -> list[Callable[..., Any]]:
 
 
 @cache
-def called_for(walled: bool) -> Called:
+def equation_functions_for(walled: bool) -> EquationFunctions:
     """Functions of equations of motion with walls, or without."""
     forces, gives, presses, depths = (
         (_add_wall_forces, walls.take_wall_slopes, walls.add_wall_slopes, _depths_squared)
@@ -56,7 +59,7 @@ def called_for(walled: bool) -> Called:
         else (absent.forces, absent.wall_slopes, absent.wall_slopes, absent.depths)
     )
     if not compiling():
-        return Called(accelerations, forces, gives, presses, depths)
+        return EquationFunctions(accelerations, forces, gives, presses, depths)
     number, line, square, numbers = _arrays()
     assert numba is not None
     types: Any = numba.types
@@ -64,7 +67,7 @@ def called_for(walled: bool) -> Called:
     placed, chain = types.Tuple((line, line, point)), types.Tuple((line, number, line, line))
     forces = by_address(forces, number, placed, numbers, chain, line)
     holding = types.Tuple((numbers, numbers, type_of(forces)))
-    return called(
+    return equation_functions(
         by_address(
             accelerations,
             types.Tuple((line, number, line, line, number)),
@@ -80,20 +83,20 @@ def called_for(walled: bool) -> Called:
     )
 
 
-def asked_for(mode: Mode, event_data: EventData, knots: bool) -> Asked:
+def step_functions_for(mode: Mode, event_data: EventData, knots: bool) -> StepFunctions:
     """Functions that steps ask of a mechanism of this mode: with knots in its track, or without."""
     walled = len(mode.touching) > 0
     if not compiling():
-        return _asked(None, walled, knots)
-    return _asked((type_of(mode), type_of(event_data)), walled, knots)
+        return _step_functions(None, walled, knots)
+    return _step_functions((type_of(mode), type_of(event_data)), walled, knots)
 
 
 @cache
-def _asked(known: tuple[Any, Any] | None, walled: bool, knots: bool) -> Asked:
+def _step_functions(known: tuple[Any, Any] | None, walled: bool, knots: bool) -> StepFunctions:
     before, after = (before_step, after_step) if knots else (absent.before_step, absent.after_step)
     change = change_within if walled else absent.change_within
     if known is None:
-        return Asked(rate_at, slopes, force_jumps, before, after, change, uneventful)
+        return StepFunctions(rate_at, slopes, force_jumps, before, after, change, uneventful)
     number, line, square, _ = _arrays()
     assert numba is not None
     types: Any = numba.types
@@ -107,7 +110,7 @@ def _asked(known: tuple[Any, Any] | None, walled: bool, knots: bool) -> Asked:
     at_knots = (number, given, types.Tuple((equations, scale)), types.Tuple((line, square)))
     stages = types.Tuple((square, line, line, square, square))
     squares = types.UniTuple(square, 2)
-    return asked(
+    return step_functions(
         by_address(rate_at, changed, instant, equations, line, line),
         by_address(slopes, squares, instant, square, equations),
         by_address(

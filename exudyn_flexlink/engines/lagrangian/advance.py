@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.asked import Asked
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate
 from exudyn_flexlink.engines.lagrangian.lengths import length_of, scale_at
@@ -46,13 +45,14 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     longest_step,
     shortest_step,
 )
+from exudyn_flexlink.engines.lagrangian.step_functions import StepFunctions
 from exudyn_flexlink.engines.lagrangian.stiffness import presses, pressing_at
 from exudyn_flexlink.engines.lagrangian.track_point import FINE
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.control import SAFETY
 
-Means = tuple[Method, Control, Work, FloatArray, Asked]  # the array is `Buffer.memory`
+Means = tuple[Method, Control, Work, FloatArray, StepFunctions]  # the array is `Buffer.memory`
 
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
@@ -99,15 +99,15 @@ def _attempt(
     step, 0 if none is short enough, its error in parts of the tolerance, and how much longer the
     next may be.
     """
-    method, control, work, memory, asked = means
+    method, control, work, memory, functions = means
     stages, free = work.speeds.shape
     last, plain, end = past[0], not past[1], stages - 1
     pressing = pressing_at(at, equations)
-    by_q, by_v = asked.slopes(at, pressing, equations)
+    by_q, by_v = functions.slopes(at, pressing, equations)
     scale = scale_at(at, equations, control.reaches)
     known, tableau = (equations, scale), (method.nodes, method.matrix)
     most = np.inf
-    h = asked.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
+    h = functions.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
     while h >= shortest_step(at.t):
         factor(h, by_q, by_v, method, work)
         if plain:
@@ -115,7 +115,7 @@ def _attempt(
         else:
             guess(h / memory[OLD_STEP], last, method, work)
         aim = Aim(control.tolerance, control.lasting, memory[SLOW])
-        how = (method, scale, work, asked.rate_at)
+        how = (method, scale, work, functions.rate_at)
         ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, how)
         memory[ITERATED] += iterations
         if ended == SOLVED:
@@ -123,8 +123,8 @@ def _attempt(
             missed = 0.0
             if presses(pressing):
                 within = (work.states, work.near, method.nodes, method.matrix, method.powers)
-                slack, sped = asked.force_jumps(at, h, pressing, equations, within)
-                slack_q, slack_v = asked.slopes(at, slack, equations)
+                slack, sped = functions.force_jumps(at, h, pressing, equations, within)
+                slack_q, slack_v = functions.slopes(at, slack, equations)
                 factor_real(h, slack_q, slack_v, method, work)
                 missed = control.tau * length_of(sped, scale)
             error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
@@ -133,7 +133,7 @@ def _attempt(
             change = change_of_step(h, error, iterations, past[1], memory)
             after = Instant(at.t + h, work.states[end], work.near[end])
             bends = (work.rates[end], control.bend, memory)
-            part = asked.after_step((at, after), h, bends, known, tableau)
+            part = functions.after_step((at, after), h, bends, known, tableau)
             if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
                 return h, error, min(change, most)
@@ -175,10 +175,10 @@ def _end_at_touch(
     within, and then cut, or lengthened, by the little that is left. Return its length and the pair,
     or `NONE`; `changes` (s, size) are changed.
     """
-    method, control, work, memory, asked = means
+    method, control, work, memory, functions = means
     stages, free = work.speeds.shape
     step = Step(at, whole, changes, method.powers)
-    part, pair = asked.change_within(NONE, step, equations)
+    part, pair = functions.change_within(NONE, step, equations)
     if pair == NONE:
         return whole, NONE
     _cut(part, at.y, changes, method, work.states)
@@ -189,17 +189,17 @@ def _end_at_touch(
     for i in range(stages):
         for j in range(free):
             speeds[i, j] = changes[i, free + j]
-    by_q, by_v = asked.slopes(at, pressing_at(at, equations), equations)
+    by_q, by_v = functions.slopes(at, pressing_at(at, equations), equations)
     factor(h, by_q, by_v, method, work)
     scale = scale_at(at, equations, control.reaches)
     aim = Aim(control.tolerance, control.lasting, memory[SLOW])
-    how = (method, scale, work, asked.rate_at)
+    how = (method, scale, work, functions.rate_at)
     ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, how)
     memory[ITERATED] += iterations
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)
         step = Step(at, h, changes, method.powers)
-        part, again = asked.change_within(pair, step, equations)
+        part, again = functions.change_within(pair, step, equations)
         if again != NONE:
             _cut(part, at.y, changes, method, work.states)
             return part * h, again
@@ -231,7 +231,7 @@ def advance(  # noqa: PLR0913, PLR0917 - each of them another record
     how: tuple[Method, Control, Work],
     event_data: EventData,
     buffer: Buffer,
-    asked: Asked,
+    functions: StepFunctions,
 ) -> tuple[int, int]:
     """Integrate from the buffer's first state; return the number of steps, and why it ended.
 
@@ -243,7 +243,7 @@ def advance(  # noqa: PLR0913, PLR0917 - each of them another record
     mode = equations.mode
     memory, stages, size = buffer.memory, len(method.nodes), len(buffer.states[0])
     free = len(equations.c.inertias) - int(mode.drive[0])
-    means = (method, control, work, memory, asked)
+    means = (method, control, work, memory, functions)
     t, wanted = buffer.times[0], memory[STEP]
     memory[SLOW] = np.inf  # an event may have changed the equations
     done, ended = 0, FULL
@@ -281,7 +281,7 @@ def advance(  # noqa: PLR0913, PLR0917 - each of them another record
         memory[STEPS] += 1
         done += 1
         after = Instant(t, end, near)
-        if not asked.uneventful(at, after, (changes, method.powers), equations, event_data):
+        if not functions.uneventful(at, after, (changes, method.powers), equations, event_data):
             ended = LOOK
         wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
     memory[STEP] = wanted

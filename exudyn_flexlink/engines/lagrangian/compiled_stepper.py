@@ -13,9 +13,8 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.addresses import asked_for
+from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
-from exudyn_flexlink.engines.lagrangian.asked import Asked
 from exudyn_flexlink.engines.lagrangian.compiled import numba, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.contacts import SIDES
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
@@ -31,6 +30,7 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Buffer,
     Control,
 )
+from exudyn_flexlink.engines.lagrangian.step_functions import StepFunctions
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.track_point import has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
@@ -84,7 +84,7 @@ class CompiledStepper:
         none, how = np.zeros(0), (self.method, self.control, self._work)
         with seldom_collecting():
             mode = system.mode()
-            advance(0.0, mode, how, system.event_data(), buffer, self._asked)
+            advance(0.0, mode, how, system.event_data(), buffer, self._functions)
             states = states_within(
                 none, buffer.times, buffer.states, buffer.changes, self.method.powers
             )
@@ -98,10 +98,10 @@ class CompiledStepper:
         return work_for(len(self.method.nodes), len(system.start), system.free)
 
     @cached_property
-    def _asked(self) -> Asked:
+    def _functions(self) -> StepFunctions:
         """What steps ask of this mechanism."""
         system = self.problem.system
-        return asked_for(system.mode(), system.event_data(), has_knots(system.track.curve))
+        return step_functions_for(system.mode(), system.event_data(), has_knots(system.track.curve))
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""
@@ -129,7 +129,7 @@ class CompiledStepper:
         buffer.memory[PAIR] = NONE
         # An iteration that goes astray may overflow: it is not a number, hence rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            done, ended = advance(stop, mode, how, event_data, buffer, self._asked)
+            done, ended = advance(stop, mode, how, event_data, buffer, self._functions)
         for contact, side, peak in zip(
             system.contacts, event_data.sides, event_data.peaks, strict=True
         ):

@@ -36,10 +36,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
+from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
@@ -47,7 +47,8 @@ from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 Turned = tuple[FloatArray, FloatArray]
 # How each contact acts, which pairs of a sleeve touch, and what adds the forces of these pairs.
 Acting = tuple[IntArray, IntArray, Callable[..., float]]
-Holding = tuple[IntArray, IntArray, Called]  # the same, with all functions called by address
+# The same, with all functions that are called by address.
+Holding = tuple[IntArray, IntArray, EquationFunctions]
 Given = tuple[tuple[float, float, float], TrackPoint, FloatArray, Holding]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
@@ -326,9 +327,9 @@ def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> No
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
-    called = holding[2]
-    acting = (holding[0], holding[1], called.add_wall_forces)
-    found, motor, forces, powers, lost = called.accelerations(
+    functions = holding[2]
+    acting = (holding[0], holding[1], functions.add_wall_forces)
+    found, motor, forces, powers, lost = functions.accelerations(
         State(q, v, point), Drive(first, guide[2], torques), acting, c
     )
     for j in range(free):

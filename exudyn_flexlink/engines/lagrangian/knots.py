@@ -192,7 +192,7 @@ def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: S
     square = speed * speed
     pushed = (point[0], point[1], point[2], point[3], point[4] + x / square, point[5] + y / square)
     changed = np.empty(len(rate))
-    holding = (mode.acting, mode.touching, mode.called)
+    holding = (mode.acting, mode.touching, mode.functions)
     given = (guide, pushed, torques_at(at.t, count, mode), holding)
     fill_rate(at.y, given, c, changed)
     for j in range(free):

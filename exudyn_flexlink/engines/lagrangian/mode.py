@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.called import Called
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, unpacked
+from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
@@ -25,7 +25,7 @@ class Mode(NamedTuple):
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
     acting: IntArray  # (c,): how each contact acts, as in `equations`
     touching: IntArray  # (pairs,): 1 where a pair of link and guide touches, else 0
-    called: Called  # functions of such a mechanism
+    functions: EquationFunctions  # functions of such a mechanism
 
 
 ModeByReference, mode_of = by_reference(Mode, "ModeByReference", __name__)
@@ -118,7 +118,7 @@ def rate_at(
     free = count - int(mode.drive[0])
     guide = guide_at(t, y, free, mode)
     u, point, ended = track_point_at(guide[0], y, free, near, mode)
-    holding = (mode.acting, mode.touching, mode.called)
+    holding = (mode.acting, mode.touching, mode.functions)
     fill_rate(y, (guide, point, torques_at(t, count, mode), holding), c, rate)
     moved = guide[1] if mode.drive[5] == 0.0 else y[2 * free - 1]
     way[0], way[1], way[2], way[3] = point[0], point[1], point[2] * moved, point[3] * moved

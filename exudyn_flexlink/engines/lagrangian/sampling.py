@@ -105,12 +105,14 @@ def motions_at(
         for k in range(6):
             found.point[i, k] = point[k]
         if any_is(mode.touching, 1):
-            found.pressed[i] = mode.called.depths_squared(q, v, point, mode.touching, chain_of(c))
+            found.pressed[i] = mode.functions.depths_squared(
+                q, v, point, mode.touching, chain_of(c)
+            )
         if with_forces:
             alpha = guide_at(t, y, count - first, mode)[2]
             drive = Drive(first, alpha, torques_at(t, count, mode))
-            holding = (mode.acting, mode.touching, mode.called.add_wall_forces)
-            a, motor, forces, _, _ = mode.called.accelerations(
+            holding = (mode.acting, mode.touching, mode.functions.add_wall_forces)
+            a, motor, forces, _, _ = mode.functions.accelerations(
                 State(q, v, point), drive, holding, c
             )
             found.motor[i] = motor

@@ -39,7 +39,7 @@ def slopes(
     if presses(pressing[:contacts]):
         _add_contacts((q, v, point), pressing[:contacts], equations, (springs, dampers))
     if presses(pressing[contacts:]):
-        mode.called.add_wall_slopes(
+        mode.functions.add_wall_slopes(
             (q, v, point), pressing[contacts:], chain_of(c), (springs, dampers)
         )
     mass = mass_matrix(q, point, c)
@@ -71,7 +71,7 @@ def pressing_at(at: Instant, equations: Equations) -> FloatArray:
         return found
     q, v, point, _ = coordinates_at(at, equations)
     if walled:
-        mode.called.take_wall_slopes((q, v, point), mode.touching, chain_of(c), found[contacts:])
+        mode.functions.take_wall_slopes((q, v, point), mode.touching, chain_of(c), found[contacts:])
     if not struck:
         return found
     states, _, _ = touches(q, v, point, c)

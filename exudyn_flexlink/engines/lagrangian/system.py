@@ -9,10 +9,10 @@ from math import hypot, inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.addresses import called_for
-from exudyn_flexlink.engines.lagrangian.called import Called
+from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.contacts import SIDES, Contact, Side
+from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.equations import state_rate
 from exudyn_flexlink.engines.lagrangian.event_functions import (
     SEEN,
@@ -86,9 +86,9 @@ class System:
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
 
     @cached_property
-    def _called(self) -> Called:
+    def _functions(self) -> EquationFunctions:
         """Functions that equations of this mechanism call: compiled as they are first asked for."""
-        return called_for(bool(self.walls))
+        return equation_functions_for(bool(self.walls))
 
     @property
     def start(self) -> FloatArray:
@@ -137,7 +137,7 @@ class System:
             motor_numbers(self._motors, self.first + self.free),
             self.acting,
             self._touching,
-            self._called,
+            self._functions,
         )
 
     def event_data(self) -> EventData:
@@ -162,7 +162,7 @@ class System:
         torques = self._torques(t) if self._motors else self._still
         try:
             point = self._track_point(guide[0], y)
-            holding = (self.acting, self._touching, self._called)
+            holding = (self.acting, self._touching, self._functions)
             return state_rate(y, guide, point, torques, holding, self._data)
         except (ValueError, ArithmeticError) as error:
             # A trial step too far; where no step is short enough, this is what is wrong.

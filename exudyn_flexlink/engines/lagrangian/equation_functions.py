@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled
 
 
-class Called(NamedTuple):
+class EquationFunctions(NamedTuple):
     """Functions of `equations` and `walls`, or where there are none, those of `absent`."""
 
     accelerations: Callable[..., Any]
@@ -18,18 +18,20 @@ class Called(NamedTuple):
     depths_squared: Callable[..., Any]
 
 
-CalledByReference, called_of = by_reference(Called, "CalledByReference", __name__)
+EquationFunctionsByReference, equation_functions_of = by_reference(
+    EquationFunctions, "EquationFunctionsByReference", __name__
+)
 
 
 @compiled
-def called(
+def equation_functions(
     accelerations: Callable[..., Any],
     add_wall_forces: Callable[..., Any],
     take_wall_slopes: Callable[..., Any],
     add_wall_slopes: Callable[..., Any],
     depths_squared: Callable[..., Any],
-) -> Called:
+) -> EquationFunctions:
     """Record of functions: handed over as one, it takes a microsecond, and each alone nine."""
-    return called_of(
+    return equation_functions_of(
         accelerations, add_wall_forces, take_wall_slopes, add_wall_slopes, depths_squared
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled
 
 
-class Asked(NamedTuple):
+class StepFunctions(NamedTuple):
     """Functions of these names, or where a mechanism has no such thing, what finds nothing."""
 
     rate_at: Callable[..., Any]
@@ -20,11 +20,13 @@ class Asked(NamedTuple):
     uneventful: Callable[..., Any]
 
 
-AskedByReference, asked_of = by_reference(Asked, "AskedByReference", __name__)
+StepFunctionsByReference, step_functions_of = by_reference(
+    StepFunctions, "StepFunctionsByReference", __name__
+)
 
 
 @compiled
-def asked(  # noqa: PLR0913, PLR0917 - one of each
+def step_functions(  # noqa: PLR0913, PLR0917 - one of each
     rate_at: Callable[..., Any],
     slopes: Callable[..., Any],
     force_jumps: Callable[..., Any],
@@ -32,8 +34,8 @@ def asked(  # noqa: PLR0913, PLR0917 - one of each
     after_step: Callable[..., Any],
     change_within: Callable[..., Any],
     uneventful: Callable[..., Any],
-) -> Asked:
+) -> StepFunctions:
     """Record of functions, made once: handed over alone, each takes nine microseconds."""
-    return asked_of(
+    return step_functions_of(
         rate_at, slopes, force_jumps, before_step, after_step, change_within, uneventful
     )
