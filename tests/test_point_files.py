@@ -1,0 +1,69 @@
+"""Files of points that splines read: what they hold, and where they may be."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_scene import PENDULUM, scene
+
+from exudyn_flexlink.scene import Scene, SplineSpec, parse_scene
+from exudyn_flexlink.source import SceneError, parse_document
+
+
+def spline_scene(folder: Path, file: str, **options: Any) -> Scene:
+    text = PENDULUM + f"curves:\n  outline: {{type: spline, file: '{file}'}}\n"
+    return parse_scene(parse_document(text, "model.yaml", folder), **options)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "0,0\n1,0\n1,1\n0,1\n",
+        "x,y\n0, 0\n1, 0\n\n# half\n1, 1\n0, 1",
+        "\ufeff0,0\r\n1,0\r\n1,1\r\n0,1",
+    ],
+)
+def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8", newline="")
+    found = spline_scene(tmp_path, "a.csv")
+    outline = found.curves["outline"]
+    assert isinstance(outline, SplineSpec)
+    assert outline.points == ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    assert scene(json.dumps(found.to_data())) == found
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", "at least 4 points, the file has 0"),
+        ("0,0\n1,0\n1,1\n", "at least 4 points, the file has 3"),
+        ("0,0\n1,0,5\n1,1\n0,1", "a.csv line 2: expected x, y; got 3 columns"),
+        ("0,0\n1,x\n1,1\n0,1", "a.csv line 2: 'x' is no number"),
+        ("0,0\n1,inf\n1,1\n0,1", "a.csv line 2: must be finite numbers"),
+        ("0,0\n1,0\n1,0\n0,1", "line 3: the same point twice"),
+        ("0,0\n1,0\n1,1\n0,1\n0,0", "line 5: repeats the first point"),
+    ],
+)
+def test_what_a_point_file_must_not_hold(tmp_path: Path, content: str, words: str) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        spline_scene(tmp_path, "a.csv")
+    assert words in str(caught.value)
+    assert caught.value.mistakes[0].path == ("curves", "outline", "file")
+
+
+def test_point_files_stay_in_the_models_folder(tmp_path: Path) -> None:
+    inside = tmp_path / "model"
+    inside.mkdir()
+    outside = tmp_path / "secret.csv"
+    outside.write_text("0,0\n1,0\n1,1\n0,1\n")
+    os.symlink(outside, inside / "link.csv")
+    for file in ("../secret.csv", str(outside), "link.csv"):
+        with pytest.raises(SceneError, match="must be in the model's folder"):
+            spline_scene(inside, file)
+        assert spline_scene(inside, file, allow_outside=True).curves
+    for file in ("nowhere.csv", ".", "x" * 5000, "/dev/zero"):
+        with pytest.raises(SceneError):
+            spline_scene(inside, file, allow_outside=True)
