@@ -37,6 +37,7 @@ from exudyn_flexlink.mechanism import (
     other_branches,
     sample_bytes,
 )
+from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
 
@@ -133,8 +134,11 @@ def plain_data(value: Any) -> Any:
     raise TypeError(f"a model can't hold {value!r}: numbers, texts, lists and dicts only")
 
 
+@once_for_each
 def assemble_scene(scene: Scene) -> Assembly:
     """Put the scene's mechanism together at time 0.
+
+    Once for each scene: both are frozen, and a scene that was loaded has been put together already.
 
     Raises:
         SceneError: a curve can't be, joints can't close, speeds contradict joints, or a contact

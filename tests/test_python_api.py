@@ -313,8 +313,8 @@ def test_comparisons_tell_themselves(run):
 
 def test_mechanisms_are_put_together_once(monkeypatch):
     made = []
-    built = build._mechanism
-    monkeypatch.setattr(build, "_mechanism", lambda scene: made.append(scene) or built(scene))
+    bodies = build.Bodies
+    monkeypatch.setattr(build, "Bodies", lambda scene: made.append(scene) or bodies(scene))
     result = fl.simulate(fl.load_scene("no_clearance", turns=0.52, tolerance=1e-4).with_(SHORT))
     first = len(made)
     result.plot.all()
@@ -322,15 +322,6 @@ def test_mechanisms_are_put_together_once(monkeypatch):
     result.save("runs/a")
     result.path("link.end")
     assert len(made) == first
-
-
-def test_a_mechanism_lives_no_longer_than_its_scene():
-    before = len(build._BUILT)
-    scene = fl.load_scene("smooth")
-    build.build_mechanism(scene)
-    assert len(build._BUILT) == before + 1
-    del scene
-    assert len(build._BUILT) == before
 
 
 # --- signals ----------------------------------------------------------------------------------

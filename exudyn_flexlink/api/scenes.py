@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink import effects, loading
+from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.shipped import model_file, model_names
@@ -93,6 +94,7 @@ def own_scene(found: PlainScene) -> Scene:
     sections = {key: getattr(found, key) for key in PlainScene.model_fields}
     own = Scene.from_parts(sections, found.document)
     assert isinstance(own, Scene)
+    hand_on(found, own)
     return own
 
 

@@ -41,12 +41,19 @@ __all__ = [
 
 @dataclass(frozen=True)
 class State:
-    """Coordinates (parts, 3), velocities, accelerations; the slots' curve parameters."""
+    """Coordinates (parts, 3), velocities, accelerations; the slots' curve parameters.
+
+    Many use the same state, so that none may write into it.
+    """
 
     q: FloatArray
     v: FloatArray
     a: FloatArray
     places: FloatArray
+
+    def __post_init__(self) -> None:
+        for array in (self.q, self.v, self.a, self.places):
+            array.setflags(write=False)
 
 
 @dataclass(frozen=True)

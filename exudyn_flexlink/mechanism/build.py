@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from weakref import finalize
-
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
 from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, spring_of
@@ -11,6 +9,7 @@ from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slot, Weld
 from exudyn_flexlink.mechanism.tracks import build_curves
+from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import (
     ContactLaw,
     ForceDrive,
@@ -28,9 +27,8 @@ from exudyn_flexlink.scene import (
 )
 from exudyn_flexlink.source import SceneError
 
-_BUILT: dict[int, Mechanism] = {}  # by the identity of a scene, as long as that lives
 
-
+@once_for_each
 def build_mechanism(scene: Scene) -> Mechanism:
     """Turn a scene into rigid parts, joints, springs, drives and contacts.
 
@@ -40,14 +38,6 @@ def build_mechanism(scene: Scene) -> Mechanism:
         SceneError: a curve of the scene can't be.
 
     """
-    key = id(scene)
-    if key not in _BUILT:
-        _BUILT[key] = _mechanism(scene)
-        finalize(scene, _BUILT.pop, key, None).atexit = False
-    return _BUILT[key]
-
-
-def _mechanism(scene: Scene) -> Mechanism:
     curves, mistakes = build_curves(scene.curves)
     if mistakes:
         raise SceneError(scene.document, mistakes)

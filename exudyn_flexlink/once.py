@@ -1,0 +1,42 @@
+"""What follows from a frozen object alone, found once and kept as long as the object lives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar, cast
+from weakref import finalize
+
+Owner = TypeVar("Owner")
+Value = TypeVar("Value")
+
+_KEPT: dict[int, dict[Callable[..., Any], Any]] = {}  # what functions returned, by owner's identity
+
+
+def once_for_each(function: Callable[[Owner], Value]) -> Callable[[Owner], Value]:
+    """Let a function run once for each object, told by its identity; errors are not kept.
+
+    What it returns must not refer to the object, which would live on by that.
+    """
+
+    @wraps(function)
+    def kept_or_found(owner: Owner) -> Value:
+        kept = _kept_of(owner)
+        if function not in kept:
+            kept[function] = function(owner)
+        return cast(Value, kept[function])
+
+    return kept_or_found
+
+
+def hand_on(known: Owner, equal: Owner) -> None:
+    """Let what was found for one object hold for another that is equal."""
+    _kept_of(equal).update(_kept_of(known))
+
+
+def _kept_of(owner: object) -> dict[Callable[..., Any], Any]:
+    key = id(owner)
+    if key not in _KEPT:
+        _KEPT[key] = {}
+        finalize(owner, _KEPT.pop, key, None).atexit = False
+    return _KEPT[key]
