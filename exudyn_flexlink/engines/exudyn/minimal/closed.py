@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Closures
+from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Held
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
@@ -60,7 +60,7 @@ class _Placed(NamedTuple):
     """
 
     y: FloatArray
-    at: Closing
+    at: Where
     jacobian: FloatArray
     inverse: FloatArray
     reach: FloatArray
@@ -86,7 +86,7 @@ class ClosedCoordinates:
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         self._known = np.array(sorted(layout.motors), dtype=int)
         self._start = start[0]
-        self._row_scale = np.where(self.closures.angles(), self._size, 1.0)
+        self._row_scale = np.where(self.closures.angles, self._size, 1.0)
         self._pieces = [(point.changes, point.piece) for point in self._points]
         self._time = 0.0
         self._y = np.concatenate([start[0], [point.u for point in self._points]])
@@ -107,9 +107,8 @@ class ClosedCoordinates:
 
     def _place_rates(self, v: FloatArray) -> FloatArray:
         """Rates of the slots' places at time 0, from the tree's speeds (links,)."""
-        now = np.zeros(1)
-        jacobian = self.closures.jacobian(self.closures.at(now, self._y[None]))[0]
-        passing = jacobian[:, : self._links] @ v + self.closures.rates(now)[0]
+        jacobian = self.closures.jacobian(self.closures.where(self._y[None]))[0]
+        passing = jacobian[:, : self._links] @ v + self.closures.rates(np.zeros(1))[0]
         return np.asarray(np.linalg.lstsq(jacobian[:, self._links :], -passing, rcond=None)[0])
 
     # --- which are independent ----------------------------------------------------------------
@@ -122,8 +121,8 @@ class ClosedCoordinates:
 
     def _jacobian(self, y: FloatArray) -> FloatArray:
         """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
-        at = self.closures.at(np.array([self._time]), y[None])
-        matrix = self.closures.jacobian(at)[0] * self._row_scale[:, None] / self._scale(y)
+        matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
+        matrix *= self._row_scale[:, None] / self._scale(y)
         matrix[:, self._known] = 0.0
         return np.asarray(matrix)
 
@@ -245,7 +244,7 @@ class ClosedCoordinates:
             y[:, link] = self._start[link] + np.array(turned)
         return np.asarray(y)
 
-    def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Closing]:
+    def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Where]:
         """Newton's method for the dependent coordinates, at all instants together.
 
         Raises:
@@ -256,12 +255,13 @@ class ClosedCoordinates:
         lengths = self._scale(self._y)[split.dependent]
         size = np.inf
         for _ in range(MOST_ITERATIONS):
-            at = self.closures.at(t, y)
+            at = self.closures.where(y)
+            residual = self.closures.residual(t, at)
             if size <= NEAR * self._size:
                 break
             square = self.closures.jacobian(at)[:, split.rows][:, :, split.dependent]
             try:
-                change = np.linalg.solve(square, at.residual[:, split.rows, None])[:, :, 0]
+                change = np.linalg.solve(square, residual[:, split.rows, None])[:, :, 0]
             except np.linalg.LinAlgError as error:
                 raise DeadCentreError(NOT_CLOSED) from error
             before, size = size, float(np.abs(change * lengths).max(initial=0.0))
@@ -269,7 +269,7 @@ class ClosedCoordinates:
                 self._last = None
                 raise DeadCentreError(NOT_CLOSED)
             y[:, split.dependent] -= change
-        if np.abs(at.residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
+        if np.abs(residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
             self._last = None
             raise DeadCentreError(NOT_CLOSED)
         return y, at
@@ -312,14 +312,11 @@ class ClosedCoordinates:
 
     def pushed(self, k: int, at: Held) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
-        slot = self._points[k].slot
-        own = next(rows for closure, rows in self.closures.rows if closure is slot)
-        y = np.append(at.x, at.places)
-        where = self.closures.at(np.array([self._time]), y[None])
+        y, split = np.append(at.x, at.places), self._split
         push = np.zeros((self.closures.count, 2))
-        push[own] = np.eye(2)
-        split = self._split
-        square = self.closures.jacobian(where)[0][np.ix_(split.rows, split.dependent)]
+        push[self.closures.rows_of_slot(k)] = np.eye(2)
+        matrix = self.closures.jacobian(self.closures.where(y[None]))[0]
+        square = matrix[np.ix_(split.rows, split.dependent)]
         moved = np.zeros((len(y), 2))
         moved[split.dependent] = np.linalg.lstsq(square, push[split.rows], rcond=None)[0]
         return moved[: self._links]
@@ -333,21 +330,3 @@ class ClosedCoordinates:
         values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
         return AT_DEAD_CENTRE if locked else ""
-
-    # --- reactions ----------------------------------------------------------------------------
-
-    def reactions(self, at: Closing, left: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Multipliers (instants, rows) of forces `left` (instants, links), and what motors supply.
-
-        Where joints are redundant, those multipliers that are least; the second (instants, links)
-        is what is left for motors of the tree.
-        """
-        whole = self.closures.jacobian(at)
-        unknown = np.setdiff1d(np.arange(whole.shape[2]), self._known)
-        forces = np.zeros((len(left), whole.shape[2]))
-        forces[:, : self._links] = left
-        turned = whole.transpose(0, 2, 1)
-        inverse = np.linalg.pinv(turned[:, unknown], rcond=RANK)
-        multipliers = (inverse @ forces[:, unknown, None])[:, :, 0]
-        rest = forces - (turned @ multipliers[:, :, None])[:, :, 0]
-        return np.asarray(multipliers), np.asarray(rest[:, : self._links])

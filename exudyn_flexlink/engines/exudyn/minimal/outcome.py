@@ -87,7 +87,7 @@ class _Reading:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(model, self.time, self.x, self.places, self.left)
+        self.reactions = reactions_of(model, self.x, self.places, self.left)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.closures import Closing, Track
+from exudyn_flexlink.engines.exudyn.minimal.closed import RANK, ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.closures import Track
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Points
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.mechanism import Motor, Slide, Slot
 from exudyn_flexlink.mechanism.tree import GuidedSlot
 
 
@@ -28,7 +27,7 @@ class Reactions:
 
 
 def reactions_of(
-    model: MinimalModel, time: FloatArray, x: FloatArray, places: FloatArray, left: FloatArray
+    model: MinimalModel, x: FloatArray, places: FloatArray, left: FloatArray
 ) -> Reactions:
     """Reactions at instants (n,) with coordinates x (n, links) and slots' places (n, slots).
 
@@ -36,8 +35,7 @@ def reactions_of(
     joints are redundant their forces are the least of those that are possible.
     """
     if isinstance(model.coordinates, ClosedCoordinates):
-        at = _closing(model.coordinates, time, x, places)
-        return _of_closures(model, model.coordinates, at, left)
+        return _of_closures(model, model.coordinates, x, places, left)
     found = Reactions()
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
@@ -75,42 +73,50 @@ def _moment(
 
 
 def _of_closures(
-    model: MinimalModel, coordinates: ClosedCoordinates, at: Closing, left: FloatArray
+    model: MinimalModel,
+    coordinates: ClosedCoordinates,
+    x: FloatArray,
+    places: FloatArray,
+    left: FloatArray,
 ) -> Reactions:
-    multipliers, rest = coordinates.reactions(at, left)
+    closures, motors = coordinates.closures, model.layout.motors
+    at = closures.where_on(x, _track(coordinates, places))
+    multipliers, rest = _multipliers(closures.jacobian(at), sorted(motors), left)
     found = Reactions()
-    for closure, rows in coordinates.closures.rows:
-        own = multipliers[:, rows]
-        if isinstance(closure, Motor):
-            found.torques[closure.name] = own[:, 0]
-            continue
-        force = _across(coordinates, closure, at, own[:, 0]) if isinstance(closure, Slide) else own
-        if isinstance(closure, Slot):
-            second, first = closure.anchor.part, closure.carrier
-        else:
-            second, first = closure.second.part, closure.first.part
-        found.forces[closure.name] = force
+    forces = closures.forces(at, multipliers)
+    # Of the gaps those of joints are the first; motors along slides have some, too.
+    for joint, (first, second), own in zip(closures.joints, closures.parts, forces.T, strict=False):
+        force = found.forces[joint.name] = np.stack([own.real, own.imag], axis=-1)
         found.on_parts += [(second, force), (first, -force)]
-    for link, (motor, sign) in model.layout.motors.items():
+    for row, motor in closures.motors:
+        found.torques[motor.name] = multipliers[:, row]
+    for link, (motor, sign) in motors.items():
         found.torques[motor.name] = sign * rest[:, link]
     return found
 
 
-def _closing(
-    coordinates: ClosedCoordinates, time: FloatArray, x: FloatArray, places: FloatArray
-) -> Closing:
-    """Where everything is at instants, with places on the whole curves."""
-    slots = [point.slot for point in coordinates.points]
-    curves = [slot.curve.derivatives(places[:, k]) for k, slot in enumerate(slots)]
-    vectors = [np.array([curve[i] for curve in curves]) for i in range(3)]  # (slots, n, 2) each
-    track = Track(*(np.asarray(v[..., 0].T + 1j * v[..., 1].T) if len(slots) else
-                    np.zeros((len(x), 0), dtype=complex) for v in vectors))  # fmt: skip
-    return coordinates.closures.at(time, np.hstack([x, places]), track)
+def _track(coordinates: ClosedCoordinates, places: FloatArray) -> Track:
+    """Slots' curves at places (n, slots) on the whole of them."""
+    found = np.zeros((3, *places.shape), dtype=complex)
+    for k, point in enumerate(coordinates.points):
+        vectors = np.array(point.slot.curve.derivatives(places[:, k]))
+        found[:, :, k] = vectors[..., 0] + 1j * vectors[..., 1]
+    return Track(*found)
 
 
-def _across(
-    coordinates: ClosedCoordinates, slide: Slide, at: Closing, size: FloatArray
-) -> FloatArray:
-    """Force of a slide on its second part, across its line."""
-    normal = 1j * coordinates.closures.axis(slide, at.places)
-    return np.asarray(size[:, None] * np.stack([normal.real, normal.imag], axis=-1))
+def _multipliers(
+    jacobian: FloatArray, known: list[int], left: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Multipliers (n, rows) of forces `left` (n, links), and what is left of those for motors.
+
+    Where joints are redundant, those multipliers that are least. The coordinates `known` are those
+    of motors of the tree.
+    """
+    turned, links = jacobian.transpose(0, 2, 1), left.shape[1]
+    forces = np.zeros(turned.shape[:2])
+    forces[:, :links] = left
+    unknown = np.setdiff1d(np.arange(turned.shape[1]), known)
+    inverse = np.linalg.pinv(turned[:, unknown], rcond=RANK)
+    multipliers = (inverse @ forces[:, unknown, None])[:, :, 0]
+    rest = forces - (turned @ multipliers[:, :, None])[:, :, 0]
+    return np.asarray(multipliers), np.asarray(rest[:, :links])
