@@ -70,16 +70,14 @@ class Intervals:
     """
 
     begin: Annotated[FloatArray, Variable(".", "s", "first touch")]
-    end: Annotated[FloatArray, Variable(".", "s", "separation; inf: lasts", unbounded=True)]
+    end: Annotated[FloatArray, Variable(".", "s", "separation; inf: lasts")]
     place: Annotated[FloatArray, Variable(".", "m", "place along the face at begin")]
     end_place: Annotated[FloatArray, Variable(".", "m", "place along the face at end")]
     approach_speed: Annotated[FloatArray, Variable(".", "m/s", "normal speed at begin")]
     separation_speed: Annotated[FloatArray, Variable(".", "m/s", "normal speed at end")]
     impulse: Annotated[FloatArray, Variable(".", "N s", "impulse of the normal force")]
     energy_lost: Annotated[FloatArray, Variable(".", "J", "energy lost, friction included")]
-    peak_force: Annotated[
-        FloatArray, Variable(".", "N", "largest force; inf: an impact", unbounded=True)
-    ]
+    peak_force: Annotated[FloatArray, Variable(".", "N", "largest force; inf: an impact")]
     penetration: Annotated[FloatArray, Variable(".", "m", "largest penetration")]
     motor_work: Annotated[FloatArray, Variable(".", "J", "work of a drive in an impact")]
     slides_off: Annotated[BoolArray, Variable(".", "", "slid off an end of the face", kind=bool)]

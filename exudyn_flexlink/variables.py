@@ -22,7 +22,7 @@ class Variable:
     SI, empty of text, ``1`` of counts and signs, and None where they stand at the end of the name
     (``angle_rad``) or with the components. `kind` is float, int, bool or str. `components` tell
     names and units along a last axis that is not among the dimensions. `name` stands in place of
-    that of the field, if given. `unbounded` tells that it may be inf.
+    that of the field, if given.
     """
 
     dimensions: str
@@ -31,7 +31,6 @@ class Variable:
     kind: type = float
     components: Mapping[str, str] = field(default_factory=dict)
     name: str = ""
-    unbounded: bool = False
 
 
 class Member(NamedTuple):

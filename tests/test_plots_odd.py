@@ -1,6 +1,5 @@
 """Odd, but sound, results are drawn: no traceback, no warning of a library, nothing cut off."""
 
-import json
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -28,14 +27,9 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def plotted(result, capsys, change=None):
-    """Save a run, change its summary, and plot it: nothing is said but where figures are."""
+def plotted(result, capsys):
+    """Save a run, and plot it: nothing is said but where figures are."""
     storage.save(result, Path("run"))
-    if change is not None:
-        file = Path("run/summary.json")
-        summary = json.loads(file.read_text())
-        change(summary)
-        file.write_text(json.dumps(summary))
     code = main(["plot", "run", "--out", "figures"])
     said = capsys.readouterr()
     assert said.err == ""
@@ -55,7 +49,7 @@ TITLES = {
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("title", ["no formula", "letters without a font"])
 def test_any_title_is_drawn(title, rigid, capsys):
-    plotted(rigid, capsys, lambda summary: summary["scene"].update(title=TITLES[title]))
+    plotted(results.retitled(rigid, TITLES[title]), capsys)
 
 
 @pytest.mark.parametrize("title", TITLES)

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import results
-from netcdf_runs import change_array
 
 from exudyn_flexlink.storage import StorageError, load, save, staged_folder
 
@@ -197,36 +196,6 @@ def test_a_touch_that_lasts_has_no_end_and_comes_back_so(tilting, tmp_path):
     table = np.genfromtxt(tmp_path / "touches_sleeve.csv", delimiter=",", names=True)
     assert table["ended"].tolist() == [1, 0]
     assert table["end_s"][-1] == pytest.approx(part.time[-1])
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("touches.pair", np.zeros(10)),
-        ("touches.pair", np.full(10, 8)),
-        ("touches.pair", np.full(10, -1)),
-        ("touches.begin", np.zeros(9)),
-        ("touches.begin", np.zeros(10, dtype=int)),
-        ("touches.end", np.zeros((10, 1))),
-        ("touches.slides_off", np.zeros(10)),
-        ("force", np.zeros((801, 7))),
-        ("touches.impulse", None),
-    ],
-)
-def test_touches_that_do_not_fit(tilted, key, value):
-    change_array(tilted, f"sleeves.sleeve.{key}", lambda _: value)
-    with pytest.raises(StorageError, match="damaged"):
-        load(tilted)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("sides", np.ones(1)), ("pairs", np.array(["one"])), ("deepest", None), ("deepest", np.inf)],
-)
-def test_pairs_that_do_not_fit(tilted, key, value):
-    change_array(tilted, f"sleeves.sleeve.{key}", lambda _: value)
-    with pytest.raises(StorageError, match="damaged"):
-        load(tilted)
 
 
 # --- damaged and foreign files

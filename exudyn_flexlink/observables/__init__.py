@@ -69,7 +69,7 @@ from exudyn_flexlink.observables.touching import (
     pair_totals,
     sleeves_with_play,
 )
-from exudyn_flexlink.observables.watched import Watched, extreme_names
+from exudyn_flexlink.observables.watched import Watched
 
 __all__ = [
     "ANGLE",
@@ -98,7 +98,6 @@ __all__ = [
     "crank_column",
     "crank_joint",
     "deepest",
-    "extreme_names",
     "farthest",
     "force_deviations",
     "force_peaks",

@@ -12,7 +12,6 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     anchor_position,
     anchor_velocity,
-    build_mechanism,
 )
 from exudyn_flexlink.observables.answers import ANGLE, answer_of, measures
 from exudyn_flexlink.observables.levers import struck_bodies, struck_by
@@ -29,13 +28,16 @@ class Watched:
     """
 
     def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
-        self._anchor = point_anchor(scene, mechanism, watched_point(scene))
+        point, told = watched_point(scene), measures(scene).items()
+        self._anchor = point_anchor(scene, mechanism, point)
         self._answers = [
             answer_of(scene, mechanism, struck_by(mechanism, contact), start)
             for contact in struck_bodies(scene).values()
         ]
-        places, speeds = _places_and_speeds(scene)
-        self.names = (*places, *speeds)
+        places = [f"{body}.{measure.name}" for body, measure in told]
+        places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
+        speeds = [f"{body}.{measure.rate_name}" for body, measure in told]
+        self.names = (*places, *speeds, f"{point}.speed_m_per_s")
         self.contacts = tuple(contact.name for contact in mechanism.touching)
         # Distance and speed are watched as squares, which are smooth even where they are 0.
         self._squared = (len(places) - 1, len(self.names) - 1)
@@ -78,20 +80,3 @@ class Watched:
     def told(self, which: int, values: FloatArray) -> FloatArray:
         """Values in the unit of their name."""
         return np.sqrt(np.maximum(values, 0.0)) if which in self._squared else values
-
-
-def extreme_names(scene: Scene) -> tuple[str, ...]:
-    """Names of all extremes that a run of a scene has, in order."""
-    places, speeds = _places_and_speeds(scene)
-    contacts = (contact.name for contact in build_mechanism(scene).touching)
-    own = (name for contact in contacts for name in Watched.of_contact(contact))
-    return (*places, *speeds, *own)
-
-
-def _places_and_speeds(scene: Scene) -> tuple[list[str], list[str]]:
-    """Names of what has a rate that is watched, too, and of those rates."""
-    point, told = watched_point(scene), measures(scene).items()
-    places = [f"{body}.{measure.name}" for body, measure in told]
-    places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
-    speeds = [f"{body}.{measure.rate_name}" for body, measure in told]
-    return places, [*speeds, f"{point}.speed_m_per_s"]

@@ -64,7 +64,7 @@ def _cell(value: Any) -> Any:
 
 
 def read_document(file: Path) -> dict[str, Any]:
-    """Read a document that this version of the program wrote.
+    """Read the data of a document that this version of the program wrote.
 
     Raises:
         FileNotFoundError: there is none.
@@ -80,9 +80,9 @@ def read_document(file: Path) -> dict[str, Any]:
         raise StorageError(f"can't read {file}: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
         raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
-    if not isinstance(data, dict) or data.get("program") != PROGRAM:
+    if not isinstance(data, dict) or data.pop("program", None) != PROGRAM:
         raise StorageError(f"{file} was not written by {PROGRAM}; give the folder of a result")
-    there = data.get("format")
+    there = data.pop("format", None)
     if there != FORMAT:
         which = "an earlier" if isinstance(there, int) and there < FORMAT else "another"
         raise StorageError(

@@ -135,6 +135,11 @@ def is_folder(folder: Path) -> bool:
     return folder.is_dir() and not folder.is_symlink()
 
 
+def digest_of(data: Mapping[str, Any]) -> str:
+    """SHA-256 of plain data, the same before it is written as JSON and after it is read."""
+    return hashlib.sha256(json.dumps(data).encode()).hexdigest()
+
+
 def digest(file: Path) -> str:
     """SHA-256 of a file.
 

@@ -21,10 +21,6 @@ from exudyn_flexlink.storage.errors import StorageError
 LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
 EMPTY = "dimensions_of_length_0"
 CODES = {"f": "d", "i": "i", "b": "b", "S": "c"}  # of files, by kinds of numpy
-DAMAGE = (
-    ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, TypeError, ValueError,
-)  # fmt: skip
-"""What SciPy raises on bytes that are no file of netCDF."""
 
 
 def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[str, str]) -> None:
@@ -108,24 +104,20 @@ class Read:
 
 
 def read_netcdf(file: Path) -> Read:
-    """Read the arrays of a file. Those without any element are not among them.
+    """Read the arrays of a file that `write_netcdf` wrote, but for those without any element.
 
     Raises:
         OSError: the file can't be read.
-        MemoryError: it says that it holds more than there is memory.
-        StorageError: it is no file of netCDF-3, or damaged.
+        MemoryError: it holds more than there is memory.
 
     """
     from scipy.io import netcdf_file  # noqa: PLC0415 - see write_netcdf
 
-    try:
-        with file.open("rb") as stream, netcdf_file(stream, "r", mmap=False) as read:
-            arrays = {_decoded(name): _read(own) for name, own in read.variables.items()}
-            lengths = {_decoded(name): size or 0 for name, size in read.dimensions.items()}
-            empty = json.loads(getattr(read, EMPTY, b"[]"))
-            return Read(arrays, lengths | dict.fromkeys(empty, 0))
-    except DAMAGE as error:
-        raise StorageError(f"{file} is damaged: {error}; run the model again") from error
+    with file.open("rb") as stream, netcdf_file(stream, "r", mmap=False) as read:
+        arrays = {_decoded(name): _read(own) for name, own in read.variables.items()}
+        lengths = {_decoded(name): size or 0 for name, size in read.dimensions.items()}
+        empty = json.loads(getattr(read, EMPTY, b"[]"))
+        return Read(arrays, lengths | dict.fromkeys(empty, 0))
 
 
 def _read(own: Any) -> Array:

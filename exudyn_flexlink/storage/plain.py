@@ -16,8 +16,6 @@ import numpy as np
 
 from exudyn_flexlink.variables import members
 
-LARGEST = 1e30  # SI: no number of a run is as large
-
 
 def plain(value: Any) -> Any:
     """Turn values into what JSON has; numbers that are not finite become None."""
@@ -56,8 +54,7 @@ def from_plain(kind: Any, value: Any) -> Any:
         return _one_of(inner, value)
     if kind is float and value is None:
         return inf
-    fits = isinstance(value, _KINDS.get(kind, ())) and (kind is bool or not isinstance(value, bool))
-    if fits and not (isinstance(value, int) and abs(value) > LARGEST):
+    if isinstance(value, _KINDS.get(kind, ())) and (kind is bool or not isinstance(value, bool)):
         return value
     raise ValueError(f"{str(value)[:40]!r} can't be there")
 

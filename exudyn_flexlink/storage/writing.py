@@ -22,7 +22,7 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage.arrays import arrays_of, attributes_of, named_fields, told_fields
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, StorageError, cannot_write
-from exudyn_flexlink.storage.manifest import digest
+from exudyn_flexlink.storage.manifest import digest, digest_of
 from exudyn_flexlink.storage.netcdf import write_netcdf
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
@@ -60,10 +60,11 @@ def save(result: Result, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         check_regular(folder, (ARRAYS, SUMMARY, *tables))
         write_netcdf(folder / ARRAYS, arrays_of(result), attributes_of(result))
-        summary = _summary(result) | {"sha256": {ARRAYS: digest(folder / ARRAYS)}}
+        summary = plain(_summary(result))
+        sealed = {ARRAYS: digest(folder / ARRAYS), SUMMARY: digest_of(summary)}
     except OSError as error:
         raise StorageError(cannot_write(folder, error)) from error
-    write_document(folder, SUMMARY, summary, tables)
+    write_document(folder, SUMMARY, summary | {"sha256": sealed}, tables)
 
 
 def _summary(result: Result) -> dict[str, Any]:
