@@ -145,6 +145,11 @@ class Comparison:
         return farthest(self.judged_by, self.distances[np.searchsorted(self.time, time)])
 
     @property
+    def worst(self) -> str:
+        """Name of the point that is farthest from itself in the other run at any instant."""
+        return farthest(self.judged_by, self.distances.max(axis=0))
+
+    @property
     def answer_differences(self) -> dict[str, FloatArray]:
         """First minus second angle or displacement (N,) of every struck body."""
         one, other = self.first.answers, self.second.answers
@@ -202,9 +207,11 @@ class Comparison:
     @property
     def beyond(self) -> tuple[Statistics, Statistics] | None:
         """Statistics of both runs from the horizon on; None without a horizon."""
-        if self.horizon is None:
-            return None
-        after = self.time >= self.horizon
+        return None if self.horizon is None else self.statistics(self.horizon)
+
+    def statistics(self, begin: float = 0.0) -> tuple[Statistics, Statistics]:
+        """Statistics of both runs from an instant (s) on."""
+        after = self.time >= begin
         one, other = (
             _statistics(seen, self.point, self.time, after) for seen in (self.first, self.second)
         )

@@ -8,33 +8,25 @@ it vibrates there, extremes, parts of the time in contact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.observables import (
     STILL,
-    ContactTotals,
-    Measure,
-    common_points,
+    Vibration,
     common_times,
-    contact_totals,
     farthest,
     force_deviations,
     horizon,
-    joints_with_play,
     judged_points,
-    lever_response,
-    measures,
     parting_limit,
-    perturbation,
     room,
     separations,
-    spectrum,
     still_text,
-    struck_bodies,
-    watched_point,
+    vibration,
 )
 from exudyn_flexlink.result import MeasuredError, Result
 
@@ -46,82 +38,36 @@ FIT_DECADES = 4  # below the limit: where the parting is fitted
 
 
 @dataclass(frozen=True)
-class Perturbed:
-    """How S strays from its ideal path: see `observables.perturbation`.
-
-    `rms` and `peak` (2,) m, largest absolute value, of x and y; `lines` are the frequencies (Hz) at
-    which each vibrates most, strongest first, told to +- half of `resolution` (Hz).
-    """
-
-    rms: FloatArray
-    peak: FloatArray
-    lines: tuple[tuple[float, ...], tuple[float, ...]]
-    resolution: float
-
-
-@dataclass(frozen=True)
-class RunStatistics:
-    """A run as a whole: what neighbouring runs must share.
-
-    `perturbed` is None where no ideal path is known; `levers` are the least and greatest angle
-    (rad) or displacement (m) of struck bodies; `contact` is by joint with clearance.
-    """
-
-    perturbed: Perturbed | None
-    levers: dict[str, tuple[float, float]]
-    contact: dict[str, ContactTotals]
-
-
-@dataclass(frozen=True)
 class Sensitivity:
-    """Two neighbouring runs: `horizon` (s) is where a point differs by more than `limit` (m) first.
+    """Two neighbouring runs, `compared` up to the end of the shorter one.
 
-    Where one stopped before, its end; None if they never part. `growth` (1/s) is the rate of the
-    exponential parting before it, None if there is nothing to fit; `largest` (m) is the largest
-    difference of the `points` that are judged, that of the point `worst`; `answers` are those of
-    struck bodies, of which `measures` tell what they are; `end` (s) is the end of both. `point` is
-    the watched one, S; `room` (m) is 0 if no point moves, so that none tells anything.
+    Its horizon is where a point differs by more than `limit` (m) first; where one run stopped
+    before, its end; None if they never part. `growth` (1/s) is the rate of the exponential parting
+    before it, None if there is nothing to fit; `vibrations` are those of both runs; `room` (m) is 0
+    if no point moves, so that none tells anything.
     """
 
-    point: str
-    points: tuple[str, ...]
-    worst: str
-    room: float
+    compared: Comparison
     limit: float
-    end: float
-    horizon: float | None
     growth: float | None
-    largest: float
-    answers: dict[str, float]
-    measures: dict[str, Measure]
-    first: RunStatistics
-    second: RunStatistics
+    vibrations: tuple[Vibration, Vibration]
+    room: float
 
 
 def sensitivity(first: Result, second: Result, limit: float | None = None) -> Sensitivity:
-    """Compare neighbouring runs; `limit` (m) left out: see `compare.parting_limit`."""
+    """Compare neighbouring runs; `limit` (m) left out: see `parting_limit`."""
     limit = parting_limit(first) if limit is None else limit
-    time = common_times(first, second)
-    points = common_points(first, second)
-    each = separations(first, second, time, points)
+    compared = compare(first, second, names=("this run", "the other"))
+    time, apart = compared.time, compared.distances.max(axis=1)
     found = horizon(first, second, limit)
     if found is None and not all(run.outcome.completed for run in (first, second)):
         found = float(time[-1])
-    one, other = (run_statistics(run, float(time[-1])) for run in (first, second))
     return Sensitivity(
-        watched_point(first.scene),
-        points,
-        farthest(points, each.max(axis=0)),
-        max(room(run, points) for run in (first, second)),
+        replace(compared, horizon=found),
         limit,
-        float(time[-1]),
-        found,
-        growth_rate(time, each.max(axis=1), limit),
-        float(each.max()),
-        _answers_apart(first, second, time),
-        measures(first.scene),
-        one,
-        other,
+        growth_rate(time, apart, limit),
+        (vibration(first, end=time[-1]), vibration(second, end=time[-1])),
+        max(room(run, compared.judged_by) for run in (first, second)),
     )
 
 
@@ -164,17 +110,6 @@ def measured_error(
     )
 
 
-def _answers_apart(first: Result, second: Result, time: FloatArray) -> dict[str, float]:
-    """Largest differences of the angles (rad) or displacements (m) of struck bodies."""
-    apart, both = {}, struck_bodies(second.scene)
-    for body, contact in struck_bodies(first.scene).items():
-        if both.get(body) != contact:
-            continue
-        one, other = (lever_response(run, contact).value_at(time) for run in (first, second))
-        apart[body] = float(np.abs(one - other).max())
-    return apart
-
-
 def growth_rate(time: FloatArray, apart: FloatArray, limit: float) -> float | None:
     """Rate (1/s) at which a separation (N,) m grows until it first exceeds the limit.
 
@@ -186,29 +121,3 @@ def growth_rate(time: FloatArray, apart: FloatArray, limit: float) -> float | No
     if inside.sum() < 3 or largest[inside][-1] < 10 * largest[inside][0]:
         return None
     return float(np.polyfit(time[inside], np.log(largest[inside]), 1)[0])
-
-
-def run_statistics(result: Result, end: float = np.inf) -> RunStatistics:
-    """Statistics of a run up to `end` (s)."""
-    scene = result.scene
-    past = np.nextafter(min(end, float(result.time[-1])), np.inf)
-    levers = {
-        body: lever_response(result, contact).between(-np.inf, past)
-        for body, contact in struck_bodies(scene).items()
-    }
-    return RunStatistics(
-        _perturbed(result, end),
-        {body: (seen.least[0], seen.greatest[0]) for body, seen in levers.items()},
-        {joint: contact_totals(result, joint, end=end) for joint in joints_with_play(result)},
-    )
-
-
-def _perturbed(result: Result, end: float) -> Perturbed | None:
-    time = common_times(result, result)
-    time = time[time <= end]
-    off = perturbation(result, watched_point(result.scene), time)
-    if off is None:
-        return None
-    x, y = (spectrum(time, column) for column in off.T)
-    rms, peak = np.sqrt(np.mean(off**2, axis=0)), np.abs(off).max(axis=0)
-    return Perturbed(rms, peak, (x.lines, y.lines), x.resolution)

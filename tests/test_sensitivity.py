@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import results
 
-from exudyn_flexlink.observables import State, spectrum
+from exudyn_flexlink.comparison import compare
+from exudyn_flexlink.observables import State, spectrum, vibration
 from exudyn_flexlink.report import run_text, sensitivity_text
 from exudyn_flexlink.result import Outcome
 from exudyn_flexlink.scene import Outputs
-from exudyn_flexlink.sensitivity import growth_rate, measured_error, run_statistics, sensitivity
+from exudyn_flexlink.sensitivity import growth_rate, measured_error, sensitivity
 
 RATE, SEED = 14.0, 1e-9  # 1/s, m: a factor of 1e6 in a second
 
@@ -53,15 +54,16 @@ def shaken():
 
 def test_the_horizon_is_where_the_runs_differ_by_the_limit():
     found = sensitivity(still(), parting(), limit=1e-4)
-    assert found.horizon == pytest.approx(log(1e-4 / SEED) / RATE, abs=0.01)  # samples: 10 ms
+    horizon = found.compared.horizon
+    assert horizon == pytest.approx(log(1e-4 / SEED) / RATE, abs=0.01)  # samples: 10 ms
     assert found.growth == pytest.approx(RATE, rel=1e-3)
-    assert found.largest == pytest.approx(SEED * exp(RATE), rel=1e-6)
-    assert found.end == 1.0
+    assert found.compared.distances.max() == pytest.approx(SEED * exp(RATE), rel=1e-6)
+    assert found.compared.time[-1] == 1.0
 
 
 def test_saturation_does_not_lower_the_growth_rate():
     found = sensitivity(still(), parting(rate=40.0, largest=1e-3), limit=1e-4)
-    assert found.horizon == pytest.approx(log(1e-4 / SEED) / 40, abs=0.01)
+    assert found.compared.horizon == pytest.approx(log(1e-4 / SEED) / 40, abs=0.01)
     assert found.growth == pytest.approx(40, rel=1e-2)
 
 
@@ -73,7 +75,8 @@ def test_dips_of_the_separation_do_not_count():
 
 def test_runs_that_do_not_part_have_no_horizon():
     found = sensitivity(still(), still(), limit=1e-4)
-    assert (found.horizon, found.growth, found.largest) == (None, None, 0.0)
+    assert (found.compared.horizon, found.growth) == (None, None)
+    assert found.compared.distances.max() == 0.0
 
 
 def test_a_constant_difference_does_not_grow():
@@ -89,7 +92,7 @@ def test_the_limit_follows_from_the_room_the_point_takes():
 def test_a_run_that_stopped_is_trusted_no_further():
     stopped = results.first_samples(parting(), 31)
     found = sensitivity(still(), stopped, limit=1e-4)
-    assert found.horizon == found.end == pytest.approx(0.3)
+    assert found.compared.horizon == found.compared.time[-1] == pytest.approx(0.3)
     assert "where a run stopped" in sensitivity_text(found)
 
 
@@ -98,7 +101,7 @@ def test_a_separation_that_is_no_number_is_no_agreement():
     poses = broken.poses.copy()
     poses[50:] = nan
     found = sensitivity(still(), replace(broken, poses=poses), limit=1e-4)
-    assert found.horizon == pytest.approx(0.5, abs=0.011)
+    assert found.compared.horizon == pytest.approx(0.5, abs=0.011)
 
 
 # --- statistics
@@ -106,11 +109,12 @@ def test_a_separation_that_is_no_number_is_no_agreement():
 
 def test_vibration_about_the_guides_axis():
     run = shaken()
-    seen = run_statistics(run).perturbed
+    seen = vibration(run)
+    assert seen.off_ideal
     # The end is measured from where the link's start, moved as well, is along the guide: what is
     # left of a motion along x is that across the guide, sin^2 of its angle in x.
     assert seen.rms[0] == pytest.approx(2e-3 * sqrt(3 / 8), rel=2e-2)
-    assert seen.lines[0][0] == pytest.approx(40, abs=seen.resolution)
+    assert seen.x.lines[0] == pytest.approx(40, abs=seen.x.resolution)
 
 
 @pytest.mark.parametrize(("weak", "lines"), [(1e-3, (40, 90)), (1e-4, (40,))])
@@ -123,24 +127,27 @@ def test_weak_lines_are_not_named(weak, lines):
 def test_the_resolution_is_that_of_half_the_run():
     run = shaken()
     half = run.time[-1] / 2
-    assert run_statistics(run).perturbed.resolution == pytest.approx(1 / half, rel=2e-2)
+    assert vibration(run).x.resolution == pytest.approx(1 / half, rel=2e-2)
 
 
 def test_only_what_both_runs_have_lived_through_counts():
     run = shaken()
-    whole, part = run_statistics(run), run_statistics(run, end=0.2)
-    assert part.levers["lever"][0] == 0.0  # the first strike is at 0.314 s
-    assert whole.levers["lever"][0] < -0.1
+    whole = compare(run, run).statistics()
+    part = compare(results.first_samples(run, int(0.2 / run.time[-1] * 4000)), run).statistics()
+    assert [own.levers["lever"][0] for own in part] == [0.0, 0.0]  # the first strike is at 0.314 s
+    assert whole[0].levers["lever"][0] < -0.1
 
 
 def test_where_no_ideal_path_is_known():
-    assert run_statistics(still()).perturbed is None
+    assert not vibration(still()).off_ideal
 
 
 def test_parts_of_the_time_in_contact():
-    found = run_statistics(results.tilting_link())
+    run = results.tilting_link()
+    found = compare(run, run).second
     assert found.contact["sleeve"].fractions[State.SAME_SIDE] > 0.05
-    early = run_statistics(results.tilting_link(), end=0.5)
+    half = int(np.searchsorted(run.time, 0.5))
+    early = compare(results.first_samples(run, half), run).second
     assert early.contact["sleeve"].fractions[State.FREE] == pytest.approx(1)
 
 

@@ -11,6 +11,7 @@ import exudyn_flexlink as fl
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import vibration
 from exudyn_flexlink.plots.stability import growth_of_laps
 from exudyn_flexlink.stability import (
     Asked,
@@ -24,7 +25,6 @@ from exudyn_flexlink.stability import (
     rhythm_of,
     section_by_crank,
     section_by_time,
-    vibration,
 )
 
 TURN = 2 * pi / 10

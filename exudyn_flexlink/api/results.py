@@ -17,17 +17,15 @@ from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.api.tables import data_frame, data_set
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables import LeverResponse, PointPath, Strike
+from exudyn_flexlink.observables import LeverResponse, PointPath, Strike, Vibration
 from exudyn_flexlink.report import failure_text, run_text
 from exudyn_flexlink.result import Result as PlainResult
 from exudyn_flexlink.stability import (
     LapDistances,
     Section,
-    Vibration,
     lap_distances,
     rhythm_of,
     section_by_crank,
-    vibration,
 )
 
 if TYPE_CHECKING:
@@ -126,8 +124,8 @@ class Result(PlainResult):
         return lap_distances(self, rhythm_of(self.scene, lap).lap, point, after)
 
     def vibration(self, after: float = 0.0) -> Vibration:
-        """Return spectra of what the watched point is off its ideal place, from `after` (s) on."""
-        return vibration(self, after)
+        """Return how the watched point is off its ideal place, from `after` (s) on."""
+        return observables.vibration(self, after)
 
     def to_dataframe(self, name: str) -> DataFrame:
         """Return a table: of a point's path, a struck body, a contact's or a sleeve's touches.

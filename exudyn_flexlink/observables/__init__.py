@@ -69,6 +69,7 @@ from exudyn_flexlink.observables.touching import (
     pair_totals,
     sleeves_with_play,
 )
+from exudyn_flexlink.observables.vibration import Vibration, vibration
 from exudyn_flexlink.observables.watched import Watched
 
 __all__ = [
@@ -88,6 +89,7 @@ __all__ = [
     "Spectrum",
     "State",
     "Strike",
+    "Vibration",
     "Watched",
     "between_samples",
     "common_points",
@@ -132,6 +134,7 @@ __all__ = [
     "touching",
     "turned_since_start",
     "turns",
+    "vibration",
     "watched_point",
     "worst_force",
 ]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import isfinite
 
+from exudyn_flexlink.observables import Vibration
 from exudyn_flexlink.report.text import number, table
-from exudyn_flexlink.stability import Exponent, Stability, Vibration
+from exudyn_flexlink.stability import Exponent, Stability
 
 WORDS = {
     1: "neighbours part",

@@ -30,10 +30,8 @@ from exudyn_flexlink.stability.sections import (
 from exudyn_flexlink.stability.study import (
     Asked,
     Stability,
-    Vibration,
     long_scene,
     study,
-    vibration,
 )
 
 __all__ = [
@@ -49,7 +47,6 @@ __all__ = [
     "Stability",
     "StoppedError",
     "TooShortError",
-    "Vibration",
     "exponent_of",
     "lap_distances",
     "laps_of_cycle",
@@ -64,5 +61,4 @@ __all__ = [
     "section_row",
     "study",
     "trajectory",
-    "vibration",
 ]

@@ -9,16 +9,11 @@ from math import ceil, inf, pi
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, extent, least_tolerance
 from exudyn_flexlink.observables import (
-    Spectrum,
-    between_samples,
-    common_times,
+    Vibration,
     crank_joint,
     parting_limit,
-    paths,
-    perturbation,
-    spectrum,
     turns,
-    watched_point,
+    vibration,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
@@ -38,19 +33,6 @@ from exudyn_flexlink.stability.sections import Section, section_by_crank, sectio
 FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
 SAMPLES = 4  # between phases at which laps are compared: a thousand in a lap
 TIGHTER = 0.1  # times the tolerance: of a second look, which tells whether it matters
-
-
-@dataclass(frozen=True)
-class Vibration:
-    """Spectra (m^2/Hz) of the watched point along x and y.
-
-    With `off_ideal` those of what it is off from where a straight link on its guide's axis would
-    have it (see `observables.perturbation`); where there is no such place, of its motion.
-    """
-
-    x: Spectrum
-    y: Spectrum
-    off_ideal: bool
 
 
 @dataclass(frozen=True)
@@ -200,16 +182,3 @@ def _section(run: Result, lap: float, angle: float, after: float) -> Section:
     if crank_joint(run.scene) is not None and turns(run):
         return section_by_crank(run, angle, after=after)
     return section_by_time(run, lap, angle / (2 * pi) % 1, after=after)
-
-
-def vibration(result: Result, after: float = 0.0) -> Vibration:
-    """Spectra of the watched point's motion, from `after` (s) on."""
-    point, time = watched_point(result.scene), common_times(result, result)
-    time = time[time >= after]
-    off = perturbation(result, point, time)
-    ideal = off is not None
-    if off is None:
-        [seen] = paths(result, [point])
-        off = between_samples(seen.time, seen.position, seen.velocity, time)
-    x, y = (spectrum(time, column) for column in off.T)
-    return Vibration(x, y, ideal)
