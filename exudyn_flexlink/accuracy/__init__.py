@@ -10,28 +10,3 @@ from exudyn_flexlink.accuracy.methods import Method, methods_of
 from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solved
 from exudyn_flexlink.accuracy.sources import STIFFER, beams, flexible, stiffnesses
 from exudyn_flexlink.accuracy.study import study
-
-__all__ = [
-    "STIFFER",
-    "Advice",
-    "Errors",
-    "Method",
-    "NothingRunError",
-    "Point",
-    "RefusedError",
-    "Runs",
-    "Solved",
-    "Source",
-    "Study",
-    "advise",
-    "beams",
-    "dominating",
-    "errors",
-    "flexible",
-    "judge",
-    "methods_of",
-    "needed",
-    "rods_needed",
-    "stiffnesses",
-    "study",
-]

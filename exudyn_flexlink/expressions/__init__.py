@@ -3,13 +3,3 @@
 from exudyn_flexlink.expressions.expression import Expression, NoValueError
 from exudyn_flexlink.expressions.parsing import in_words, looks_like_expression, parse_expression
 from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed
-
-__all__ = [
-    "Expression",
-    "ExpressionError",
-    "NoValueError",
-    "Sensed",
-    "in_words",
-    "looks_like_expression",
-    "parse_expression",
-]

@@ -16,7 +16,7 @@ from exudyn_flexlink.stability.exponent import (
     trajectory,
 )
 from exudyn_flexlink.stability.laps import LapDistances, lap_distances, repeating
-from exudyn_flexlink.stability.neighbours import StoppedError, exponent_of
+from exudyn_flexlink.stability.neighbours import StoppedError
 from exudyn_flexlink.stability.rhythm import NoRhythmError, Rhythm, laps_of_cycle, rhythm_of
 from exudyn_flexlink.stability.sections import (
     Branches,
@@ -33,32 +33,3 @@ from exudyn_flexlink.stability.study import (
     long_scene,
     study,
 )
-
-__all__ = [
-    "Asked",
-    "Branches",
-    "Exponent",
-    "Flow",
-    "LapDistances",
-    "Neighbours",
-    "NoRhythmError",
-    "Rhythm",
-    "Section",
-    "Stability",
-    "StoppedError",
-    "TooShortError",
-    "exponent_of",
-    "lap_distances",
-    "laps_of_cycle",
-    "largest_exponent",
-    "long_scene",
-    "repeating",
-    "rhythm_of",
-    "section_by_crank",
-    "section_by_time",
-    "section_columns",
-    "section_of_row",
-    "section_row",
-    "study",
-    "trajectory",
-]

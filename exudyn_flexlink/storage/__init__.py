@@ -33,29 +33,3 @@ from exudyn_flexlink.storage.tables import (
     trajectory_columns,
 )
 from exudyn_flexlink.storage.writing import save
-
-__all__ = [
-    "Array",
-    "KeptBesideError",
-    "SeriesKeeper",
-    "StorageError",
-    "arrays_of",
-    "attributes_of",
-    "is_sweep",
-    "lever_columns",
-    "load",
-    "load_sweep",
-    "open_journal",
-    "own_files",
-    "replace_file",
-    "save",
-    "save_accuracy",
-    "save_comparison",
-    "save_stability",
-    "save_table",
-    "staged_files",
-    "staged_folder",
-    "touch_columns",
-    "trajectory_columns",
-    "write_csv",
-]

@@ -24,35 +24,3 @@ from exudyn_flexlink.sweeps.study import read_study
 from exudyn_flexlink.sweeps.table import SweepTable
 from exudyn_flexlink.sweeps.values import in_si
 from exudyn_flexlink.sweeps.work import Work
-
-__all__ = [
-    "DOUBTFUL",
-    "FAILED",
-    "CannotStartError",
-    "Design",
-    "Executor",
-    "InThisProcess",
-    "LocalProcesses",
-    "Observe",
-    "OneRun",
-    "Row",
-    "Scalar",
-    "Simulate",
-    "Sweep",
-    "SweepTable",
-    "Varied",
-    "Work",
-    "carried_out",
-    "executor_of",
-    "grid",
-    "in_si",
-    "label_of",
-    "latin_hypercube",
-    "listed",
-    "planned",
-    "random",
-    "read_study",
-    "standard_row",
-    "versions",
-    "work_of",
-]

@@ -6,11 +6,3 @@ here runs an engine: who verifies gives the results.
 
 from exudyn_flexlink.verification.judging import Compared, VerifiedRun, judged
 from exudyn_flexlink.verification.reading import Benchmark, read_benchmark
-
-__all__ = [
-    "Benchmark",
-    "Compared",
-    "VerifiedRun",
-    "judged",
-    "read_benchmark",
-]
