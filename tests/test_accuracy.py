@@ -40,7 +40,7 @@ def test_errors_are_those_made_up(study):
 def test_what_the_references_do_not_tell_is_not_claimed(study):
     """The tight Lagrangian and the finest Exudyn run, 4e-8 or 4e-9 m, differ by its error."""
     finest = min(point.value for point in points_of(study, "Exudyn"))
-    assert study.reference == "Lagrangian, tolerance 1e-12 m"
+    assert study.reference.told == "Lagrangian, tolerance 1e-12 m"
     assert study.independent
     assert study.floor == pytest.approx(0.5 * finest, rel=1e-4)
     for point in points_of(study, "Lagrangian"):
@@ -133,7 +133,7 @@ def test_a_run_that_takes_too_long_gives_way_to_coarser_ones():
 def test_without_the_lagrangian_the_finest_run_judges():
     study = studied(World(refused=("lagrangian",)))
     finest = min(p.value for p in points_of(study, "Exudyn")) / 10
-    assert study.reference == f"Exudyn, tolerance {finest:.2g} m"
+    assert study.reference.told == f"Exudyn, tolerance {finest:.2g} m"
     assert not study.independent
     assert "not independent" in accuracy_text(study)
     assert study.runs.refused == {"Lagrangian": "no lagrangian here"}

@@ -65,49 +65,14 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Study:
-    """What a study found.
+class Bench:
+    """What everything is judged by: a reference run, and the `check` it was held against, if any.
 
-    `reference` and `check` are what errors are judged by and what that was held against, in words
-    (`check` empty: nothing); `independent`: by other equations of motion or another formulation.
-    `floor` (m) is their distance: smaller errors can't be told, and `force_floor` likewise that of
-    the force that is farthest off, as a part of it. `until` (s) is up to when errors
-    are judged, `horizon` why that is not the end; `points` of the figure are settings that were
-    run, `judged_by` the points of the mechanism whose errors they are.
+    `independent`: by other equations of motion or another formulation. `horizon` tells why errors
+    are not judged up to the end, None if they are.
     """
 
-    scene: Scene
-    target: float
-    judged_by: tuple[str, ...]
-    end: float
-    reference: str
-    reference_processor: float
-    check: str
-    independent: bool
-    floor: float
-    force_floor: float
-    horizon: Horizon | None
-    points: tuple[Point, ...]
-    own: Point | None
-    sources: tuple[Source, ...]
-    still: bool
-    runs: Runs
-
-    @property
-    def until(self) -> float:
-        """Instant up to which errors are judged, s."""
-        return self.end if self.horizon is None else self.horizon.sure
-
-
-class NothingRunError(Exception):
-    """No two runs ended, so that there is nothing to compare; the message says why."""
-
-
-@dataclass(frozen=True)
-class Bench:
-    """What everything is judged by: a reference run, and what that was checked with."""
-
-    truth: Trial
+    reference: Trial
     check: Trial | None
     independent: bool
     horizon: Horizon | None
@@ -115,7 +80,12 @@ class Bench:
     @property
     def end(self) -> float:
         """End of the reference, s."""
-        return float(self.truth.result.time[-1])
+        return float(self.reference.result.time[-1])
+
+    @property
+    def until(self) -> float:
+        """Instant up to which errors are judged, s."""
+        return self.end if self.horizon is None else self.horizon.sure
 
     @cached_property
     def _apart(self) -> Errors | None:
@@ -123,7 +93,7 @@ class Bench:
 
     @property
     def floor(self) -> float:
-        """Distance of reference and check, m; 0 without one."""
+        """Distance of reference and check, m: smaller errors can't be told; 0 without a check."""
         return 0.0 if self._apart is None else max(self._apart.largest, ROUNDING)
 
     @property
@@ -133,8 +103,33 @@ class Bench:
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
         """Errors of a run as far as any are judged, by the reference or another run."""
-        until = self.end if self.horizon is None else self.horizon.sure
-        return errors(result, reference or self.truth.result, until)
+        return errors(result, reference or self.reference.result, self.until)
+
+
+@dataclass(frozen=True)
+class Study(Bench):
+    """What a study found: `points` of the figure are settings that were run, `own` the model's."""
+
+    scene: Scene
+    target: float
+    points: tuple[Point, ...]
+    own: Point | None
+    sources: tuple[Source, ...]
+    runs: Runs
+
+    @property
+    def judged_by(self) -> tuple[str, ...]:
+        """Names of the points of the mechanism whose errors are told."""
+        return judged_points(self.reference.scene)
+
+    @cached_property
+    def still(self) -> bool:
+        """Whether none of these points moves."""
+        return room(self.reference.result, self.judged_by) <= STILL
+
+
+class NothingRunError(Exception):
+    """No two runs ended, so that there is nothing to compare; the message says why."""
 
 
 def judge(runs: Runs) -> Study:
@@ -145,25 +140,18 @@ def judge(runs: Runs) -> Study:
 
     """
     bench = _bench(runs)
-    truth, check = bench.truth, bench.check
-    points = [_point(trial, bench) for trial in runs.trials if trial is not truth]
-    own = _own(runs, truth, points)
+    points = [_point(trial, bench) for trial in runs.trials if trial is not bench.reference]
+    own = _own(runs, bench.reference, points)
     return Study(
+        reference=bench.reference,
+        check=bench.check,
+        independent=bench.independent,
+        horizon=bench.horizon,
         scene=runs.scene,
         target=runs.target,
-        judged_by=judged_points(runs.scene),
-        end=bench.end,
-        reference=truth.method.told(truth.value),
-        reference_processor=truth.processor,
-        check="" if check is None else check.method.told(check.value),
-        independent=bench.independent,
-        floor=bench.floor,
-        force_floor=bench.force_floor,
-        horizon=bench.horizon,
         points=tuple(sorted(points, key=lambda p: (p.method.name, -p.value))),
         own=own,
         sources=(*_of_time(runs, own, bench), *_of_the_model(runs, bench)),
-        still=not _moves(truth.result),
         runs=runs,
     )
 
@@ -241,7 +229,7 @@ def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:
 
     A link that is not made of rods is held against the finest run of its own kind.
     """
-    if runs.own is bench.truth and bench.check is not None:
+    if runs.own is bench.reference and bench.check is not None:
         # The finest run of all: it is off by no more than the check is from it.
         return [Source("time", bench.errors(bench.check.result), at_most=True)]
     if own is None:
@@ -262,7 +250,7 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
         ratio, order = factors[kind]
         base = varied.base
         apart = bench.errors(varied.changed, base.result)
-        in_time = bench.floor if base is bench.truth else bench.errors(base.result).largest
+        in_time = bench.floor if base is bench.reference else bench.errors(base.result).largest
         at_most = apart.largest < TRUSTED * in_time
         estimate = apart.times(extrapolated(ratio, order))
         found.append(
@@ -273,7 +261,3 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
 
 def _of_rods(scene: Scene) -> tuple[float, float]:
     return (MORE_RODS, rod_order(scene) if beams(scene) else 1)
-
-
-def _moves(result: Result) -> bool:
-    return room(result, judged_points(result.scene)) > STILL

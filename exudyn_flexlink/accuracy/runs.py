@@ -51,6 +51,11 @@ class Trial:
     times: list[float]
 
     @property
+    def told(self) -> str:
+        """The trial in words."""
+        return self.method.told(self.value)
+
+    @property
     def processor(self) -> float:
         """The least processor time, s."""
         return min(self.times)

@@ -73,9 +73,9 @@ def _subject(study: Study) -> str:
 
 
 def _caption(study: Study) -> list[tuple[str, str]]:
-    told = [(f"errors against {study.reference}", GREY)]
-    if study.check:
-        told.append((f"floor: its distance from {study.check}", GREY))
+    told = [(f"errors against {study.reference.told}", GREY)]
+    if study.check is not None:
+        told.append((f"floor: its distance from {study.check.told}", GREY))
     links = "; ".join(links_of(study.scene))
     return [*([(links, GREY)] if links else []), *told]
 

@@ -40,12 +40,12 @@ def accuracy_text(study: Study) -> str:
 
 def judged_by(study: Study) -> list[str]:
     """Say what errors are measured against, how well that is known, and up to when."""
-    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference}"]
-    if study.check:
+    lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference.told}"]
+    if study.check is not None:
         what = "independent" if study.independent else "not independent: the same equations"
         lines.append(
-            f"Cross-check ({what}): {study.check} is {study.floor:.2g} m from it at most; smaller "
-            "errors are not claimed"
+            f"Cross-check ({what}): {study.check.told} is {study.floor:.2g} m from it at most; "
+            "smaller errors are not claimed"
         )
     else:
         lines.append("There was no second run to check it with")

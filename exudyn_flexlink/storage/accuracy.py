@@ -41,8 +41,14 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "completed": not runs.interrupted,
         "judged_by": list(study.judged_by),
         "target_m": study.target,
-        "reference": {"run": study.reference, "processor_time_s": study.reference_processor},
-        "check": {"run": study.check, "independent": study.independent},
+        "reference": {
+            "run": study.reference.told,
+            "processor_time_s": study.reference.processor,
+        },
+        "check": {
+            "run": "" if study.check is None else study.check.told,
+            "independent": study.independent,
+        },
         "floor_m": study.floor,
         "floor_force_relative": study.force_floor,
         "end_s": study.end,
