@@ -7,15 +7,8 @@ import os
 from pathlib import Path
 
 from exudyn_flexlink.animation import Film, FilmError, Filming, film_bytes, film_of, usual_formats
-from exudyn_flexlink.cli.keeping import why_not
-from exudyn_flexlink.cli.terminal import (
-    BAD_INPUT,
-    DONE,
-    FAILED,
-    complain,
-    progress_bar,
-    refuse,
-)
+from exudyn_flexlink.cli.keeping import made
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, progress_bar
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import StorageError, load, staged_files
 
@@ -31,20 +24,18 @@ def animate_command(options: argparse.Namespace) -> int:
     mistakes += why
     if film is None or mistakes:
         return complain("\n".join(mistakes), BAD_INPUT)
-    written = []
-    try:
+    files = {name: f"{_stem(options)}.{name}" for name in formats}
+
+    def write() -> None:
         with staged_files(folder, force=options.force) as staged:
-            for name in formats:
-                file = staged / f"{_stem(options)}.{name}"
-                file.write_bytes(_content(film, name, filming, quiet=options.quiet))
-                written.append(file.name)
-    except (StorageError, FilmError) as error:
-        return refuse(error)
-    except Exception as error:  # a mistake of the program: the run itself is sound
-        return complain(f"no animation: {why_not(error)}; please report it", FAILED)
-    if not options.quiet:
-        print(f"Written to {folder}{os.sep}: {', '.join(written)}")
-    return DONE
+            for name, file in files.items():
+                content = _content(film, name, filming, quiet=options.quiet)
+                (staged / file).write_bytes(content)
+
+    code = made("animation", write)
+    if code == DONE and not options.quiet:
+        print(f"Written to {folder}{os.sep}: {', '.join(files.values())}")
+    return code
 
 
 def _film(options: argparse.Namespace) -> tuple[Film | None, list[str]]:
@@ -69,9 +60,17 @@ def _film(options: argparse.Namespace) -> tuple[Film | None, list[str]]:
 
 
 def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:
-    """The content of a file in a format; progress is shown."""
-    with progress_bar(quiet, f"drawing the {name}") as progress:
-        return film_bytes(film, name, filming, progress)
+    """The content of a file in a format; progress is shown.
+
+    Raises:
+        ArgumentTypeError: it can't be written so.
+
+    """
+    try:
+        with progress_bar(quiet, f"drawing the {name}") as progress:
+            return film_bytes(film, name, filming, progress)
+    except FilmError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def _stem(options: argparse.Namespace) -> str:

@@ -11,39 +11,25 @@ from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import (
-    LAGRANGIAN_ALONE,
-    asks_for_lagrangian,
     changed,
     hint_at_numba,
     present,
     read_scene,
+    refuse_idle_integrator,
     run,
 )
-from exudyn_flexlink.cli.terminal import (
-    BAD_INPUT,
-    FAILED,
-    INTERRUPTED,
-    complain,
-    refuse,
-    tell,
-)
+from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.diagnostics.neighbour import retuned
 from exudyn_flexlink.engines.interrupts import LateInterruptError
-from exudyn_flexlink.loading import (
-    ImpossibleLengthError,
-    assemble_scene,
-    load_scene,
-    require_length,
-)
+from exudyn_flexlink.loading import assemble_scene, load_scene, require_length
 from exudyn_flexlink.mechanism import least_tolerance
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import comparison_text, excess_text, failure_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.storage import StorageError, save, save_comparison
+from exudyn_flexlink.storage import save, save_comparison
 
 JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be off
 NEEDED = 2  # runs of a comparison, samples of a run
@@ -56,19 +42,17 @@ def compare_command(options: argparse.Namespace) -> int:
     place = place_of(options, "-compare")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
-    if options.without and options.engine != "lagrangian" and asks_for_lagrangian(options):
-        return complain(LAGRANGIAN_ALONE, BAD_INPUT)
+    if options.without:
+        refuse_idle_integrator(options, options.engine or "exudyn")
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
-        with place.written(force=options.force) as folder:
+        with place.written() as folder:
             found = _without_effects(options) if options.without else _both_engines(options)
             drew = _write(found, folder, options)
-    except (SceneError, StorageError, CannotCompareError, ImpossibleLengthError) as error:
-        return refuse(error)
     except NothingToCompareError as error:
         return complain(str(error), INTERRUPTED)
     drew = place.code(drew) if found.whole else INTERRUPTED
-    return place.tell(_tell(found.comparison, place, options, drew))
+    return place.ended(_tell(found.comparison, place, options, drew))
 
 
 class NothingToCompareError(Exception):
@@ -119,7 +103,7 @@ def _without_effects(options: argparse.Namespace) -> Found:
     """Compare the scene without some effects, the paper's (a), with the scene itself, its (b).
 
     Raises:
-        CannotCompareError: there is nothing to compare.
+        ArgumentTypeError: there is nothing to compare.
         ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
         NothingToCompareError: interrupted before there was anything of both.
 
@@ -130,10 +114,13 @@ def _without_effects(options: argparse.Namespace) -> Found:
     whole = changed(given, options.impact, [])
     effects = present(given, options.without)
     if not effects:
-        raise CannotCompareError("nothing to compare: both scenes would be the same")
+        raise argparse.ArgumentTypeError("nothing to compare: both scenes would be the same")
     ideal = changed(given, options.impact, effects)
     what = " and ".join(effects)
-    _require_one_point(whole, ideal, what)
+    point, other = watched_point(whole), watched_point(ideal)
+    if point != other:
+        told = f"can't compare: the point watched is {point}, but {other} without {what}"
+        raise argparse.ArgumentTypeError(told)
     hint_at_numba(engine, options)
     runs = Runs(options)
     first = runs.run(ideal, engine, f"without {what}")
@@ -142,23 +129,6 @@ def _without_effects(options: argparse.Namespace) -> Found:
     again = runs.for_horizon(near, engine, f"with {what}, for the horizon")
     names = f"without {what}", f"with {what}"
     return Found(compare(first, second, again, names=names), runs.whole)
-
-
-class CannotCompareError(ValueError):
-    """A scene and the same without some effects have nothing to be compared in."""
-
-
-def _require_one_point(whole: Scene, ideal: Scene, what: str) -> None:
-    """Refuse two scenes that are not watched at the same point.
-
-    Raises:
-        CannotCompareError: that is so.
-
-    """
-    point, other = watched_point(whole), watched_point(ideal)
-    if point != other:
-        message = f"the point watched is {point}, but {other} without {what}"
-        raise CannotCompareError(f"can't compare: {message}")
 
 
 class Runs:
@@ -197,7 +167,6 @@ class Runs:
         return result if len(result.time) >= NEEDED else None
 
     def _run(self, scene: Scene, engine: str, what: str) -> Result:
-
         try:
             result = run(scene, engine, self._options, what)
         except LateInterruptError as error:
@@ -231,9 +200,7 @@ def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
 
 def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
-    if not options.quiet:
-        tell(comparison_text(found))
-        tell(f"\n{place.told}")
+    place.tell(comparison_text(found))
     code = drew
     for seen in (found.first, found.second):
         for warning in seen.result.warnings:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, refuse, tell
+from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, tell
 from exudyn_flexlink.scene import is_schema
 from exudyn_flexlink.shipped import model_names, models_folder
 from exudyn_flexlink.source import load_document
@@ -36,8 +36,6 @@ def new_command(options: argparse.Namespace) -> int:
     texts[target.with_name(SCHEMA)] = _text(models_folder() / SCHEMA)
     try:
         _write(texts, force=options.force)
-    except StorageError as error:
-        return refuse(error)
     except CompanionError as error:
         hint = f"hint: '{model.stem}' needs it beside itself; give a FILE in another folder"
         return complain(f"{error}\n{hint}", BAD_INPUT)

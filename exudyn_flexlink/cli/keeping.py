@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS
-from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, refuse
+from exudyn_flexlink.cli.refusing import REFUSALS
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.storage import StorageError, replace_file
 
 if TYPE_CHECKING:
@@ -48,25 +49,38 @@ def added(what: str, make: Callable[[], Any]) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:  # a mistake of the program, too
-        return complain(f"no {what}: {why_not(error)}; the numbers are kept", FAILED)
+        return complain(f"no {what}: {_why_not(error)}; the numbers are kept", FAILED)
     return DONE
 
 
 def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
-    """Draw a figure into a file; returns the exit code, and says why there is none."""
+    """Draw a figure into a file; returns the exit code, see `made`."""
     from exudyn_flexlink.plots import figure_bytes, is_figure
 
-    try:
+    def write() -> None:
         content = figure_bytes(draw(), file.suffix[1:].lower())
         replace_file(file, content, is_figure, force=force)
-    except StorageError as error:
-        return refuse(error)
-    except Exception as error:  # a mistake of the program: what was computed is sound
-        return complain(f"no figure: {why_not(error)}; please report it", FAILED)
+
+    return made("figure", write)
+
+
+def made(what: str, make: Callable[[], Any]) -> int:
+    """Make something of what is sound; returns the exit code, and says a mistake of the program.
+
+    Raises:
+        REFUSALS: `make` refuses what it is asked for.
+
+    """
+    try:
+        make()
+    except REFUSALS:
+        raise
+    except Exception as error:
+        return complain(f"no {what}: {_why_not(error)}; please report it", FAILED)
     return DONE
 
 
-def why_not(error: Exception) -> str:
+def _why_not(error: Exception) -> str:
     """Say why there are no figures, or no page."""
     if isinstance(error, MemoryError):
         return "not enough memory"

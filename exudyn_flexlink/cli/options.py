@@ -10,7 +10,7 @@ from typing import Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
 from exudyn_flexlink.cli.figures import add_figures
-from exudyn_flexlink.cli.terminal import PROGRAM
+from exudyn_flexlink.cli.terminal import PROGRAM, refuse
 from exudyn_flexlink.cli.values import EFFECT_NAMES, count, model_path, names_of
 
 
@@ -101,7 +101,14 @@ def add_command(
 
 def _carried_out(function: str, options: argparse.Namespace) -> int:
     module, _, name = function.partition(".")
-    code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), name)(options)
+    try:
+        code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), name)(options)
+    except Exception as error:
+        from exudyn_flexlink.cli.refusing import REFUSALS
+
+        if isinstance(error, REFUSALS):
+            return refuse(error)
+        raise
     return code
 
 

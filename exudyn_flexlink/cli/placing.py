@@ -11,15 +11,15 @@ from pathlib import Path
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.naming import run_name
-from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, refuse
+from exudyn_flexlink.cli.terminal import BAD_INPUT, INTERRUPTED, refuse, tell
 from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
 
 
 class Place:
     """The folder a result shall end in, `target`; after writing, the one it did end in."""
 
-    def __init__(self, target: Path) -> None:
-        self.target = target
+    def __init__(self, target: Path, *, force: bool, quiet: bool) -> None:
+        self.target, self._force, self._quiet = target, force, quiet
         self._replaces: bool | None = None  # an earlier run; known when writing begins
         self._why: KeptBesideError | None = None
         self._pressed = False
@@ -28,18 +28,20 @@ class Place:
         """Exit code of a command that would end with `code` if Ctrl-C had not come last."""
         return INTERRUPTED if self._pressed else code
 
-    @property
-    def told(self) -> str:
-        """Where the result is, and what is in it; also that an earlier one was there."""
+    def tell(self, text: str) -> None:
+        """Print a summary, then where the result is and what is in it; nothing if it is `quiet`."""
+        if self._quiet:
+            return
+        tell(text)
         instead = " in place of an earlier run" if self._replaces else ""
-        return f"Written to {self.target}{os.sep}{instead}:\n  {_contents(self.target)}"
+        tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {_contents(self.target)}")
 
-    def tell(self, code: int) -> int:
+    def ended(self, code: int) -> int:
         """Say why the result is not where it should be; returns the exit code."""
         return refuse(self._why, code or BAD_INPUT) if self._why else code
 
     @contextmanager
-    def written(self, *, force: bool) -> Iterator[Path]:
+    def written(self) -> Iterator[Path]:
         """Yield the folder to write into; Ctrl-C does not keep what is in it from its place.
 
         Raises:
@@ -50,7 +52,7 @@ class Place:
             self._replaces = bool(own_files(self.target))
         with deferrable_interrupts() as ctrl_c:
             try:
-                with staged_folder(self.target, force=force) as folder:
+                with staged_folder(self.target, force=self._force) as folder:
                     yield folder
                     ctrl_c.defer()
             except KeptBesideError as error:
@@ -69,4 +71,5 @@ def _contents(folder: Path) -> str:
 
 def place_of(options: argparse.Namespace, suffix: str = "") -> Place:
     """Return the place that was asked for, or a folder in `runs` named as the run is."""
-    return Place(options.out or Path("runs") / run_name(options, suffix))
+    target = options.out or Path("runs") / run_name(options, suffix)
+    return Place(target, force=options.force, quiet=options.quiet)

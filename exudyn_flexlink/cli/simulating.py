@@ -12,18 +12,16 @@ from pathlib import Path
 
 from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli.ctrl_c import ends_runs
-from exudyn_flexlink.cli.figures import Look, look_of
+from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.reporting import reported
 from exudyn_flexlink.cli.terminal import (
-    BAD_INPUT,
     DONE,
     FAILED,
     INTERRUPTED,
     complain,
     progress_bar,
-    refuse,
     tell,
 )
 from exudyn_flexlink.effects import absent, idealise, with_impact
@@ -35,37 +33,28 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.sensitivity import sensitivity
 from exudyn_flexlink.source import Mistake, SceneError
-from exudyn_flexlink.storage import StorageError
-
-LAGRANGIAN_ALONE = (
-    "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its formulation's"
-)
 
 
 def simulate_command(options: argparse.Namespace) -> int:
     """Simulate a model, write its folder, print its summary; returns the exit code."""
     place = place_of(options)
-    if options.engine == "exudyn" and asks_for_lagrangian(options):
-        return complain(LAGRANGIAN_ALONE, BAD_INPUT)
-    try:
-        scene = read_scene(options)
-        if options.impact is not None and not scene.contacts:
-            complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
-        # The folder is staged first: one that can't be written is no news for the end of a run.
-        with place.written(force=options.force) as folder:
-            result, late = _kept(scene, options)
-            _announce(result, options)
-            second = not late and _asks_for_second(result, options)
-            code = _write(result, folder, options, late=late, figures=not second)
-        code, told = place.code(code), ""
-        if second and code == DONE:  # the first is kept, whatever becomes of the second
-            result, told, late = _measured(result, options)
-            with place.written(force=options.force) as folder:
-                code = _write(result, folder, options, late=late)
-            code = place.code(code)
-    except (SceneError, StorageError) as error:
-        return refuse(error)
-    return place.tell(_tell(result, place, told, options.quiet, code))
+    refuse_idle_integrator(options, options.engine)
+    scene = read_scene(options)
+    if options.impact is not None and not scene.contacts:
+        complain(f"warning: '--impact {options.impact}' changes nothing: there is no contact")
+    # The folder is staged first: one that can't be written is no news for the end of a run.
+    with place.written() as folder:
+        result, late = _kept(scene, options)
+        _announce(result, options)
+        second = not late and _asks_for_second(result, options)
+        code = _write(result, folder, options, late=late, figures=not second)
+    code, told = place.code(code), ""
+    if second and code == DONE:  # the first is kept, whatever becomes of the second
+        result, told, late = _measured(result, options)
+        with place.written() as folder:
+            code = _write(result, folder, options, late=late)
+        code = place.code(code)
+    return place.ended(_tell(result, place, told, options.quiet, code))
 
 
 def _kept(scene: Scene, options: argparse.Namespace) -> tuple[Result, bool]:
@@ -87,9 +76,10 @@ def _asks_for_second(result: Result, options: argparse.Namespace) -> bool:
 def _write(
     result: Result, folder: Path, options: argparse.Namespace, *, late: bool, figures: bool = True
 ) -> int:
-    """Write a run; returns the exit code. One who did not wait waits for no figures."""
+    """Write a run; returns the exit code, see `kept`. One who did not wait waits for no figures."""
     drawn = figures and not late and not options.ending.asked
-    code = write(result, folder, look_of(options) if drawn and not options.no_plots else None)
+    draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
+    code = kept(partial(storage.save, result, folder), draw if drawn else None, folder)
     if options.report and drawn and code == DONE:
         code = reported(result, folder)
     return code or (INTERRUPTED if late else DONE)
@@ -122,13 +112,23 @@ def _measured(result: Result, options: argparse.Namespace) -> tuple[Result, str,
     return found.result, sensitivity_text(sensitivity(result, found.neighbour)), False
 
 
-def asks_for_lagrangian(options: argparse.Namespace) -> bool:
-    """Tell whether a setting of the command line means nothing to Exudyn."""
-    return any(
+def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
+    """Refuse a setting of the command line that means nothing to Exudyn.
+
+    Raises:
+        ArgumentTypeError: there is one, and the engine is Exudyn.
+
+    """
+    asked = any(
         setting.startswith("solver.integrator")
         or (setting.startswith("solver=") and "integrator:" in setting)
         for setting in options.settings
     )
+    if asked and engine == "exudyn":
+        raise argparse.ArgumentTypeError(
+            "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its "
+            "formulation's"
+        )
 
 
 def read_scene(options: argparse.Namespace) -> Scene:
@@ -220,26 +220,13 @@ def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator
         raise SceneError(scene.document, [mistake]) from error
 
 
-def write(result: Result, folder: Path, look: Look | None) -> int:
-    """Save a run, and draw its figures, if they have a look; returns the exit code, see `kept`.
-
-    Raises:
-        StorageError: the folder can't be written.
-
-    """
-    draw = None if look is None else partial(look.save_run, result, folder)
-    return kept(partial(storage.save, result, folder), draw, folder)
-
-
 def _tell(result: Result, place: Place, told: str, quiet: bool, code: int) -> int:
     """Print the summary; warnings and a failure also where the summary is not wanted.
 
     `code` is the exit code of a run that is whole.
     """
     target = place.target
-    if not quiet:
-        tell(run_text(result))
-        tell(f"\n{place.told}")
+    place.tell(run_text(result))
     if told:
         tell(told if quiet else f"\n{told}")
     for hint in () if quiet else idle_settings(result):

@@ -11,11 +11,10 @@ from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
 from exudyn_flexlink.cli.simulating import (
-    LAGRANGIAN_ALONE,
-    asks_for_lagrangian,
     hint_at_numba,
     read_scene,
     refusals,
+    refuse_idle_integrator,
 )
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -23,13 +22,11 @@ from exudyn_flexlink.cli.terminal import (
     INTERRUPTED,
     complain,
     progress_bar,
-    tell,
 )
-from exudyn_flexlink.loading import ImpossibleLengthError, require_length
+from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.stability import (
     Asked,
     NoRhythmError,
@@ -38,7 +35,7 @@ from exudyn_flexlink.stability import (
     TooShortError,
     study,
 )
-from exudyn_flexlink.storage import StorageError, save_stability
+from exudyn_flexlink.storage import save_stability
 
 UNTOLD = "interrupted before the exponent was known; nothing was written"
 
@@ -46,24 +43,21 @@ UNTOLD = "interrupted before the exponent was known; nothing was written"
 def stability_command(options: argparse.Namespace) -> int:
     """Study a model's motion, write and print how stable it is; returns the exit code."""
     place = place_of(options, "-stability")
-    if options.engine == "exudyn" and asks_for_lagrangian(options):
-        return complain(LAGRANGIAN_ALONE, BAD_INPUT)
+    refuse_idle_integrator(options, options.engine)
+    scene = read_scene(options)
+    require_length("--tolerance", options.tolerance, scene)
+    hint_at_numba(options.engine, options)
     try:
-        scene = read_scene(options)
-        require_length("--tolerance", options.tolerance, scene)
-        hint_at_numba(options.engine, options)
         # The folder is staged first: one that can't be written is no news for the end of a study.
-        with place.written(force=options.force) as folder:
+        with place.written() as folder:
             found = _studied(scene, options)
             code = _write(found, folder, options)
     except (NoRhythmError, TooShortError) as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
-    except (SceneError, StorageError, ImpossibleLengthError) as error:
-        return complain(str(error), BAD_INPUT)
     except (StoppedError, KeyboardInterrupt) as error:
         stopped = isinstance(error, StoppedError)
         return complain(str(error) if stopped else UNTOLD, FAILED if stopped else INTERRUPTED)
-    return place.tell(_tell(found, place, options, place.code(code)))
+    return place.ended(_tell(found, place, place.code(code)))
 
 
 def _advice(error: Exception, options: argparse.Namespace) -> str:
@@ -96,10 +90,8 @@ def _write(found: Stability, folder: Path, options: argparse.Namespace) -> int:
     return kept(save, None if options.no_plots else draw, folder)
 
 
-def _tell(found: Stability, place: Place, options: argparse.Namespace, code: int) -> int:
-    if not options.quiet:
-        tell(stability_text(found))
-        tell(f"\n{place.told}")
+def _tell(found: Stability, place: Place, code: int) -> int:
+    place.tell(stability_text(found))
     if code == INTERRUPTED:
         return complain("interrupted: the study is whole", INTERRUPTED)
     return code

@@ -35,16 +35,13 @@ from exudyn_flexlink.cli.terminal import (
     Lines,
     complain,
     progress_bar,
-    refuse,
-    tell,
 )
 from exudyn_flexlink.engines.interrupts import LateInterruptError
-from exudyn_flexlink.loading import ImpossibleLengthError, require_length
+from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import accuracy_text, recommendation
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.scene import Scene
-from exudyn_flexlink.source import SceneError
-from exudyn_flexlink.storage import StorageError, save_accuracy
+from exudyn_flexlink.storage import save_accuracy
 
 DEFAULT_TARGET = 1e-4  # m, where the model gives a step
 ENGINES = ("exudyn", "lagrangian")
@@ -57,11 +54,11 @@ SAFETY = 2.0
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
     place = place_of(options, "-accuracy")
+    scene = read_scene(options)
+    require_length("--target", options.target, scene)
     try:
-        scene = read_scene(options)
-        require_length("--target", options.target, scene)
         # The folder is staged first: one that can't be written is no news for the end of a study.
-        with place.written(force=options.force) as folder:
+        with place.written() as folder:
             runs = _runs(scene, options)
             with deferrable_interrupts() as ctrl_c:
                 ctrl_c.defer()
@@ -70,14 +67,12 @@ def accuracy_command(options: argparse.Namespace) -> int:
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
                 code = drawn(folder, lambda: _draw(found, folder, look_of(options)))
-    except (SceneError, StorageError, ImpossibleLengthError) as error:
-        return refuse(error)
     except NothingRunError as error:
         if runs.interrupted:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
         return complain(f"{error}\n{_advice(options)}", FAILED)
-    return place.tell(_tell(found, place, options, place.code(code)))
+    return place.ended(_tell(found, place, place.code(code)))
 
 
 def _advice(options: argparse.Namespace) -> str:
@@ -167,11 +162,9 @@ def _draw(found: Study, folder: Path, look: Look) -> None:
     look.save(work_precision, found, folder, "accuracy")
 
 
-def _tell(found: Study, place: Place, options: argparse.Namespace, code: int) -> int:
+def _tell(found: Study, place: Place, code: int) -> int:
     """Print the report; that the study was interrupted also where it is not wanted."""
-    if not options.quiet:
-        tell(accuracy_text(found))
-        tell(f"\n{place.told}")
+    place.tell(accuracy_text(found))
     if found.runs.interrupted:
         count = len(found.points)
         what = "setting that was" if count == 1 else "settings that were"

@@ -15,11 +15,10 @@ from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
 from exudyn_flexlink.cli.simulating import (
     COMPILING,
-    LAGRANGIAN_ALONE,
-    asks_for_lagrangian,
     changed,
     hint_at_numba,
     read_scene,
+    refuse_idle_integrator,
 )
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -32,10 +31,9 @@ from exudyn_flexlink.cli.terminal import (
 )
 from exudyn_flexlink.cli.values import model_path
 from exudyn_flexlink.report import sweep_text
-from exudyn_flexlink.source import Document, Mistake, SceneError
+from exudyn_flexlink.source import Document, Mistake
 from exudyn_flexlink.storage import (
     SeriesKeeper,
-    StorageError,
     open_journal,
     own_files,
     save_table,
@@ -66,14 +64,13 @@ def sweep_command(options: argparse.Namespace) -> int:
     try:
         executor = executor_of(options.workers, options.scheduler)
     except ValueError as error:
-        return complain(str(error), BAD_INPUT)
+        return refuse(error)
+    plan = _planned(options)
+    refuse_idle_integrator(options, plan.engine)
+    folder: Path = options.out or Path("runs") / _name(options)
     try:
-        plan = _planned(options)
-        if plan.engine == "exudyn" and asks_for_lagrangian(options):
-            return complain(LAGRANGIAN_ALONE, BAD_INPUT)
-        folder: Path = options.out or Path("runs") / _name(options)
         table, code = _swept(plan, executor, folder, options)
-    except (SceneError, StorageError, CannotStartError, argparse.ArgumentTypeError) as error:
+    except CannotStartError as error:
         return refuse(error)
     return _tell(table, folder, options, code)
 

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.keeping import write_figure
 from exudyn_flexlink.cli.simulating import run
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, complain, tell
+from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, tell
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.report import verification_data, verification_markdown, verification_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.shipped import benchmark_files
-from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
 
 if TYPE_CHECKING:
@@ -24,12 +23,9 @@ if TYPE_CHECKING:
 def verify_command(options: argparse.Namespace) -> int:
     """Run benchmarks and print how far they are off; code 1: one by more than is allowed."""
     found: list[VerifiedRun] = []
-    try:
-        files = options.benchmarks or benchmark_files().values()
-        # All are read before the first is run: a mistake is no news for the end.
-        whole = _verify([read_benchmark(file) for file in files], options, found)
-    except SceneError as error:
-        return complain(str(error), BAD_INPUT)
+    files = options.benchmarks or benchmark_files().values()
+    # All are read before the first is run: a mistake is no news for the end.
+    whole = _verify([read_benchmark(file) for file in files], options, found)
     if found:
         tell(_printed(found, options.form))
     if not whole:
