@@ -103,7 +103,7 @@ def engines(
 def test_a_comparison_says_once_how_the_lagrangian_gets_faster(
     run_of: Callable[[Fake], None], monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    monkeypatch.setattr("exudyn_flexlink.cli.simulating.find_spec", lambda _: None)
+    monkeypatch.setattr("exudyn_flexlink.cli.running.find_spec", lambda _: None)
     run_of(engines())
     assert main(["compare", NO_CLEARANCE, "--no-plots"]) == 0
     assert capsys.readouterr().err.count("pip install numba") == 1

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from exudyn_flexlink.cli.copying import holds_schema
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import made, write_figure
-from exudyn_flexlink.cli.simulating import read_scene
+from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import DONE, tell
 from exudyn_flexlink.loading import assemble_scene

@@ -10,7 +10,7 @@ from pathlib import Path
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
-from exudyn_flexlink.cli.simulating import (
+from exudyn_flexlink.cli.running import (
     changed,
     hint_at_numba,
     present,
@@ -21,12 +21,10 @@ from exudyn_flexlink.cli.simulating import (
 from exudyn_flexlink.cli.terminal import BAD_INPUT, FAILED, INTERRUPTED, complain
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines.diagnostics.neighbour import retuned
-from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene, load_scene, require_length
 from exudyn_flexlink.mechanism import least_tolerance
 from exudyn_flexlink.observables import watched_point
 from exudyn_flexlink.report import comparison_text, excess_text, failure_text
-from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import save, save_comparison
@@ -167,12 +165,8 @@ class Runs:
         return result if len(result.time) >= NEEDED else None
 
     def _run(self, scene: Scene, engine: str, what: str) -> Result:
-        try:
-            result = run(scene, engine, self._options, what)
-        except LateInterruptError as error:
-            result, self.whole = error.result, False
-        if result.outcome.reason == STOPPED:
-            self.whole = False
+        result, enough = run(scene, engine, self._options, what)
+        self.whole = self.whole and not enough
         return result
 
 

@@ -10,7 +10,7 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.placing import Place, place_of
-from exudyn_flexlink.cli.simulating import (
+from exudyn_flexlink.cli.running import (
     hint_at_numba,
     read_scene,
     refusals,

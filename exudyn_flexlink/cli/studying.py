@@ -26,7 +26,7 @@ from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.cli.keeping import drawn
 from exudyn_flexlink.cli.placing import Place, place_of
-from exudyn_flexlink.cli.simulating import read_scene
+from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.terminal import (
     DONE,
     FAILED,

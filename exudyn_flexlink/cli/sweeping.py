@@ -13,7 +13,7 @@ from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
-from exudyn_flexlink.cli.simulating import (
+from exudyn_flexlink.cli.running import (
     COMPILING,
     changed,
     hint_at_numba,

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.keeping import write_figure
-from exudyn_flexlink.cli.simulating import run
+from exudyn_flexlink.cli.running import run
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain, tell
-from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.report import verification_data, verification_markdown, verification_text
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.shipped import benchmark_files
@@ -48,14 +47,11 @@ def _verify(
     pairs = [(benchmark, one) for benchmark in benchmarks for one in benchmark.runs]
     for i, (benchmark, one) in enumerate(pairs, 1):
         what = f"{i} of {len(pairs)}: {benchmark.name}, {one.name}"
-        try:
-            result = run(one.scene, one.engine, options, what)
-        except LateInterruptError as error:
-            found.append(judged(benchmark, one, error.result))
+        result, enough = run(one.scene, one.engine, options, what)
+        if result.outcome.reason != STOPPED:
+            found.append(judged(benchmark, one, result))
+        if enough:
             return False
-        if result.outcome.reason == STOPPED:
-            return False
-        found.append(judged(benchmark, one, result))
     return True
 
 

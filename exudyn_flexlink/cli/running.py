@@ -1,0 +1,132 @@
+"""A scene as the command line asks for it, and its run."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+from exudyn_flexlink import engines
+from exudyn_flexlink.cli.ctrl_c import ends_runs
+from exudyn_flexlink.cli.terminal import complain, progress_bar
+from exudyn_flexlink.effects import absent, idealise, with_impact
+from exudyn_flexlink.engines.interrupts import LateInterruptError
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.source import Mistake, SceneError
+
+
+def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
+    """Refuse a setting of the command line that means nothing to Exudyn.
+
+    Raises:
+        ArgumentTypeError: there is one, and the engine is Exudyn.
+
+    """
+    asked = any(
+        setting.startswith("solver.integrator")
+        or (setting.startswith("solver=") and "integrator:" in setting)
+        for setting in options.settings
+    )
+    if asked and engine == "exudyn":
+        raise argparse.ArgumentTypeError(
+            "'solver.integrator' is for '--engine lagrangian'; the method of Exudyn is its "
+            "formulation's"
+        )
+
+
+def read_scene(options: argparse.Namespace) -> Scene:
+    """Load the model with the settings of the command line, its impacts and its effects.
+
+    Raises:
+        SceneError: the model, or a setting, has mistakes.
+
+    """
+    scene = load_scene(options.model, options.settings, options.allow_outside)
+    return changed(scene, options.impact, options.without)
+
+
+def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
+    """Return the scene with another kind of impact, and without some effects, which its title says.
+
+    Raises:
+        SceneError: what is left can't be.
+
+    """
+    if impact is None and not without:
+        return scene
+    effects = present(scene, without)
+    if effects:
+        scene = idealise(scene, effects)
+        scene = scene.changed(title=f"{scene.title} (without {', '.join(effects)})")
+    return scene if impact is None else with_impact(scene, impact)
+
+
+def present(scene: Scene, effects: list[str]) -> list[str]:
+    """Return the effects that the scene has, each once; give a hint for every other."""
+    wanted = list(dict.fromkeys(effects))
+    missing = absent(scene, wanted)
+    for name in missing:
+        complain(f"hint: '--without {name}' changes nothing: the scene has no {name}")
+    return [name for name in wanted if name not in missing]
+
+
+def hint_at_numba(engine: str, options: argparse.Namespace) -> None:
+    """Say, once a command, what would make its runs faster."""
+    if engine == "lagrangian" and find_spec("numba") is None and not options.quiet:
+        complain("hint: the Lagrangian is 20 to 40 times faster with numba: pip install numba")
+
+
+COMPILING = {
+    "once": "compiles the Lagrangian first, for half a minute or so, once after installing",
+    "every run": "compiles the Lagrangian in memory first, for half a minute or so, and will in "
+    "every run: no folder can be written to keep the code; NUMBA_CACHE_DIR may name one",
+}
+
+
+def run(
+    scene: Scene,
+    engine: str,
+    options: argparse.Namespace,
+    what: str = "simulating",
+    retries: int = 0,
+) -> tuple[Result, bool]:
+    """Run an engine, and show its progress: `what` is going on; for `retries` see `simulate`.
+
+    Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
+    it was interrupted.
+
+    Raises:
+        SceneError: the engine can't represent what the scene asks for; shown where it stands.
+
+    """
+    with refusals(scene, engine, options):
+        compiles = "none" if options.quiet else engines.compiles(scene, engine)
+        if compiles != "none":
+            complain(f"hint: {COMPILING[compiles]}")
+        before = "" if compiles == "none" else "compiling"
+        try:
+            with progress_bar(options.quiet, what, before) as progress, ends_runs():
+                result = engines.simulate(scene, engine, progress, measure=False, retries=retries)
+        except LateInterruptError as error:
+            return error.result, True
+        return result, result.outcome.reason == INTERRUPTED
+
+
+@contextmanager
+def refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
+    """Show what an engine refuses of a scene where it stands in the file.
+
+    Raises:
+        SceneError: the engine can't represent what the scene asks for.
+
+    """
+    try:
+        yield
+    except engines.NotRepresentableError as error:
+        asked = options.impact is not None and error.path[2:] == ("law",)
+        why = f"; '--impact {options.impact}' asks for it" if asked else ""
+        mistake = Mistake(error.path, error.message, f"refused by the engine '{engine}'{why}")
+        raise SceneError(scene.document, [mistake]) from error
