@@ -24,7 +24,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 from numpy.typing import NDArray
 
-from exudyn_flexlink.cli.figures import add_figures, look_of
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import path

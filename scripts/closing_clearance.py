@@ -18,7 +18,8 @@ from matplotlib.figure import Figure
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.cli.figures import add_figures, look_of
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.observables import between_samples, path
 from exudyn_flexlink.plots.panels import letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled

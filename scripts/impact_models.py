@@ -21,7 +21,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.cli.figures import Look, add_figures, look_of
+from exudyn_flexlink.cli.figures import Look, look_of
+from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene

@@ -31,7 +31,8 @@ from matplotlib.projections.polar import PolarAxes
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.cli.figures import Look, add_figures, look_of
+from exudyn_flexlink.cli.figures import Look, look_of
+from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import (

@@ -23,7 +23,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import exudyn_flexlink as fl
-from exudyn_flexlink.cli.figures import add_figures, look_of
+from exudyn_flexlink.cli.figures import look_of
+from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.report import doubted_text
 from exudyn_flexlink.stability import Asked, study

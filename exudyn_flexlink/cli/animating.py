@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from exudyn_flexlink.animation import Film, FilmError, Filming, film_bytes, film_of, usual_formats
+from exudyn_flexlink.cli.figures import idle_text
 from exudyn_flexlink.cli.keeping import made
 from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, progress_bar
 from exudyn_flexlink.result import Result
@@ -18,7 +19,9 @@ def animate_command(options: argparse.Namespace) -> int:
     formats = tuple(dict.fromkeys(options.format or usual_formats()))
     filming = Filming(options.fps, options.speed, options.width)
     folder: Path = options.out or options.run
-    mistakes = _idle(options, formats)
+    frameless = "for mp4 and gif: a page has no frames of its own"
+    idle = idle_text(options, ("fps", "width"), frameless) if formats == ("html",) else ""
+    mistakes = [idle] if idle else []
     mistakes += dict.fromkeys(told for name in formats for told in filming.mistakes(name))
     film, why = _film(options)
     mistakes += why
@@ -76,12 +79,3 @@ def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:
 def _stem(options: argparse.Namespace) -> str:
     """Name of the files, without their endings."""
     return f"animation_with_{options.other.resolve().name}" if options.other else "animation"
-
-
-def _idle(options: argparse.Namespace, formats: tuple[str, ...]) -> list[str]:
-    """Say which options mean nothing in the formats."""
-    given = [f"'--{name}'" for name in ("fps", "width") if getattr(options, name) is not None]
-    if not given or formats != ("html",):
-        return []
-    verb = "are" if len(given) > 1 else "is"
-    return [f"{' and '.join(given)} {verb} for mp4 and gif: a page has no frames of its own"]

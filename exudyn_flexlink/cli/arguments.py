@@ -13,10 +13,10 @@ from exudyn_flexlink.cli.completing import (
     SHELLS,
     completes,
 )
-from exudyn_flexlink.cli.figures import add_figure_file
 from exudyn_flexlink.cli.options import (
     add_command,
     add_engine,
+    add_figure_file,
     add_force,
     add_impact,
     add_model,
@@ -118,7 +118,7 @@ def _add_simulate(commands: Any) -> None:
         exudyn-flexlink simulate clearance --set run.turns=1 --horizon --report""",
     )
     add_model(parser)
-    add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
+    add_engine(parser)
     add_impact(parser)
     add_without(parser)
     parser.add_argument(

@@ -1,15 +1,12 @@
-"""What the commands ask of figures: their formats, and the style they are drawn in."""
+"""Figures as the command line asks for them: their formats, and the style they are drawn in."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from exudyn_flexlink.cli.completing import FILE, completes
-from exudyn_flexlink.cli.values import names_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,49 +40,6 @@ class Look:
             save_figure(figure, folder, name, self.formats)
 
 
-def add_figures(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say how figures look."""
-    add_formats(parser, FIGURE_FORMATS, "formats of figures", FIGURE_FORMATS[0])
-    parser.add_argument(
-        "--style",
-        choices=FIGURE_STYLES,
-        help="how figures look: print is one column of a page wide, 86 mm, without titles; "
-        f"default: {FIGURE_STYLES[0]}",
-    )
-
-
-def add_formats(
-    parser: argparse.ArgumentParser, known: tuple[str, ...], about: str, default: str
-) -> None:
-    """Add the option that names formats of files; `default` says in words which are usual."""
-    read = names_of(known, "format")
-    parser.add_argument(
-        "--format",
-        type=lambda text: read(text.lower()),
-        action="extend",
-        metavar="FORMAT[,FORMAT]",
-        help=f"{about}: {', '.join(known)}; default: {default}; may be repeated",
-    )
-
-
-def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:
-    """Add the option that asks for one figure, by the name of its file."""
-    figure = parser.add_argument("--figure", type=_figure_file, metavar="FILE", help=about)
-    completes(figure, FILE)
-    parser.add_argument(
-        "--force", action="store_true", help="replace FILE also if it is no figure of this program"
-    )
-
-
-def _figure_file(text: str) -> Path:
-    """Read the name of a figure's file; its ending says the format."""
-    file = Path(text)
-    if file.suffix[1:].lower() not in FIGURE_FORMATS:
-        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
-        raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
-    return file
-
-
 def look_of(options: argparse.Namespace) -> Look:
     """Return how figures shall look."""
     usual = Look()
@@ -97,7 +51,12 @@ def idle_options(options: argparse.Namespace) -> str:
     """Say which options mean nothing, since no figures are wanted; empty if none does."""
     if not getattr(options, "no_plots", False):
         return ""
-    given = [f"'--{name}'" for name in ("format", "style") if getattr(options, name)]
+    why = "for figures, which '--no-plots' leaves out"
+    return idle_text(options, ("format", "style"), why)
+
+
+def idle_text(options: argparse.Namespace, names: Sequence[str], why: str) -> str:
+    """Say which of some options are given all the same; empty if none is."""
+    given = [f"'--{name}'" for name in names if getattr(options, name) is not None]
     verb = "are" if len(given) > 1 else "is"
-    told = f"{' and '.join(given)} {verb} for figures, which '--no-plots' leaves out"
-    return told if given else ""
+    return f"{' and '.join(given)} {verb} {why}" if given else ""

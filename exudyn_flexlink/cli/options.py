@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
-from exudyn_flexlink.cli.figures import add_figures
+from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
 from exudyn_flexlink.cli.terminal import PROGRAM, refuse
 from exudyn_flexlink.cli.values import EFFECT_NAMES, count, model_path, names_of
 
@@ -23,7 +23,11 @@ def add_impact(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_engine(parser: argparse.ArgumentParser, about: str, default: str | None) -> None:
+def add_engine(
+    parser: argparse.ArgumentParser,
+    about: str = "what solves the equations of motion; default: exudyn",
+    default: str | None = "exudyn",
+) -> None:
     """Add which engine runs."""
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default=default, help=about)
 
@@ -77,6 +81,47 @@ def add_out(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
 def add_force(parser: argparse.ArgumentParser, about: str) -> None:
     """Add that files are replaced."""
     parser.add_argument("--force", action="store_true", help=about)
+
+
+def add_figures(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how figures look."""
+    add_formats(parser, FIGURE_FORMATS, "formats of figures", FIGURE_FORMATS[0])
+    parser.add_argument(
+        "--style",
+        choices=FIGURE_STYLES,
+        help="how figures look: print is one column of a page wide, 86 mm, without titles; "
+        f"default: {FIGURE_STYLES[0]}",
+    )
+
+
+def add_formats(
+    parser: argparse.ArgumentParser, known: tuple[str, ...], about: str, default: str
+) -> None:
+    """Add the option that names formats of files; `default` says in words which are usual."""
+    read = names_of(known, "format")
+    parser.add_argument(
+        "--format",
+        type=lambda text: read(text.lower()),
+        action="extend",
+        metavar="FORMAT[,FORMAT]",
+        help=f"{about}: {', '.join(known)}; default: {default}; may be repeated",
+    )
+
+
+def add_figure_file(parser: argparse.ArgumentParser, about: str) -> None:
+    """Add the option that asks for one figure, by the name of its file."""
+    figure = parser.add_argument("--figure", type=_figure_file, metavar="FILE", help=about)
+    completes(figure, FILE)
+    add_force(parser, "replace FILE also if it is no figure of this program")
+
+
+def _figure_file(text: str) -> Path:
+    """Read the name of a figure's file; its ending says the format."""
+    file = Path(text)
+    if file.suffix[1:].lower() not in FIGURE_FORMATS:
+        endings = ", ".join(f".{name}" for name in FIGURE_FORMATS)
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in one of {endings}")
+    return file
 
 
 def add_command(

@@ -7,8 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, completes
-from exudyn_flexlink.cli.figures import add_figures, add_formats
-from exudyn_flexlink.cli.options import add_command, add_force, add_out
+from exudyn_flexlink.cli.options import (
+    add_command,
+    add_figures,
+    add_force,
+    add_formats,
+    add_out,
+)
 from exudyn_flexlink.cli.values import count, instant, names, rate
 
 PAGE_ENDINGS = (".html", ".htm")

@@ -71,7 +71,7 @@ def add_stability(commands: Any) -> None:
         action="store_true",
         help="make the exponent again at a tenth of the tolerance, to see whether that matters",
     )
-    add_engine(parser, "what solves the equations of motion; default: exudyn", "exudyn")
+    add_engine(parser)
     add_impact(parser)
     add_without(parser)
     add_output(parser, "runs/<name of the model>-stability")
