@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import exp
 
 import numpy as np
 
@@ -13,13 +14,14 @@ from exudyn_flexlink.result import Result
 
 FEW_BOUNCES = 3  # in a row: one strike of a flexible link may be a burst of so many
 # Errors after a release, over those before: steps leave a tenth of the tolerance before a release
-# (scripts/random_scenes.py, seed 7), so that less growth keeps it.
+# (scripts/random_scenes.py, seed 7), so that less growth keeps it. Likewise of unstable motion.
 LARGE_GROWTH = 10.0
 
 
 def multiplying(result: Result) -> str:
     """Say what may have multiplied errors beyond what steps foresee; empty if nothing did."""
-    return "; ".join([*_rattling(result), *_bouncing(result), *_sliding_off(result)])
+    found = [*_rattling(result), *_bouncing(result), *_sliding_off(result), *_unstable(result)]
+    return "; ".join(found)
 
 
 def aiming(result: Result) -> str:
@@ -48,6 +50,12 @@ def _bouncing(result: Result) -> Iterator[str]:
         count = int(np.histogram(contact.touches.begin, laps)[0].max())
         if count > FEW_BOUNCES:
             yield f"{count} strikes of '{name}' in a row"
+
+
+def _unstable(result: Result) -> Iterator[str]:
+    """Motion that neighbouring motions leave by themselves, as that of a double pendulum."""
+    if exp(-result.checks.e_folds) * LARGE_GROWTH < 1:
+        yield f"unstable motion: up to e^{result.checks.e_folds:.2g} times as large"
 
 
 def _sliding_off(result: Result) -> Iterator[str]:

@@ -137,7 +137,10 @@ class _Reading:
             extremes=recorder.seeker.extremes(),
             laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
             checks=checks(
-                self.run.stepper, recorder, float(recorder.seeker.deepest.max(initial=0.0))
+                self.run.stepper,
+                recorder,
+                float(recorder.seeker.deepest.max(initial=0.0)),
+                self.run.problem.instability.e_folds,
             ),
         )
 

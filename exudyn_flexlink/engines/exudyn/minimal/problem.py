@@ -33,6 +33,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     WallChange,
 )
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
+from exudyn_flexlink.engines.exudyn.minimal.instability import Instability
 from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
@@ -77,6 +78,7 @@ class MinimalProblem:
             if contact.touch(x, v).gap < -NOTHING:
                 contact.side = Side.BEHIND
         self._lasting = LastingErrors(self.model, self.end)
+        self.instability = Instability(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = Finder(self.model, self.goal, x, v)
         if self._finder.walls is not None:
@@ -96,8 +98,7 @@ class MinimalProblem:
     @property
     def left(self) -> float | None:
         """Angle still to turn, rad; None where time ends the run."""
-        left = None if self.goal is None else self.goal(self._finder.x)
-        return 0.0 if self.reached else left
+        return 0.0 if self.reached else self.goal and self.goal(self._finder.x)
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -149,6 +150,7 @@ class MinimalProblem:
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
+        self.instability.follow(step)
         end = self._end_of(step)
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.reach)

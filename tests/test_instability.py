@@ -1,0 +1,106 @@
+"""Motion in which errors grow by themselves: how fast is told, and errors are measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from exudyn_flexlink import load_scene
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.observables import positions
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.source import parse_document
+
+MODELS = Path(__file__).parent.parent / "models"
+G = 9.81  # m/s^2
+SPIN, LASTS = 3.0, 2.0  # rad/s, s
+
+BEAD = f"""title: a bead in the groove of a spoke that turns evenly
+curves:
+  groove: {{type: line, from: [0, 0], to: [100, 0], on: spoke}}
+bodies:
+  spoke: {{type: rigid, mass: 1, inertia: 1, points: {{hub: [0, 0]}}}}
+  bead: {{type: rigid, mass: 0.1, inertia: 0, points: {{c: [0, 0]}}}}
+joints:
+  hub: {{type: revolute, points: [ground, spoke.hub], at: [0, 0]}}
+  slot: {{type: slot, point: bead.c, curve: groove}}
+drives: {{motor: {{type: speed, joint: hub, value: {SPIN}}}}}
+initial: {{positions: {{bead: [0.1, 0]}}, speeds_along: {{slot: 0}}}}
+run: {{duration: {LASTS}}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+SWING = """title: a bar swings through less than a right angle to either side
+bodies:
+  bar: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {pin: [0, 0]}}
+joints: {pin: {type: revolute, points: [ground, bar.pin], at: [0, 0]}}
+gravity: 9.81
+initial: {angles: {bar: -10 deg}}
+run: {duration: 5}
+accuracy: {tolerance: 1.0e-6}
+"""
+PAST_A_FOOT = """title: a mass flies past the foot of its spring, five times
+bodies:
+  mass: {type: rigid, mass: 1, inertia: 0, points: {c: [0, 0]}}
+springs:
+  s: {type: linear, points: [ground, mass.c], at: [0, 0], stiffness: 1000, length: 0.3}
+initial: {positions: {mass: [-2, 1.0e-4]}, velocities: {mass: [3, 0]}, angles: {mass: 0}}
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+def run(text: str) -> Result:
+    return simulate(scene_of(parse_document(text, "test")))
+
+
+def test_errors_of_a_bead_on_a_spoke_grow_with_its_speed() -> None:
+    """Of r'' = omega^2 r: by e in 1/omega."""
+    assert run(BEAD).checks.e_folds == pytest.approx(SPIN * LASTS, rel=1e-4)
+
+
+def test_a_swing_below_the_horizontal_lets_no_error_grow() -> None:
+    found = run(SWING)
+    assert found.checks.e_folds == 0
+    assert found.error is None
+
+
+def double_pendulum(instants: FloatArray) -> FloatArray:
+    """Lower end (n, 2) of two bars of 1 m and 1 kg, let go from the horizontal."""
+
+    def rates(_: float, y: FloatArray) -> list[float]:
+        one, other, w, u = y
+        c, s = 0.5 * np.cos(one - other), 0.5 * np.sin(one - other)
+        mass = np.array([[4 / 3, c], [c, 1 / 3]])
+        force = [-s * u * u - 1.5 * G * np.cos(one), s * w * w - 0.5 * G * np.cos(other)]
+        return [w, u, *np.linalg.solve(mass, force)]
+
+    found = solve_ivp(
+        rates, (0, instants[-1]), np.zeros(4), "DOP853", instants, rtol=1e-13, atol=1e-14
+    )
+    one, other = found.y[:2]
+    return np.column_stack([np.cos(one) + np.cos(other), np.sin(one) + np.sin(other)])
+
+
+def test_a_double_pendulum_says_from_when_on_it_is_off() -> None:
+    """Of ten seconds the last few are 13 tolerances off."""
+    found = simulate(load_scene(MODELS / "textbook" / "double_pendulum.yaml", ["run.duration=10"]))
+    off = positions(found, ["lower.b"], found.time)[:, 0] - double_pendulum(found.time)
+    apart = np.hypot(*off.T)
+    tolerance = found.scene.accuracy.tolerance
+    assert apart.max() > 5 * tolerance
+    assert found.error is not None
+    assert found.error.largest >= apart.max()
+    assert found.error.exceeds_from <= found.time[apart > tolerance][0]
+    assert any("unstable motion" in line for line in found.warnings)
+
+
+def test_passing_the_foot_of_a_spring_is_told() -> None:
+    """The place at which the mass passes decides on where the spring throws it."""
+    found = run(PAST_A_FOOT)
+    assert found.checks.e_folds > 3
+    assert any("unstable motion" in line for line in found.warnings)
