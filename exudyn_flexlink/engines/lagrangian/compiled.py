@@ -88,19 +88,17 @@ def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable
     return kind, made
 
 
-def by_address(function: F, returns: Any, *arguments: Any) -> F:
-    """Compile a function, of numba's types, for itself: compiled ones that it is given to call it.
+def by_address(function: F, signature: Any) -> F:
+    """Compile a function, of numba's signature, for itself: compiled ones are given it to call.
 
     They do not contain it, as they do what they call by name, and LLVM works through it only once;
     and what is given may be another function of the same types. A call takes 3 ns more.
     """
-    if not compiling():
-        return function
     assert numba is not None
     _BY_ADDRESS.add(function)
     options = {"cache": _FOLDER is not None, "error_model": "numpy", "fastmath": REORDERED}
     with _kept_in(_FOLDER):
-        return cast(F, numba.cfunc(returns(*arguments), **options)(function))
+        return cast(F, numba.cfunc(signature, **options)(function))
 
 
 def compiling() -> bool:
@@ -112,13 +110,6 @@ def type_of(value: Any) -> Any:
     """Return numba's type of a value."""
     assert numba is not None
     return numba.typeof(value)
-
-
-def type_returned(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Compile a function for arguments of numba's types, and return the type of what it returns."""
-    dispatcher: Any = function
-    dispatcher.compile(arguments)
-    return next(s.return_type for s in dispatcher.nopython_signatures if s.args == arguments)
 
 
 @contextmanager

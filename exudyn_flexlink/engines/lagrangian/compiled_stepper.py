@@ -101,7 +101,7 @@ class CompiledStepper:
     def _functions(self) -> StepFunctions:
         """What steps ask of this mechanism."""
         system = self.problem.system
-        return step_functions_for(system.mode(), system.event_data(), has_knots(system.track.curve))
+        return step_functions_for(bool(system.walls), has_knots(system.track.curve))
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""
