@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from importlib import import_module
+from types import ModuleType
 from typing import Literal
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.diagnostics.neighbour import Measured, measured_by, unmeasured
@@ -64,15 +66,23 @@ def simulate(
     """
     if engine not in ENGINES:
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
-    run = import_module(ENGINES[engine]).run
+    room, threads = _loaded(engine)
     # Matrices are small: numpy's threads would wait for one another most of the time.
-    with deferrable_interrupts() as ctrl_c, threadpool_limits(limits=1, user_api="blas"):
-        result, interrupted = retried(run(scene, progress), lambda x: run(x, progress), retries)
+    with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
+        result, interrupted = retried(
+            room.run(scene, progress), lambda x: room.run(x, progress), retries
+        )
     result = unmeasured(diagnosed(result))
     result = replace(result, versions={THIS: version_of(THIS), **result.versions})
     if (ctrl_c.pending or interrupted) and result.outcome.completed:
         raise LateInterruptError(result)
     return measured(result, progress).result if measure and result.error else result
+
+
+@cache
+def _loaded(engine: str) -> tuple[ModuleType, ThreadpoolController]:
+    """Import an engine and, once for all runs, find the threads of what is then loaded."""
+    return import_module(ENGINES[engine]), ThreadpoolController()
 
 
 def measured(result: Result, progress: Progress | None = None) -> Measured:

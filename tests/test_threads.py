@@ -1,0 +1,35 @@
+"""Matrices of mechanisms are small: while a run is made, linear algebra has one thread."""
+
+from importlib import import_module
+
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from exudyn_flexlink import engines, load_scene, simulate
+
+SHORT = ("run={duration: 1e-4, sample: 1e-4}", "bodies.link.rods=2")
+
+
+def threads():
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_run_has_one_thread_and_then_as_many_as_before(engine, monkeypatch):
+    room, seen = import_module(engines.ENGINES[engine]), []
+    run = room.run
+    monkeypatch.setattr(room, "run", lambda *given: seen.append(threads()) or run(*given))
+    scene = load_scene("no_clearance", SHORT)
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = threads()
+        for _ in range(2):
+            simulate(scene, engine, measure=False)
+            assert threads() == before
+    assert seen == [{1}, {1}]
+
+
+def test_libraries_are_looked_for_once(monkeypatch):
+    scene = load_scene("no_clearance", SHORT)
+    simulate(scene, "lagrangian", measure=False)
+    monkeypatch.setattr(engines, "ThreadpoolController", lambda: pytest.fail("looked for again"))
+    simulate(scene, "lagrangian", measure=False)
