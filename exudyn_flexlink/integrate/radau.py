@@ -42,6 +42,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
 
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
+MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
@@ -119,9 +120,14 @@ class Radau:
         `start` is the evaluation at `state`; `allowed` (m) is the error in whose parts the
         iteration counts.
         """
+        times = t + C * h
+        guess = self._guess(t, h, state.v)
+        residual = self._residual(times, h, state, guess)
+        if residual is None:
+            return None
         # A round of the iteration costs more than new matrices, with which it needs fewer.
-        matrices = self._factorised(h, start)
-        w = self._solve(t, state, matrices, allowed)
+        matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
+        w = self._solve(times, state, matrices, allowed, (guess, residual))
         if w is None:
             return None
         speeds, pushes = state.v + w, (B @ w) / h
@@ -131,14 +137,15 @@ class Radau:
         tau = self.lasting.in_contact if in_contact else self.lasting.free
         errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
         error = self.problem.size(errors)
-        known = np.vstack([state.v, speeds])
+        known = np.concatenate([state.v[None], speeds])
         self._last = (t, h, known)
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
         return Step(t, h, state, end, start, self._stages, known, pushes, error)
 
-    def _factorised(self, h: float, start: Evaluation) -> _Matrices:
-        stiffness, damping = self.problem.jacobians(start)
-        systems = start.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
+    def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
+        """Matrices of the step's middle, nearest to all stages; contacts at its start."""
+        stiffness, damping = self.problem.jacobians(middle)
+        systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
         found = self.problem.contacts_at(start)
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
@@ -156,17 +163,21 @@ class Radau:
         return np.asarray(ahead @ (NODES @ speeds) - v)
 
     def _solve(
-        self, t: float, state: State, matrices: _Matrices, allowed: float
+        self,
+        times: FloatArray,
+        state: State,
+        matrices: _Matrices,
+        allowed: float,
+        first: tuple[FloatArray, FloatArray],
     ) -> FloatArray | None:
-        """Increments W of the stages' speeds; None if the iteration does not converge."""
+        """Increments W of the stages' speeds; None if the iteration does not converge.
+
+        `first` are a guess at them, which is overwritten, and its residual.
+        """
         h = matrices.h
-        w, before, rate = self._guess(t, h, state.v), 0.0, 1.0
+        (w, residual), before, rate = first, 0.0, 1.0
         enough = NEWTON * allowed
         for left in reversed(range(MOST_ITERATIONS)):
-            self.iterations += 1
-            residual = self._residual(t, h, state, w)
-            if residual is None:
-                return None
             turned = matrices.inverses @ (TO @ residual)[:, :, None]
             change = (FROM @ turned[:, :, 0]).real
             if matrices.contacts is not None:
@@ -185,14 +196,21 @@ class Radau:
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
                 return w
             before = size
+            found = self._residual(times, h, state, w)
+            if found is None:
+                return None
+            residual = found
         return None
 
-    def _residual(self, t: float, h: float, state: State, w: FloatArray) -> FloatArray | None:
+    def _residual(
+        self, times: FloatArray, h: float, state: State, w: FloatArray
+    ) -> FloatArray | None:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
+        self.iterations += 1
         speeds = state.v + w
         places, pushes = state.q + h * (A @ speeds), (B @ w) / h
         try:
-            stages = self._stages = self.problem.evaluate_stages(t + C * h, places, speeds)
+            stages = self._stages = self.problem.evaluate_stages(times, places, speeds)
         except (ValueError, ArithmeticError):
             return None
         return np.asarray(stages.force - (stages.mass @ pushes[:, :, None])[:, :, 0])
@@ -217,7 +235,7 @@ class Radau:
         of_speeds = of_speed[None]
         if contacts is not None:
             of_speeds = contacts.errors(h, of_speed, self._stages.touching)
-        return np.vstack([(h / REAL) * (of_place + of_speeds[0]), of_speeds])
+        return np.concatenate([((h / REAL) * (of_place + of_speeds[0]))[None], of_speeds])
 
 
 class _Matrices(NamedTuple):

@@ -122,7 +122,8 @@ class OpenCoordinates:
         """
         self.free = np.array(layout.free, dtype=int)
         self._guides, self._riders = list(guides), list(riders)
-        self._rides = [ride.along for ride in layout.rides]
+        # The slide along y is the link after the one along x.
+        self._rides = [slice(ride.along[0], ride.along[1] + 1) for ride in layout.rides]
         self._slots = len(self._guides) + len(self._riders)
         self._start = start
         self._links = len(layout.links)
@@ -150,7 +151,7 @@ class OpenCoordinates:
     def _speed_along(self, k: int) -> float:
         """Speed of a rider's place on its curve, from that of its slides."""
         _, _, dx, dy, _, _ = self._riders[k].at(self._riders[k].u)
-        along, across = self._end[1][list(self._rides[k])].tolist()
+        along, across = self._end[1][self._rides[k]].tolist()
         return float((along * dx + across * dy) / (dx * dx + dy * dy))
 
     @property
@@ -187,9 +188,9 @@ class OpenCoordinates:
     def _known(self, t: FloatArray) -> Held:
         """What depends on time alone: motors, and slides of guides that those turn.
 
-        The rounds of an iteration come back to the same instants.
+        The rounds of an iteration come back with the same instants, in the same array.
         """
-        if self._driven is not None and np.array_equal(self._driven[0], t):
+        if self._driven is not None and self._driven[0] is t:
             return self._driven[1]
         x, speed, b = np.zeros((3, len(t), self._links))
         for link, motor, sign in self._motors:
@@ -222,13 +223,11 @@ class OpenCoordinates:
         assert reach is not None
         first = len(self._guides)
         places[:, first:], paces[:, first:] = u, pace
-        for k, (rider, (along, across)) in enumerate(zip(self._riders, self._rides, strict=True)):
-            found = np.array([rider.at(place) for place in u[:, k].tolist()])
-            x[:, along], x[:, across], dx, dy, ddx, ddy = found.T
-            own, column = pace[:, k], len(self.free) + k
-            speed[:, along], speed[:, across] = dx * own, dy * own
-            b[:, along], b[:, across] = ddx * own * own, ddy * own * own
-            reach[:, along, column], reach[:, across, column] = dx, dy
+        for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
+            both = zip(u[:, k].tolist(), pace[:, k].tolist(), strict=True)
+            found = np.array([_riding(rider.at(place), own) for place, own in both])
+            x[:, slides], reach[:, slides, len(self.free) + k] = found[:, :2], found[:, 2:4]
+            speed[:, slides], b[:, slides] = found[:, 4:6], found[:, 6:]
 
     def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
@@ -276,7 +275,7 @@ class OpenCoordinates:
             sine = guide.sine(float(at.x[guide.guided.turning]), float(at.places[k]))
             moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), LEAST_SINE)
         else:
-            moved[list(self._rides[k - len(self._guides)]), [0, 1]] = 1.0
+            moved[self._rides[k - len(self._guides)]] = np.eye(2)
         return moved
 
     def on_dead_centre(self) -> tuple[bool, bool]:
@@ -288,3 +287,12 @@ class OpenCoordinates:
         angles = [float(at.x[guide.guided.turning]) for guide in self._guides]
         grazing = any(g.grazes(angle) for g, angle in zip(self._guides, angles, strict=True))
         return AT_DEAD_CENTRE if grazing else ""
+
+
+def _riding(at: tuple[float, ...], pace: float) -> tuple[float, ...]:
+    """Of a point that passes a place of its curve at a pace, what its slides along x and y make.
+
+    Coordinates, derivatives by the place, speeds, and accelerations without that of the place.
+    """
+    x, y, dx, dy, ddx, ddy = at
+    return x, y, dx, dy, dx * pace, dy * pace, ddx * pace * pace, ddy * pace * pace
