@@ -10,8 +10,6 @@ from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
-_UNITS = {"_rad_per_s": "rad/s", "_m_per_s": "m/s", "_rad": "rad", "_m": "m", "_N": "N"}
-
 
 @dataclass(frozen=True)
 class Variable:
@@ -57,8 +55,3 @@ def _member(name: str, hint: Any) -> Member:
         return Member(name, hint, None)
     plain, *told = get_args(hint)
     return Member(name, plain, next((own for own in told if isinstance(own, Variable)), None))
-
-
-def units_of(name: str) -> str:
-    """Return the unit at the end of a name such as ``angle_rad``; empty if there is none."""
-    return next((units for end, units in _UNITS.items() if name.endswith(end)), "")

@@ -9,6 +9,7 @@ from exudyn_flexlink.observables.crank import (
     crank_angle,
     crank_column,
     crank_joint,
+    first_passes,
     joint_angle,
     laps,
     turned_since_start,

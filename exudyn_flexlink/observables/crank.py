@@ -113,3 +113,18 @@ def lap_of(angle: FloatArray) -> IndexArray:
     made = np.abs(angle - angle[0]) / (2 * pi)
     last = max(1, ceil(float(np.max(made)) - 1e-6))
     return np.asarray(np.minimum(np.floor(made + 1e-9) + 1, last), dtype=np.intp)
+
+
+def first_passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArray:
+    """First instants (s) at which an angle (N,) passes each of those wanted, in its own way."""
+    way = np.sign(angle[-1] - angle[0]) or 1.0
+    ahead = np.maximum.accumulate(way * angle)
+    found = []
+    for value in (way * wanted).tolist():
+        k = int(np.searchsorted(ahead, value, side="left"))
+        if k == 0 or k == len(ahead):
+            found.append(float(time[min(k, len(time) - 1)]))
+            continue
+        part = (value - ahead[k - 1]) / (ahead[k] - ahead[k - 1])
+        found.append(float(time[k - 1] + part * (time[k] - time[k - 1])))
+    return np.array(found)

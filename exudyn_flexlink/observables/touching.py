@@ -18,7 +18,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.observables.crank import laps, turned_since_start
+from exudyn_flexlink.observables.crank import first_passes, laps, turned_since_start
 from exudyn_flexlink.result import Result, SleeveHistory
 
 
@@ -169,9 +169,9 @@ def lap_starts(result: Result) -> list[float]:
         ValueError: the scene has no revolute joint.
 
     """
-    made = np.maximum.accumulate(turned_since_start(result) / (2 * np.pi))
-    whole = range(int(laps(result).max()))
-    return [float(result.time[0]), *(_first(made, n, result.time) for n in whole[1:])]
+    made = turned_since_start(result) / (2 * np.pi)
+    later = first_passes(result.time, made, np.arange(1, laps(result).max()))
+    return [float(result.time[0]), *later.tolist()]
 
 
 def pair_totals(result: Result, joint: str) -> list[PairTotals]:
@@ -226,14 +226,6 @@ def _totals(states: ContactStates, touches: Intervals, start: float, end: float)
         float(touches.energy_lost[mine].sum()),
         float((touches.until(states.time[-1]) - touches.begin)[mine].max(initial=0.0)),
     )
-
-
-def _first(made: FloatArray, turns: float, time: FloatArray) -> float:
-    """First instant (s) at which `made` (N,), never falling, reaches a number of turns."""
-    k = int(np.searchsorted(made, turns))
-    if k >= len(made):
-        return float(time[-1])
-    return float(np.interp(turns, made[k - 1 : k + 1], time[k - 1 : k + 1]))
 
 
 def _pressing(edges: FloatArray, begin: FloatArray, end: FloatArray) -> IntArray:

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.observables import between_samples, paths, watched_point
+from exudyn_flexlink.observables import between_samples, path, watched_point
 from exudyn_flexlink.result import Result
 
 PHASES = 256  # of a lap, at which it is compared
@@ -73,8 +73,7 @@ def lap_distances(
         ValueError: the scene has no such point.
 
     """
-    point = watched_point(result.scene) if point is None else point
-    [seen] = paths(result, [point])
+    seen = path(result, watched_point(result.scene) if point is None else point)
     count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))
     phases = np.arange(PHASES) / PHASES
     times = after + lap * (np.arange(count)[:, None] + phases)
@@ -86,7 +85,9 @@ def lap_distances(
         away = np.linalg.norm(places[shift:] - places[:-shift], axis=-1)
         largest[row, shift:] = away.max(axis=-1)
     numbers = np.arange(1, count + 1)
-    return LapDistances(point, numbers, np.asarray(after + lap * numbers, float), before, largest)
+    return LapDistances(
+        seen.point, numbers, np.asarray(after + lap * numbers, float), before, largest
+    )
 
 
 def repeating(found: LapDistances, error: float, until: float = inf) -> Repeating | None:

@@ -13,8 +13,8 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import (
     between_samples,
     crank_angle,
-    crank_joint,
-    paths,
+    first_passes,
+    path,
     watched_point,
 )
 from exudyn_flexlink.result import Result
@@ -62,15 +62,12 @@ def section_by_crank(
         ValueError: the scene has no crank, or no such point.
 
     """
-    joint = crank_joint(result.scene)
-    if joint is None:
-        raise ValueError("the scene has no revolute joint, hence no crank angle")
     turned = crank_angle(result)
     low, high = sorted((float(turned[0]), float(turned[-1])))
     wanted = angle + 2 * pi * np.arange(
         np.ceil((low - angle) / (2 * pi)), (high - angle) / (2 * pi) + 1e-12
     )
-    times = np.sort(_passes(result.time, turned, wanted))
+    times = np.sort(first_passes(result.time, turned, wanted))
     return _at(result, times[times >= after], angle, point, by_crank=True)
 
 
@@ -88,26 +85,10 @@ def section_by_time(result: Result, lap: float, phase: float = 0.0, after: float
 def _at(
     result: Result, times: FloatArray, phase: float, point: str | None, *, by_crank: bool
 ) -> Section:
-    point = watched_point(result.scene) if point is None else point
-    [seen] = paths(result, [point])
+    seen = path(result, watched_point(result.scene) if point is None else point)
     place = between_samples(seen.time, seen.position, seen.velocity, times)
     speed = np.stack([np.interp(times, seen.time, own) for own in seen.velocity.T], axis=1)
-    return Section(point, phase, by_crank, times, place, speed)
-
-
-def _passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArray:
-    """First instants (s) at which an angle (N,) passes each of the wanted ones, as it runs on."""
-    way = np.sign(angle[-1] - angle[0]) or 1.0
-    ahead = np.maximum.accumulate(way * angle)
-    found = []
-    for value in (way * wanted).tolist():
-        k = int(np.searchsorted(ahead, value, side="left"))
-        if k == 0 or k == len(ahead):
-            found.append(float(time[min(k, len(time) - 1)]))
-            continue
-        part = (value - ahead[k - 1]) / (ahead[k] - ahead[k - 1])
-        found.append(float(time[k - 1] + part * (time[k] - time[k - 1])))
-    return np.array(found)
+    return Section(seen.point, phase, by_crank, times, place, speed)
 
 
 def section_columns(section: Section) -> dict[str, FloatArray]:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.errors import PROGRAM
-from exudyn_flexlink.variables import Member, Variable, members, units_of
+from exudyn_flexlink.sweeps import label_of
+from exudyn_flexlink.variables import Member, Variable, members
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def _array(value: Any, own: Variable, name: str, path: str) -> Iterator[tuple[st
         told = _told(units, f"{own.long_name}: {component}")
         yield join(name, component), Array(dimensions, value[..., i], told)
     if not own.components:
-        units = units_of(path) if own.units is None else own.units
+        units = label_of(path)[1] if own.units is None else own.units
         yield name, Array(dimensions, np.asarray(value, own.kind), _told(units, own.long_name))
 
 
