@@ -36,15 +36,16 @@ class Track(NamedTuple):
 class Where(NamedTuple):
     """Where everything is at coordinates x of the tree (n, links).
 
-    By gap (n, gaps): both points, and the axes in which the gap is seen.
+    `points` (n, 2 gaps) are the first of all gaps, then the second, `between` (n, gaps) the vectors
+    between them; `axes` (n, gaps) those in which gaps are seen.
     """
 
     x: FloatArray
     places: Places
-    first: ComplexArray
-    second: ComplexArray
+    points: ComplexArray
+    between: ComplexArray
     axes: ComplexArray
-    track: Track
+    track: Track | None  # without slots
 
 
 class Closures:
@@ -77,9 +78,9 @@ class Closures:
         self._turning = np.array(rows).reshape(-1, self._links)
 
         both = [i for i, joint in enumerate(self.joints) if not isinstance(joint, Slide)]
-        self._real = [*both, *range(len(self.joints), len(self.joints) + len(sliding))]
-        self._imaginary = list(range(len(self.joints)))
-        lengths = len(self._real) + len(self._imaginary)
+        others = range(len(self.joints), len(self.joints) + len(sliding))
+        self._real = np.array([*both, *others], dtype=int)
+        lengths = len(self._real) + len(self.joints)
         self.count = lengths + len(turned)
         self.angles = np.arange(self.count) >= lengths
         driven = [*range(len(both), len(self._real)), *range(lengths + len(slides), self.count)]
@@ -97,51 +98,58 @@ class Closures:
         """Find what carries the points and the axes of each joint's gap."""
         ends = [_ends(joint) for joint in joints]
         self.parts = [(first.part, second.part) for first, second in ends]
-        self._first = Points(layout, [first for first, _ in ends])
-        self._second = Points(layout, [second for _, second in ends])
+        self._points = Points(layout, [*(first for first, _ in ends), *(end for _, end in ends)])
+        self._gaps = len(ends)
+        self._bases = self._points.links[: self._gaps]
         angles = [layout.frame(first.part).angle for first, _ in ends]
         angles = [
             angle + (joint.direction if isinstance(joint, Slide) else 0.0)
             for angle, joint in zip(angles, joints, strict=True)
         ]
         self._axes = np.exp(1j * np.array(angles))
-        self._turned_by = self._kinematics.turning.T[self._first.links]  # (gaps, links)
+        self._turned_by = self._kinematics.turning.T[self._bases]  # (gaps, links)
         numbers = {joint.name: i for i, joint in enumerate(self.joints)}
         self._tracked = [numbers[point.slot.name] for point in self._followed]
 
     def rows_of_slot(self, k: int) -> list[int]:
         """Rows of both parts of slot k's gap."""
         gap = self._tracked[k]
-        return [self._real.index(gap), len(self._real) + gap]
+        return [int(np.searchsorted(self._real, gap)), len(self._real) + gap]
 
     # --- at instants --------------------------------------------------------------------------
 
     def where(self, y: FloatArray) -> Where:
         """Where everything is at coordinates (n, coordinates), slots on their present pieces."""
-        u = y[:, self._links :]
+        if not self._tracked:
+            return self.where_on(y, None)
         found = np.array([
             [point.at(place) for point, place in zip(self._followed, row, strict=True)]
-            for row in u.tolist()
-        ]).reshape(*u.shape, 6)  # fmt: skip
+            for row in y[:, self._links :].tolist()
+        ])  # fmt: skip
         vectors = found[..., 0::2] + 1j * found[..., 1::2]
-        return self.where_on(y[:, : self._links], Track(*np.moveaxis(vectors, -1, 0)))
+        track = Track(vectors[..., 0], vectors[..., 1], vectors[..., 2])
+        return self.where_on(y[:, : self._links], track)
 
-    def where_on(self, x: FloatArray, track: Track) -> Where:
+    def where_on(self, x: FloatArray, track: Track | None) -> Where:
         """As `where`, at coordinates of the tree (n, links) and with slots so on their curves."""
         places = self._kinematics.places(x)
-        first, second = self._first.places(places), self._second.places(places)
-        axes = places.axis[:, self._first.links] * self._axes
-        return Where(x, places, first, second, axes, track)
+        points = self._points.places(places)
+        axes = places.axis.take(self._bases, axis=1) * self._axes
+        return Where(x, places, points, self._between(points), axes, track)
+
+    def _between(self, points: ComplexArray) -> ComplexArray:
+        return np.asarray(points[:, self._gaps :] - points[:, : self._gaps])
 
     def _rows(self, gaps: ComplexArray, turns: FloatArray) -> FloatArray:
         """Rows (n, rows, ...) of what is known of gaps (n, gaps, ...) and angles."""
-        real, imaginary = gaps[:, self._real].real, gaps[:, self._imaginary].imag
+        real, imaginary = gaps.real.take(self._real, axis=1), gaps.imag[:, : len(self.joints)]
         return np.concatenate([real, imaginary, turns], axis=1)
 
     def residual(self, t: FloatArray, at: Where) -> FloatArray:
         """By how much closures are open at instants (n,) s: (n, rows)."""
-        gaps = at.axes.conj() * (at.second - at.first)
-        gaps[:, self._tracked] -= at.track.point
+        gaps = at.axes.conj() * at.between
+        if at.track is not None:
+            gaps[:, self._tracked] -= at.track.point
         found = self._rows(gaps, at.x @ self._turning.T) - self._rest
         for row, motor in self.motors:
             found[:, row] -= [motor.speed.integral(a) for a in t.tolist()]
@@ -149,17 +157,17 @@ class Closures:
 
     def jacobian(self, at: Where) -> FloatArray:
         """Derivatives of the residuals by the coordinates (n, rows, coordinates)."""
-        n, gaps = at.axes.shape
-        slots = len(self._tracked)
-        moved = self._kinematics.moves(at.places, self._second.links, at.second)
-        moved -= self._kinematics.moves(at.places, self._first.links, at.first)
-        moved -= 1j * (at.second - at.first)[:, :, None] * self._turned_by
-        by = np.zeros((n, gaps, self._links + slots), dtype=complex)
-        by[:, :, : self._links] = at.axes.conj()[:, :, None] * moved
-        by[:, self._tracked, range(self._links, self._links + slots)] = -at.track.tangent
+        moved = self._between(self._kinematics.moves(at.places, self._points.links, at.points))
+        moved -= (1j * at.between)[:, :, None] * self._turned_by
+        moved *= at.axes.conj()[:, :, None]
+        n, slots = len(at.x), len(self._tracked)
+        if at.track is not None:
+            by_places = np.zeros((n, self._gaps, slots), dtype=complex)
+            by_places[:, self._tracked, range(slots)] = -at.track.tangent
+            moved = np.concatenate([moved, by_places], axis=2)
         turning = np.zeros((n, len(self._turning), self._links + slots))
         turning[:, :, : self._links] = self._turning
-        return self._rows(by, turning)
+        return self._rows(moved, turning)
 
     def rates(self, t: FloatArray) -> FloatArray:
         """Derivatives of the residuals by time alone (n, rows)."""
@@ -173,13 +181,14 @@ class Closures:
         tree, places = slice(0, self._links), at.places
         rates = self._kinematics.rates(places, at.x, v[:, tree])
         bends = self._kinematics.bends(places, rates, at.x, v[:, tree], a[:, tree])
-        moving = self._second.rates(places, rates) - self._first.rates(places, rates)
-        pushed = self._second.bends(places, rates, bends) - self._first.bends(places, rates, bends)
-        omega, alpha = rates.angle[:, self._first.links], bends.angle[:, self._first.links]
-        turned = (1j * alpha + omega**2) * (at.second - at.first) + 2j * omega * moving
-        gaps = at.axes.conj() * (pushed - turned)
-        pace, push = v[:, self._links :], a[:, self._links :]
-        gaps[:, self._tracked] -= at.track.bend * pace**2 + at.track.tangent * push
+        moving = self._between(self._points.rates(places, rates))
+        gaps = self._between(self._points.bends(places, rates, bends))
+        omega, alpha = (own.angle.take(self._bases, axis=1) for own in (rates, bends))
+        gaps -= (1j * alpha + omega * omega) * at.between + 2j * omega * moving
+        gaps *= at.axes.conj()
+        if at.track is not None:
+            pace, push = v[:, self._links :], a[:, self._links :]
+            gaps[:, self._tracked] -= at.track.bend * pace**2 + at.track.tangent * push
         found = self._rows(gaps, a[:, tree] @ self._turning.T)
         for row, motor in self.motors:
             found[:, row] -= [motor.speed.rate(b) for b in t.tolist()]
@@ -187,11 +196,11 @@ class Closures:
 
     def forces(self, at: Where, multipliers: FloatArray) -> ComplexArray:
         """Forces (n, joints) of joints on their second points, N, by multipliers (n, rows)."""
-        real = len(self._real)
+        real, joints = len(self._real), len(self.joints)
         gaps = np.zeros(at.axes.shape, dtype=complex)
         gaps[:, self._real] = multipliers[:, :real]
-        gaps[:, self._imaginary] += 1j * multipliers[:, real : real + len(self._imaginary)]
-        return np.asarray((at.axes * gaps)[:, : len(self.joints)])
+        gaps[:, :joints] += 1j * multipliers[:, real : real + joints]
+        return np.asarray((at.axes * gaps)[:, :joints])
 
 
 def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor]:

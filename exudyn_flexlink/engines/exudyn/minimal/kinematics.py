@@ -131,9 +131,8 @@ class Points:
 
     def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
         """Second derivatives (..., points)."""
-        links = self.links
-        spin = 1j * bends.angle[..., links] - rates.angle[..., links] ** 2
-        return np.asarray(bends.origin[..., links] + spin * at.axis[..., links] * self._own)
+        turned = ((1j * bends.angle - rates.angle**2) * at.axis).take(self.links, axis=-1)
+        return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._own)
 
 
 class Reaches:

@@ -95,8 +95,10 @@ def _of_closures(
     return found
 
 
-def _track(coordinates: ClosedCoordinates, places: FloatArray) -> Track:
+def _track(coordinates: ClosedCoordinates, places: FloatArray) -> Track | None:
     """Slots' curves at places (n, slots) on the whole of them."""
+    if not coordinates.points:
+        return None
     found = np.zeros((3, *places.shape), dtype=complex)
     for k, point in enumerate(coordinates.points):
         vectors = np.array(point.slot.curve.derivatives(places[:, k]))
