@@ -8,10 +8,9 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     approach,
     build_mechanism,
-    constraint_rows,
     joint_residuals,
 )
-from exudyn_flexlink.mechanism.constraints import Rows
+from exudyn_flexlink.mechanism.constraints import Rows, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,

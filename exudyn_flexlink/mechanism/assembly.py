@@ -29,15 +29,6 @@ from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
 
-__all__ = [
-    "Assembly",
-    "CannotAssembleError",
-    "CannotMoveError",
-    "Start",
-    "State",
-    "assemble",
-]
-
 
 @dataclass(frozen=True)
 class State:
