@@ -12,6 +12,7 @@ from exudyn_flexlink.mechanism.model import LinearSpring, Pin, RotarySpring, Sli
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.scene import (
     FlexibleBody,
+    PointsJoint,
     PrismaticJoint,
     RevoluteJoint,
     RigidBody,
@@ -103,12 +104,17 @@ class Bodies:
         on = self.scene.curves[curve].on
         return GROUND if on is None else self.first_part(on)
 
+    def ends(self, joint: PointsJoint) -> tuple[Anchor, Anchor]:
+        """First and second point of a joint of the scene."""
+        first, second = (self.anchor(point, joint.at) for point in joint.points)
+        return first, second
+
     def joint_parts(self, joint: str) -> tuple[int, int]:
         """Parts that a revolute joint of the scene connects, first and second."""
         found = self.scene.joints[joint]
         assert isinstance(found, RevoluteJoint)  # the scene's names are checked
-        first, second = (self.anchor(point, found.at).part for point in found.points)
-        return first, second
+        first, second = self.ends(found)
+        return first.part, second.part
 
     def slide(self, joint: str) -> Slide:
         """Line and anchors of a prismatic joint, or of a sleeve, of the scene."""
@@ -117,9 +123,8 @@ class Bodies:
             ends = (self.anchor(f"{found.guide}.start"), self.anchor(f"{found.link}.start"))
             return Slide(joint, *ends)
         assert isinstance(found, PrismaticJoint)  # the scene's names are checked
-        first, second = (self.anchor(point, found.at) for point in found.points)
         x, y = found.axis
-        return Slide(joint, first, second, atan2(y, x), found.angle)
+        return Slide(joint, *self.ends(found), atan2(y, x), found.angle)
 
     def _add_body(self, name: str) -> _Body:
         body = self.scene.bodies[name]

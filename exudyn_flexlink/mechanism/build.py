@@ -48,13 +48,15 @@ def build_mechanism(scene: Scene) -> Mechanism:
         parts=tuple(bodies.parts),
         pins=(
             *(
-                _pin(bodies, n, j)
+                Pin(n, *bodies.ends(j))
                 for n, j in joints
                 if isinstance(j, RevoluteJoint) and j.clearance == 0
             ),
             *bodies.pins,
         ),
-        welds=tuple(_weld(bodies, n, j) for n, j in joints if isinstance(j, WeldJoint)),
+        welds=tuple(
+            Weld(n, *bodies.ends(j), j.angle) for n, j in joints if isinstance(j, WeldJoint)
+        ),
         slides=(
             *(
                 bodies.slide(n)
@@ -99,29 +101,17 @@ def build_mechanism(scene: Scene) -> Mechanism:
     )
 
 
-def _pin(bodies: Bodies, name: str, joint: RevoluteJoint) -> Pin:
-    first, second = (bodies.anchor(point, joint.at) for point in joint.points)
-    return Pin(name, first, second)
-
-
 def _bearing(bodies: Bodies, name: str, joint: RevoluteJoint, law: ContactLaw) -> CircleContact:
     """Return a journal in its bearing; without a radius the journal is a point."""
-    journal, bearing = (bodies.anchor(point, joint.at) for point in joint.points)
     radius = joint.radius or 0.0
     return CircleContact(
         name,
-        journal,
-        bearing,
+        *bodies.ends(joint),
         (radius, radius + joint.clearance),
         inside=True,
         law=penalty_of(law),
         friction=friction_of(law),
     )
-
-
-def _weld(bodies: Bodies, name: str, joint: WeldJoint) -> Weld:
-    first, second = (bodies.anchor(point, joint.at) for point in joint.points)
-    return Weld(name, first, second, joint.angle)
 
 
 def _channel(bodies: Bodies, name: str, joint: SleeveJoint, law: ContactLaw) -> Channel:

@@ -48,7 +48,7 @@ def linear_spring_of(bodies: Bodies, name: str, spec: scene.LinearSpring) -> Lin
         return LinearSpring(name, first, second, stiffness, damping, length)
     joint = bodies.scene.joints[spec.joint]
     assert isinstance(joint, scene.PrismaticJoint)  # the scene's names are checked
-    first, second = (bodies.anchor(point, joint.at) for point in joint.points)
+    first, second = bodies.ends(joint)
     if length is not None:  # drawn to where it has no force: one of length 0
         along = length / hypot(*joint.axis)
         first = replace(first, x=first.x + along * joint.axis[0], y=first.y + along * joint.axis[1])
@@ -60,6 +60,7 @@ def contact_of(
     bodies: Bodies, name: str, contact: scene.Contact, curves: Mapping[str, Curve]
 ) -> Contact:
     """Return a point and a face or a curve, or two circles, that may strike each other."""
+    laws = law_of(contact.law), friction_of(contact.law)
     if isinstance(contact, CircleOnCircle):
         first, second = contact.inner_and_outer
         return CircleContact(
@@ -68,8 +69,7 @@ def contact_of(
             bodies.anchor(second.at, second.place),
             (first.radius, second.radius),
             second.inside,
-            law_of(contact.law),
-            friction_of(contact.law),
+            *laws,
         )
     if isinstance(contact, PointOnCurve):
         return CurveContact(
@@ -79,26 +79,17 @@ def contact_of(
             bodies.carrier(contact.curve),
             1.0 if contact.side == "left" else -1.0,
             contact.radius,
-            law_of(contact.law),
-            friction_of(contact.law),
+            *laws,
         )
     start, end = (bodies.anchor(point) for point in contact.line)
-    return FaceContact(
-        name,
-        bodies.anchor(contact.point),
-        start,
-        end,
-        1.0 if contact.side == "left" else -1.0,
-        law_of(contact.law),
-        friction_of(contact.law),
-    )
+    side = 1.0 if contact.side == "left" else -1.0
+    return FaceContact(name, bodies.anchor(contact.point), start, end, side, *laws)
 
 
 def _inertia_about_joint(bodies: Bodies, joint: str) -> float:
     found = bodies.scene.joints[joint]
     assert isinstance(found, RevoluteJoint)
-    anchors = [bodies.anchor(point, found.at) for point in found.points]
-    anchor = next(anchor for anchor in anchors if anchor.part != GROUND)
+    anchor = next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)
     part = bodies.parts[anchor.part]
     arm = hypot(anchor.x - part.centre[0], anchor.y - part.centre[1])
     return part.inertia + part.mass * arm**2

@@ -24,7 +24,8 @@ from exudyn_flexlink.mechanism.model import Mechanism, Motor, Pin, Slide, Slot, 
 from exudyn_flexlink.mechanism.parts import Anchor
 
 _ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "drive": 1, "slide drive": 1}
-_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0, "slide drive": 1}
+# Rows that are in m, the first of each joint.
+LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "drive": 0, "slide drive": 1}
 
 
 @dataclass(frozen=True)
@@ -39,12 +40,12 @@ class Rows:
     @property
     def lengths(self) -> FloatArray:
         """Those of the residuals that are in m."""
-        return self.residual[: _LENGTHS[self.kind]]
+        return self.residual[: LENGTHS[self.kind]]
 
     @property
     def angles(self) -> FloatArray:
         """Those of the residuals that are in rad; they follow the lengths."""
-        return self.residual[_LENGTHS[self.kind] :]
+        return self.residual[LENGTHS[self.kind] :]
 
 
 @dataclass(frozen=True)

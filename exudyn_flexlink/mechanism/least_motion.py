@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.mechanism.constraints import Constraints
+from exudyn_flexlink.mechanism.constraints import LENGTHS, Constraints
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree, within_body
@@ -24,7 +24,6 @@ from exudyn_flexlink.mechanism.spanning import NOTHING, Spanning, spanning_tree,
 ANGLE = np.array([0.0, 0.0, 1.0])  # slopes of a part's angle by its coordinates
 SINGULAR = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
 INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
-_LENGTHS = {"revolute": 2, "weld": 2, "slide": 1}  # rows in m of what can hang in the tree
 _TIED = ("weld", "slide")  # joints whose last row ties the angles of their parts
 
 
@@ -236,7 +235,7 @@ def _hang(
     for part, joint in enumerate(tree.joints):
         if joint != NOTHING:
             first = int(constraints.first_rows[joint])
-            rows = slice(first, first + _LENGTHS[constraints.kinds[joint]])
+            rows = slice(first, first + LENGTHS[constraints.kinds[joint]])
             side = int(constraints.parts[first, 1] == part)
             lengths = slice(0, rows.stop - rows.start)
             own[part, lengths] = constraints.slopes[rows, side]

@@ -40,16 +40,6 @@ class Prescribed(Applied, Protocol):
         """Integral of the value from 0 to `time` (s)."""
 
 
-class Motion(Applied, Protocol):
-    """An angle or a length (rad or m) of time alone, with two derivatives."""
-
-    def rate(self, time: float) -> float:
-        """First time derivative of the value."""
-
-    def bend(self, time: float) -> float:
-        """Second time derivative of the value."""
-
-
 class OfTime(ABC):
     """What takes nothing of the state."""
 
@@ -69,7 +59,7 @@ class OfTime(ABC):
 class SpeedOf(OfTime):
     """The speed of a motion: its integral is known without integrating."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Formula | Tabled) -> None:
         self.motion = motion
         self._start = motion.at(0.0)
 
