@@ -41,6 +41,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
     angle_of,
+    left_of,
     length_along,
     line_of,
     rate_of_jacobian_times_velocity,

@@ -15,7 +15,8 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
-    angle_of,
+    left_of,
+    line_of,
     slot_point,
     turned,
     turning,
@@ -169,14 +170,12 @@ class _Anchored:
         parts = np.array([anchor.part for anchor in anchors], dtype=int)
         own = np.array([(anchor.x, anchor.y) for anchor in anchors]).reshape(-1, 2)
         pose = np.vstack([q, np.zeros((1, 3))])[parts]  # GROUND, -1, stands at 0
-        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-        arms = np.stack([c * own[:, 0] - s * own[:, 1], s * own[:, 0] + c * own[:, 1]], axis=1)
+        arms = turned(own, pose[:, 2])
         return _Anchored(parts, pose[:, :2] + arms, arms)
 
     def slopes(self, directions: FloatArray) -> FloatArray:
         """Derivatives of the positions along directions (anchors, 2): (anchors, 3)."""
-        across = np.stack([-self.arms[:, 1], self.arms[:, 0]], axis=1)
-        turning = np.sum(directions * across, axis=1, keepdims=True)
+        turning = np.sum(directions * left_of(self.arms), axis=1, keepdims=True)
         return np.concatenate([directions, turning], axis=1)
 
 
@@ -217,8 +216,7 @@ class _Line(NamedTuple):
         second = _Anchored.of([slide.second for slide in slides], q)
         angle = np.append(q[:, 2], 0.0)[first.parts] + [slide.direction for slide in slides]
         along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        return _Line(first, second, along, normal, second.at - first.at)
+        return _Line(first, second, along, left_of(along), second.at - first.at)
 
     @property
     def parts(self) -> IndexArray:
@@ -323,15 +321,11 @@ def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
         gap = anchor_position(joint.second, q) - anchor_position(joint.first, q)
         residuals.append(np.hypot(gap[..., 0], gap[..., 1]))
         if isinstance(joint, Weld):
-            turned = turning(joint.first.part, joint.second.part, q)
-            residuals.append(np.abs(turned - joint.angle))
+            residuals.append(np.abs(turning(joint.first.part, joint.second.part, q) - joint.angle))
     for slide in mechanism.slides:
-        angle = angle_of(slide.first.part, q)
-        along = angle + slide.direction
         between = anchor_position(slide.second, q) - anchor_position(slide.first, q)
-        across = np.cos(along) * between[..., 1] - np.sin(along) * between[..., 0]
-        turned = angle_of(slide.second.part, q) - angle
-        residuals += [np.abs(across), np.abs(turned - slide.angle)]
+        residuals.append(np.abs(np.sum(left_of(line_of(slide, q)) * between, axis=-1)))
+        residuals.append(np.abs(turning(slide.first.part, slide.second.part, q) - slide.angle))
     for k, slot in enumerate(mechanism.slots):
         point, derivative, _ = slot.curve.derivatives(places[:, k])
         away = slot_point(slot, q) - point

@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
     anchor_velocity,
     angle_of,
+    left_of,
     seen_from,
     turned,
 )
@@ -139,7 +140,7 @@ def _of_face(contact: FaceContact, q: FloatArray, v: FloatArray) -> Approach:
     """Where the point is held on the line, the gap is minus its distance from it."""
     start, end = anchor_position(contact.start, q), anchor_position(contact.end, q)
     along = (end - start) / contact.length
-    left = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    left = left_of(along)
     between = anchor_position(contact.point, q) - start
     side = _side(contact, np.sum(left * between, axis=-1))
     normal = side[..., None] * left
@@ -164,7 +165,7 @@ def _of_circles(contact: CircleContact, q: FloatArray, v: FloatArray) -> Approac
     between = anchor_position(contact.first, q) - anchor_position(contact.second, q)
     relative = anchor_velocity(contact.first, q, v) - anchor_velocity(contact.second, q, v)
     outward, far = _direction(between, relative)
-    along = np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
+    along = left_of(outward)
     way = -1.0 if contact.inside else 1.0
     gap = way * (far - contact.distance)
     gap_rate = way * np.sum(outward * relative, axis=-1)
@@ -185,7 +186,7 @@ def _of_curve(contact: CurveContact, q: FloatArray, v: FloatArray) -> Approach:
     u = curve.closest(point)
     tangent = curve.tangent(u)
     between = point - curve.point(u)
-    left = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
+    left = left_of(tangent)
     gap = side * np.sum(left * between, axis=-1) - contact.radius
     place = curve.arc_length.to(u) + np.sum(tangent * between, axis=-1)
     angle = angle_of(carrier, q)
@@ -202,8 +203,7 @@ def _carried(part: int, position: FloatArray, q: FloatArray, v: FloatArray) -> F
     if part == GROUND:
         return np.zeros_like(position)
     arm, pose_rate = position - q[..., part, :2], v[..., part, :]
-    across = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-    return np.asarray(pose_rate[..., :2] + pose_rate[..., 2:] * across)
+    return np.asarray(pose_rate[..., :2] + pose_rate[..., 2:] * left_of(arm))
 
 
 def _direction(between: FloatArray, relative: FloatArray) -> tuple[FloatArray, FloatArray]:

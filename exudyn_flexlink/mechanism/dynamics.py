@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import cos, sin
-
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
@@ -13,8 +11,10 @@ from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     anchor_position,
+    left_of,
     places_near,
     rate_of_jacobian_times_velocity,
+    turned,
     turning,
 )
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
@@ -27,12 +27,9 @@ from exudyn_flexlink.mechanism.sensing import force_at, size_at
 def mass_blocks(mechanism: Mechanism, q: FloatArray) -> FloatArray:
     """Mass matrix of every part by itself, (parts, 3, 3): kg, kg m, kg m^2."""
     blocks = np.zeros((len(q), 3, 3))
-    for block, part, angle in zip(blocks, mechanism.parts, q[:, 2].tolist(), strict=True):
-        c, s = cos(angle), sin(angle)
-        x, y = part.centre
+    for block, part, angle in zip(blocks, mechanism.parts, q[:, 2], strict=True):
         block[0, 0] = block[1, 1] = part.mass
-        block[0, 2] = block[2, 0] = part.mass * (-s * x - c * y)
-        block[1, 2] = block[2, 1] = part.mass * (c * x - s * y)
+        block[:2, 2] = block[2, :2] = part.mass * left_of(turned(np.array(part.centre), angle))
         block[2, 2] = part.inertia_about_origin
     return blocks
 
@@ -46,9 +43,7 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     forces = np.zeros((len(q), 3))
     gravity = np.asarray(mechanism.gravity)
     for i, part in enumerate(mechanism.parts):
-        c, s = cos(q[i, 2]), sin(q[i, 2])
-        arm = np.array([c * part.centre[0] - s * part.centre[1],
-                        s * part.centre[0] + c * part.centre[1]])  # fmt: skip
+        arm = turned(np.array(part.centre), q[i, 2])
         forces[i, :2] += part.mass * (gravity + v[i, 2] ** 2 * arm)
         forces[i, 2] += part.mass * (arm[0] * gravity[1] - arm[1] * gravity[0])
     for spring in mechanism.springs:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.mechanism.kinematics import turned
 from exudyn_flexlink.mechanism.linear_springs import damping_power, stored_energy
 from exudyn_flexlink.mechanism.model import Mechanism
 
@@ -25,14 +26,9 @@ class EnergyMeter:
         self._damping = np.array([spring.damping for spring in springs])
         self._rest = np.array([spring.rest_angle or 0.0 for spring in springs])
 
-    def _arms(self, q: FloatArray) -> FloatArray:
-        c, s = np.cos(q[..., 2]), np.sin(q[..., 2])
-        x, y = self._centre.T
-        return np.stack([c * x - s * y, s * x + c * y], axis=-1)
-
     def kinetic(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Kinetic energy, (instants,)."""
-        arms = self._arms(q)
+        arms = turned(self._centre, q[..., 2])
         linear = np.sum(v[..., :2] ** 2, axis=-1)
         coupled = v[..., 2] * (v[..., 1] * arms[..., 0] - v[..., 0] * arms[..., 1])
         rotary = self._inertia * v[..., 2] ** 2
@@ -40,7 +36,7 @@ class EnergyMeter:
 
     def potential(self, q: FloatArray) -> FloatArray:
         """Energy of springs and weight, zero weight at the coordinate origin, (instants,)."""
-        height = (q[..., :2] + self._arms(q)) @ self._gravity
+        height = (q[..., :2] + turned(self._centre, q[..., 2])) @ self._gravity
         stored = 0.5 * np.sum(self._stiffness * (self._turned(q) - self._rest) ** 2, axis=-1)
         for spring in self._linear:
             stored = stored + stored_energy(spring, q)

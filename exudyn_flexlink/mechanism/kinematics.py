@@ -6,7 +6,6 @@ Coordinates ``q`` have shape (parts, 3): x, y (m), angle (rad); velocities ``v``
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, sin
 
 import numpy as np
 
@@ -19,39 +18,26 @@ def anchor_position(anchor: Anchor, q: FloatArray) -> FloatArray:
     """Position of an anchor, m; `q` (..., parts, 3) gives (..., 2)."""
     if anchor.part == GROUND:
         return np.broadcast_to(np.array([anchor.x, anchor.y]), (*q.shape[:-2], 2))
-    part = q[..., anchor.part, :]
-    c, s = np.cos(part[..., 2]), np.sin(part[..., 2])
-    return np.stack(
-        [
-            part[..., 0] + c * anchor.x - s * anchor.y,
-            part[..., 1] + s * anchor.x + c * anchor.y,
-        ],
-        axis=-1,
-    )
+    return np.asarray(q[..., anchor.part, :2] + _arm(anchor, q))
+
+
+def _arm(anchor: Anchor, q: FloatArray) -> FloatArray:
+    """From its part's origin to an anchor, (..., 2) m."""
+    return turned(np.array([anchor.x, anchor.y]), q[..., anchor.part, 2])
 
 
 def anchor_at(part: int, place: FloatArray, q: FloatArray) -> Anchor:
     """Point of a part that is at a place (2,) m, with the parts at `q` (parts, 3)."""
-    if part == GROUND:
-        return Anchor(GROUND, float(place[0]), float(place[1]))
-    x, y = place - q[part, :2]
-    c, s = cos(q[part, 2]), sin(q[part, 2])
-    return Anchor(part, float(c * x + s * y), float(c * y - s * x))
+    x, y = seen_from(part, place, q).tolist()
+    return Anchor(part, x, y)
 
 
 def anchor_velocity(anchor: Anchor, q: FloatArray, v: FloatArray) -> FloatArray:
     """Velocity of an anchor, m/s; `q`, `v` (..., parts, 3) give (..., 2)."""
     if anchor.part == GROUND:
         return np.zeros((*q.shape[:-2], 2))
-    angle, rate = q[..., anchor.part, 2], v[..., anchor.part, :]
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack(
-        [
-            rate[..., 0] - rate[..., 2] * (s * anchor.x + c * anchor.y),
-            rate[..., 1] + rate[..., 2] * (c * anchor.x - s * anchor.y),
-        ],
-        axis=-1,
-    )
+    rate = v[..., anchor.part, :]
+    return np.asarray(rate[..., :2] + rate[..., 2:] * left_of(_arm(anchor, q)))
 
 
 def anchor_jacobian(anchor: Anchor, q: FloatArray) -> FloatArray:
@@ -59,10 +45,8 @@ def anchor_jacobian(anchor: Anchor, q: FloatArray) -> FloatArray:
     jacobian = np.zeros((2, 3 * len(q)))
     if anchor.part != GROUND:
         first = 3 * anchor.part
-        c, s = cos(q[anchor.part, 2]), sin(q[anchor.part, 2])
         jacobian[0, first] = jacobian[1, first + 1] = 1.0
-        jacobian[0, first + 2] = -s * anchor.x - c * anchor.y
-        jacobian[1, first + 2] = c * anchor.x - s * anchor.y
+        jacobian[:, first + 2] = left_of(_arm(anchor, q))
     return jacobian
 
 
@@ -110,8 +94,7 @@ def seen_from(part: int, point: FloatArray, q: FloatArray) -> FloatArray:
     if part == GROUND:
         return point
     pose = q[..., part, :]
-    away = point - pose[..., :2]
-    return turned(away, -pose[..., 2])
+    return turned(point - pose[..., :2], -pose[..., 2])
 
 
 def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
@@ -119,6 +102,11 @@ def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def left_of(vectors: FloatArray) -> FloatArray:
+    """Vectors (..., 2) turned by a quarter, to the left."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
 def places_near(mechanism: Mechanism, q: FloatArray, near: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     angle_of,
     length_along,
     speed_along,
+    turned,
     turning,
 )
 from exudyn_flexlink.mechanism.model import Motor, PointForce, Sense, Size, Sliding, Turning
@@ -58,7 +59,5 @@ def sizes_at(size: Size, time: FloatArray, q: FloatArray, v: FloatArray) -> Floa
 
 def force_at(force: PointForce, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
     """Force (n, 2) along the ground's axes at instants (n,) and states (n, parts, 3), N."""
-    x, y = (sizes_at(size, time, q, v) for size in force.sizes)
-    angle = angle_of(force.axes, q)
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    components = [sizes_at(size, time, q, v) for size in force.sizes]
+    return turned(np.stack(components, axis=-1), angle_of(force.axes, q))

@@ -26,9 +26,11 @@ from exudyn_flexlink.mechanism import (
     Contact,
     approach,
     force_at,
+    left_of,
     line_of,
     sizes_at,
     spring_force,
+    turned,
 )
 from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event
 from exudyn_flexlink.scene import PointsJoint, Scene
@@ -209,14 +211,11 @@ class _Reading:
     def _momentum_rate(self, part: int) -> FloatArray:
         """Mass times acceleration of a part's centre, less its weight, N."""
         body = self.mechanism.parts[part]
-        x, y = body.centre
         pose, rate, bend = (
             m[:, part] for m in (self.moved.poses, self.moved.rates, self.moved.bends)
         )
-        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-        arm = np.stack([c * x - s * y, s * x + c * y], axis=-1)
-        turned = np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
-        acceleration = bend[:, :2] + bend[:, 2:] * turned - rate[:, 2:] ** 2 * arm
+        arm = turned(np.array(body.centre), pose[:, 2])
+        acceleration = bend[:, :2] + bend[:, 2:] * left_of(arm) - rate[:, 2:] ** 2 * arm
         return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
 
     def _given(self) -> list[FloatArray]:
