@@ -35,52 +35,20 @@ def plain(value: Any) -> Any:
 def from_plain(kind: Any, value: Any) -> Any:
     """Return a value of a type from what `plain` made of it.
 
-    `kind` may be a dataclass, a tuple or a mapping by text of one kind, a union, float, int, bool
-    or str. A float is left as it is where an integer was written.
+    `kind` may be a dataclass, a tuple or a mapping by text of one kind, one of several numbers and
+    texts, or one that may be None. A float is left as it is where an integer was written.
 
     Raises:
         KeyError: a field of a dataclass is missing.
-        ValueError: the value is of no such type.
 
     """
     origin, inner = get_origin(kind), get_args(kind)
-    if isinstance(kind, type) and is_dataclass(kind) and isinstance(value, Mapping):
-        return _record(kind, value)
-    if origin is tuple and isinstance(value, list):
-        return tuple(from_plain(inner[0], item) for item in value)
-    if origin is not None and origin in {Mapping, dict} and isinstance(value, Mapping):
-        return {key: from_plain(inner[1], item) for key, item in value.items()}
     if origin in {Union, UnionType}:
-        return _one_of(inner, value)
-    if kind is float and value is None:
-        return inf
-    if isinstance(value, _KINDS.get(kind, ())) and (kind is bool or not isinstance(value, bool)):
-        return value
-    raise ValueError(f"{str(value)[:40]!r} can't be there")
-
-
-_KINDS: dict[Any, tuple[type, ...]] = {
-    float: (float, int),
-    int: (int,),
-    bool: (bool,),
-    str: (str,),
-    type(None): (type(None),),
-}
-
-
-def _one_of(kinds: tuple[Any, ...], value: Any) -> Any:
-    if value is None and type(None) in kinds:
-        return None
-    for kind in kinds:
-        try:
-            return from_plain(kind, value)
-        except ValueError:
-            continue
-    raise ValueError(f"{str(value)[:40]!r} can't be there")
-
-
-def _record(kind: type[Any], value: Mapping[str, Any]) -> Any:
-    own = {member.name: member.type for member in members(kind)}
-    if unknown := sorted(map(str, set(value) - set(own))):
-        raise ValueError(f"{unknown[0]!r} can't be there")
-    return kind(**{name: from_plain(inner, value[name]) for name, inner in own.items()})
+        return None if value is None and type(None) in inner else from_plain(inner[0], value)
+    if origin is tuple:
+        return tuple(from_plain(inner[0], item) for item in value)
+    if origin is not None:
+        return {key: from_plain(inner[1], item) for key, item in value.items()}
+    if isinstance(kind, type) and is_dataclass(kind):
+        return kind(**{own.name: from_plain(own.type, value[own.name]) for own in members(kind)})
+    return inf if kind is float and value is None else value

@@ -40,9 +40,8 @@ def _load(folder: Path) -> Result:
         told = {name: from_plain(kind, summary[name]) for name, kind in told_fields().items()}
         records = Records(_read_arrays(folder / ARRAYS, written[ARRAYS]), names)
         result: Result = records.record(Result, scene=_scene(summary["scene"], file), **told)
-    except (KeyError, TypeError, ValueError) as error:
-        why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
-        raise StorageError(f"{file} is damaged: {why}; {AGAIN}") from error
+    except (KeyError, TypeError) as error:
+        raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
     return result
 
 

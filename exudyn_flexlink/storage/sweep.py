@@ -19,11 +19,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.documents import read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
 from exudyn_flexlink.storage.manifest import read_manifest
-from exudyn_flexlink.storage.plain import from_plain, plain
+from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
 from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
@@ -31,6 +33,7 @@ from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varie
 if sys.platform != "win32":
     import fcntl
 
+_ROW = TypeAdapter(Row)
 JOURNAL, TABLE, SERIES = "journal.jsonl", "table", "series"
 
 
@@ -342,7 +345,8 @@ def _lines(content: bytes) -> Iterator[Row]:
     whole, _, _ = content.rpartition(b"\n")  # of the rest the writer was killed
     for number, line in enumerate(whole.split(b"\n") if whole else (), start=1):
         try:
-            found: Row = from_plain(Row, json.loads(line))
-        except (ValueError, KeyError) as error:
-            raise ValueError(f"line {number} of {JOURNAL}: {error}") from error
-        yield found
+            yield _ROW.validate_json(line)
+        except ValidationError as error:
+            told = error.errors()[0]
+            why = ": ".join([*map(str, told["loc"]), told["msg"]])
+            raise ValueError(f"line {number} of {JOURNAL}: {why}") from error
