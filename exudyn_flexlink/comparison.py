@@ -29,8 +29,8 @@ from exudyn_flexlink.observables import (
     common_times,
     contact_totals,
     farthest,
+    first_beyond,
     force_deviations,
-    horizon,
     joints_with_play,
     lever_response,
     measures,
@@ -265,11 +265,12 @@ def compare(
     if again is None:
         return found
     limit = parting_limit(second) if limit is None else limit
-    parted = horizon(second, again, limit)
+    parting = common_times(second, again)
+    apart = separation(second, again, parting)
+    parted = first_beyond(parting, apart, limit)
     if parted is None and not again.outcome.completed:
         parted = float(again.time[-1])
-    apart = float(separation(second, again, common_times(second, again)).max())
-    return replace(found, horizon=parted, limit=limit, apart=apart)
+    return replace(found, horizon=parted, limit=limit, apart=float(apart.max()))
 
 
 def _check_one_scene(first: Result, second: Result) -> None:

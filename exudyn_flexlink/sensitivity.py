@@ -19,8 +19,8 @@ from exudyn_flexlink.observables import (
     Vibration,
     common_times,
     farthest,
+    first_beyond,
     force_deviations,
-    horizon,
     judged_points,
     parting_limit,
     room,
@@ -59,7 +59,7 @@ def sensitivity(first: Result, second: Result, limit: float | None = None) -> Se
     limit = parting_limit(first) if limit is None else limit
     compared = compare(first, second, names=("this run", "the other"))
     time, apart = compared.time, compared.distances.max(axis=1)
-    found = horizon(first, second, limit)
+    found = first_beyond(time, apart, limit)
     if found is None and not all(run.outcome.completed for run in (first, second)):
         found = float(time[-1])
     return Sensitivity(
@@ -90,19 +90,17 @@ def measured_error(
     apart = each.max(axis=1)
     visible = parting_limit(run)
     most = SCATTER / abs(factor - 1) * apart
-    parted = np.flatnonzero(~(apart <= visible))
-    until = float(time[parted[0]]) if len(parted) else None
+    until = first_beyond(time, apart, visible)
     share = SCATTER / abs((of_forces or factor) - 1)
     told = force_deviations(run, neighbour, np.inf if until is None else until)
     error = np.where(apart > visible, np.maximum(most, apart), most)
     limit = run.scene.accuracy.tolerance or visible
-    above = np.flatnonzero(error > limit)
     return MeasuredError(
         points,
         farthest(points, each[-1]),
         limit,
         float(error[-1]),
-        float(time[above[0]]) if len(above) else None,
+        first_beyond(time, error, limit),
         None if neighbour.outcome.completed else float(neighbour.time[-1]),
         neighbour.settings,
         {name: own.times(share, ROUNDING) for name, own in told.items()},

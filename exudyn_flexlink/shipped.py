@@ -33,6 +33,11 @@ def model_names() -> list[str]:
     return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in files)
 
 
+def known_names() -> list[str]:
+    """Names of the models, and the last parts of them, by which they may be called, too."""
+    return [own for name in model_names() for own in (name, name.split("/")[-1])]
+
+
 def model_file(name: str) -> Path | None:
     """Return the file of a model by its name, or by the last part of it; None if there is none."""
     found = [known for known in model_names() if known == name or known.split("/")[-1] == name]

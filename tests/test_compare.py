@@ -16,7 +16,6 @@ from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.observables import (
     between_samples,
     common_times,
-    horizon,
     lever_response,
     parting_limit,
     path,
@@ -134,8 +133,8 @@ def test_a_scene_without_lever_has_none():
 def test_horizon_is_the_first_instant_apart():
     # 1e-3 t^2 passes 2.49e-4 just before 0.5 s
     part = block(lambda t: 1e-3 * t**2, lambda t: 2e-3 * t)
-    assert horizon(still(), part, 2.49e-4) == pytest.approx(0.5)
-    assert horizon(still(), part, 1.1e-3) is None
+    assert compare(still(), still(), part, 2.49e-4).horizon == pytest.approx(0.5)
+    assert compare(still(), still(), part, 1.1e-3).horizon is None
 
 
 def test_what_comes_after_the_horizon_is_not_judged():
@@ -172,7 +171,7 @@ def test_a_horizon_at_the_start_is_no_pass():
 def test_a_nan_is_no_pass():
     lost = block(lambda t: np.where(t > 0.5, np.nan, 0.0), np.zeros_like)
     assert compare(still(), lost).exceeds(1.0)
-    assert horizon(still(), lost, 1e-3) == pytest.approx(0.51, abs=0.011)
+    assert compare(still(), still(), lost, 1e-3).horizon == pytest.approx(0.51, abs=0.011)
 
 
 def test_a_looser_run_that_fails_ends_the_horizon():

@@ -10,10 +10,11 @@ from exudyn_flexlink.observables import (
     common_points,
     common_times,
     farthest,
+    first_beyond,
     force_deviations,
-    horizon,
     lever_response,
     parting_limit,
+    separation,
     separations,
     struck_bodies,
     worst_force,
@@ -92,8 +93,7 @@ def _peak(result: Result, contact: str, until: float) -> float:
 def agreement(reference: Result, check: Result) -> Horizon | None:
     """Find where two tight runs part; None if they never do."""
     limit = parting_limit(reference)
-    parted = horizon(reference, check, limit)
-    if parted is None:
-        return None
-    sure = horizon(reference, check, SURE * limit)
-    return Horizon(parted, parted if sure is None else sure, limit)
+    time = common_times(reference, check)
+    apart = separation(reference, check, time)
+    parted, sure = (first_beyond(time, apart, part * limit) for part in (1.0, SURE))
+    return None if parted is None or sure is None else Horizon(parted, sure, limit)

@@ -13,7 +13,7 @@ from exudyn_flexlink import effects, loading
 from exudyn_flexlink.once import hand_on
 from exudyn_flexlink.scene import SECTION_OF
 from exudyn_flexlink.scene import Scene as PlainScene
-from exudyn_flexlink.shipped import model_file, model_names
+from exudyn_flexlink.shipped import known_names, model_file, model_names
 from exudyn_flexlink.source import (
     Document,
     Mistake,
@@ -105,10 +105,9 @@ def _document(model: str | PathLike[str] | Mapping[str, Any]) -> Document:
     if isinstance(model, str) and not path.exists():
         shipped = model_file(model)
         if shipped is None and not path.suffix:
-            names = model_names()
-            near = did_you_mean(model, [*names, *(name.split("/")[-1] for name in names)])
+            near = did_you_mean(model, known_names())
             message = f"no such file, and no model of that name comes with the program{near}"
-            first = ", ".join(name for name in names if "/" not in name)
+            first = ", ".join(name for name in model_names() if "/" not in name)
             hint = f"there are: {first}; exudyn_flexlink.model_names() tells all"
             mistake = Mistake((), message, hint)
             raise SceneError(Document(model), [mistake])

@@ -88,14 +88,13 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
         ArgumentTypeError: there is no such model.
 
     """
-    from exudyn_flexlink.shipped import model_file, model_names
+    from exudyn_flexlink.shipped import known_names, model_file
     from exudyn_flexlink.source import did_you_mean
 
     found = model_file(name)
     if found is not None:
         return found
-    known = [own for each in model_names() for own in (each, each.split("/")[-1])]
-    near = f"; did you mean '{meant}'?" if meant else did_you_mean(name, known)
+    near = f"; did you mean '{meant}'?" if meant else did_you_mean(name, known_names())
     told = f"{what.format(name)} comes with the program{near}"
     raise argparse.ArgumentTypeError(f"{told}\nhint: '{how_called()} new --list' names all")
 

@@ -35,7 +35,7 @@ from exudyn_flexlink.observables.parting import (
     common_points,
     common_times,
     farthest,
-    horizon,
+    first_beyond,
     parting_limit,
     positions,
     separation,

@@ -20,15 +20,14 @@ ALIKE = 0.999  # of the largest distance: no reason to name another point than t
 VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
 
 
-def horizon(first: Result, second: Result, limit: float) -> float | None:
-    """First common instant (s) at which a point differs by more than `limit` (m).
+def first_beyond(time: FloatArray, values: FloatArray, limit: float) -> float | None:
+    """First of some instants (N,) s at which a value (N,) is above a limit, or no number.
 
-    None if none ever does. Of two runs of one engine at different settings it says how long the
-    motion is predictable: from it on, pointwise differences say nothing about an engine.
+    Of the distances of two runs of one engine at different settings it tells how long the motion is
+    predictable: from it on, pointwise differences say nothing about an engine.
     """
-    time = common_times(first, second)
-    parted = np.flatnonzero(~(separation(first, second, time) <= limit))
-    return float(time[parted[0]]) if len(parted) else None
+    beyond = np.flatnonzero(~(values <= limit))
+    return float(time[beyond[0]]) if len(beyond) else None
 
 
 def separation(

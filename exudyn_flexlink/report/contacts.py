@@ -34,11 +34,8 @@ NO_PLAY = "no clearance"
 
 def guide_lines(result: Result, joint: str) -> list[str]:
     """How the link stood in its guide, lap by lap and in all, and where it touched longest."""
-    whole, facts = (
-        lines_of(guide_table(result, joint), units_above=True),
-        guide_facts(result, joint),
-    )
-    return [*whole, *table([*facts.rows, *_longest_pairs(result, joint)])]
+    whole = lines_of(guide_table(result, joint), units_above=True)
+    return [*whole, *table([*guide_facts(result, joint).rows, *_longest_pairs(result, joint)])]
 
 
 def guide_table(result: Result, joint: str) -> Table:

@@ -75,7 +75,10 @@ def _summary(result: Result) -> dict[str, Any]:
         "completed": result.outcome.completed,
         "source": scene.source,
         **{name: told.pop(name) for name in ("engine", "outcome", "warnings", "error", "checks")},
-        "strikes": {name: _strikes(result, name) for name in scene.contacts},
+        "strikes": {
+            name: [strike_data(strike, scene) for strike in strikes(result, name)]
+            for name in scene.contacts
+        },
         "levers": {
             body: peak_data(lever_response(result, name))
             for body, name in struck_bodies(scene).items()
@@ -91,11 +94,6 @@ def _summary(result: Result) -> dict[str, Any]:
         "pairs": {name: sleeve.pairs for name, sleeve in result.sleeves.items()},
         "scene": scene.to_data(),
     }
-
-
-def _strikes(result: Result, contact: str) -> list[dict[str, Any]]:
-    """Strikes for the reader of the summary: names with units (they are not read back)."""
-    return [strike_data(strike, result.scene) for strike in strikes(result, contact)]
 
 
 def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:

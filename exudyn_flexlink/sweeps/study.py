@@ -13,7 +13,7 @@ from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.scene.base import Part, Text, require_one
 from exudyn_flexlink.scene.wording import mistakes_of
-from exudyn_flexlink.shipped import model_file, model_names
+from exudyn_flexlink.shipped import known_names, model_file
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, load_document
 from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
 
@@ -136,7 +136,6 @@ def _model(document: Document, name: str, allow_outside: bool) -> Path:
     if not allow_outside and not file.is_relative_to(folder):
         raise mistake("the model must be in the study's folder, or below it", "'--allow-outside'")
     if not there:
-        names = model_names()
-        near = did_you_mean(name, [*names, *(one.split("/")[-1] for one in names)])
+        near = did_you_mean(name, known_names())
         raise mistake(f"no file '{name}' in the study's folder, and no such model{near}")
     return file
