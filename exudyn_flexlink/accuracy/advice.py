@@ -18,7 +18,6 @@ class Advice:
     `below_floor`: the target is smaller than what the references agree to.
     """
 
-    target: float
     choice: Point | None
     best: Point | None
     limit: Source | None
@@ -31,7 +30,6 @@ def advise(study: Study) -> Advice:
     loosest = [_loosest(rods, method, study.target) for method in {p.method for p in rods}]
     fit = [point for point in loosest if point is not None]
     return Advice(
-        study.target,
         min(fit, key=lambda p: p.processor, default=None),
         min(rods, key=lambda p: (p.claimed, p.processor), default=None),
         _limit(study.sources, study.target),

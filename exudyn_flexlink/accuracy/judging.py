@@ -9,14 +9,7 @@ from functools import cached_property
 from exudyn_flexlink.accuracy.errors import Errors, Horizon, agreement, errors
 from exudyn_flexlink.accuracy.methods import Method
 from exudyn_flexlink.accuracy.runs import Runs, Trial
-from exudyn_flexlink.accuracy.sources import (
-    COMPLIANCE_ORDER,
-    MORE_RODS,
-    STIFFER,
-    beams,
-    extrapolated,
-    rod_order,
-)
+from exudyn_flexlink.accuracy.sources import extrapolated
 from exudyn_flexlink.observables import STILL, judged_points, room
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
@@ -244,20 +237,13 @@ def _of_time(runs: Runs, own: Point | None, bench: Bench) -> list[Source]:
 
 def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
     """Errors of rods and contacts, from the scene changed in them."""
-    factors = {"rods": _of_rods(runs.scene), "contact": (STIFFER, COMPLIANCE_ORDER)}
     found = []
-    for kind, varied in runs.varied.items():
-        ratio, order = factors[kind]
-        base = varied.base
-        apart = bench.errors(varied.changed, base.result)
+    for varied in runs.varied:
+        finer, base = varied.finer, varied.base
+        apart = bench.errors(varied.result, base.result)
         in_time = bench.floor if base is bench.reference else bench.errors(base.result).largest
         at_most = apart.largest < TRUSTED * in_time
-        estimate = apart.times(extrapolated(ratio, order))
-        found.append(
-            Source(kind, estimate, order, at_most, varied.processor / varied.base.processor)
-        )
+        estimate = apart.times(extrapolated(finer.ratio, finer.order))
+        dearer = varied.processor / base.processor
+        found.append(Source(finer.kind, estimate, finer.order, at_most, dearer))
     return found
-
-
-def _of_rods(scene: Scene) -> tuple[float, float]:
-    return (MORE_RODS, rod_order(scene) if beams(scene) else 1)

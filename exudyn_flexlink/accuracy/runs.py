@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from exudyn_flexlink.accuracy.methods import Method, own_method, own_value
+from exudyn_flexlink.accuracy.sources import Finer
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -63,23 +64,24 @@ class Trial:
 
 @dataclass(frozen=True)
 class Varied:
-    """A run of the scene changed in one source of error, and that of the scene itself."""
+    """A run of the scene made finer in one source of error, and that of the scene itself."""
 
-    changed: Result
+    finer: Finer
+    result: Result
     base: Trial
     processor: float
 
 
 @dataclass
 class Runs:
-    """All that was run: `trials` of methods, `varied` by source, what was left out, and why."""
+    """All that was run: `trials` of methods, `varied` in a source of error; what was not, and why."""
 
     scene: Scene
     target: float
     methods: list[Method]
     trials: list[Trial] = field(default_factory=list)
     reference: Trial | None = None
-    varied: dict[str, Varied] = field(default_factory=dict)
+    varied: list[Varied] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     refused: dict[str, str] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)

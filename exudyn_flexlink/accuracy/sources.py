@@ -6,6 +6,7 @@ A scene is changed in one of them; what S makes of it, extrapolated, is the erro
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from exudyn_flexlink.scene import (
@@ -21,12 +22,39 @@ WalledJoint = SleeveJoint | RevoluteJoint
 
 MORE_RODS = 2
 STIFFER = 4.0
+MORE_RODS_COST, STIFFER_COST = 4.0, 2.0  # times the cost of the scene itself, or less
 MOST_RODS = 1000  # of a model
 COMPLIANCE_ORDER = 0.5
 """A contact's effect on the motion goes as k^-1/2, like its duration."""
 
 ORDERS = {"equal": 1, "half_ends": 2}
 """A rigid root rod shortens the beam by half a rod; a hinge in the middle of each cell doesn't."""
+
+
+@dataclass(frozen=True)
+class Finer:
+    """A scene `ratio` times finer in one source of error, which falls with the power `order`.
+
+    Its run takes `dearer` times as long, or less.
+    """
+
+    kind: str
+    scene: Scene
+    ratio: float
+    order: float
+    dearer: float
+
+
+def finer_scenes(scene: Scene) -> list[Finer]:
+    """Return a scene with more rods, and with stiffer contacts, if it has what that changes."""
+    rods, stiffer = with_more_rods(scene), with_stiffer_contacts(scene)
+    found = []
+    if rods is not None:
+        order = min(ORDERS[body.layout] for body in beams(scene).values())  # of the slowest
+        found.append(Finer("rods", rods, MORE_RODS, order, MORE_RODS_COST))
+    if stiffer is not None:
+        found.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER, STIFFER_COST))
+    return found
 
 
 def extrapolated(ratio: float, order: float) -> float:
@@ -46,11 +74,6 @@ def flexible(scene: Scene) -> dict[str, FlexibleBody]:
         for name, body in scene.bodies.items()
         if isinstance(body, FlexibleBody) and (body.rods > 1 or body.hinges.stiffness == "beam")
     }
-
-
-def rod_order(scene: Scene) -> int:
-    """Order in which the rods converge: that of the slowest body."""
-    return min(ORDERS[body.layout] for body in beams(scene).values())
 
 
 def with_more_rods(scene: Scene) -> Scene | None:

@@ -22,12 +22,7 @@ from exudyn_flexlink.accuracy.methods import (
     own_value,
 )
 from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved, Trial, Varied
-from exudyn_flexlink.accuracy.sources import (
-    beams,
-    stiffnesses,
-    with_more_rods,
-    with_stiffer_contacts,
-)
+from exudyn_flexlink.accuracy.sources import MORE_RODS_COST, STIFFER_COST, finer_scenes
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run
 from exudyn_flexlink.scene import Run, Scene
 
@@ -40,7 +35,6 @@ FIRST_SHARE = 3  # of the time left: what a method of unknown cost may take
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
 REFERENCE_COST = 8.0  # times that of the judge at the model's own settings, or less
 SECOND_ORDER = 3.0  # steps of a fixed length to one under error control, for a fair first error
-MORE_RODS_COST, STIFFER_COST = 4.0, 2.0  # likewise
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
 
 
@@ -230,24 +224,18 @@ class Studying:
 
     def _vary(self) -> None:
         """Run the scene with more rods and with stiffer contacts, by the cheapest method."""
-        scene = self.runs.scene
-        wanted = {
-            "rods": (with_more_rods, MORE_RODS_COST, bool(beams(scene))),
-            "contact": (with_stiffer_contacts, STIFFER_COST, bool(stiffnesses(scene))),
-        }
-        for kind, (change, dearer, there) in wanted.items():
-            changed = change(scene) if there else None
+        for finer in finer_scenes(self.runs.scene):
             method = self._cheapest()
-            if changed is None or method is None:
+            if method is None:
                 continue
-            label = f"{method.name}, varying: {kind}"
-            base = self._base(method, dearer)
+            label = f"{method.name}, varying: {finer.kind}"
+            base = self._base(method, finer.dearer)
             if base is None:
-                self._leave_out(label, dearer * min(t.wall for t in self.runs.of(method)))
+                self._leave_out(label, finer.dearer * min(t.wall for t in self.runs.of(method)))
                 continue
-            solved = self._solved(method.at(changed, base.value), method, label)
+            solved = self._solved(method.at(finer.scene, base.value), method, label)
             if solved is not None:
-                self.runs.varied[kind] = Varied(solved.result, base, solved.processor)
+                self.runs.varied.append(Varied(finer, solved.result, base, solved.processor))
 
     def _cheapest(self) -> Method | None:
         """Return the method of rods whose runs at given tolerances have been the cheapest."""

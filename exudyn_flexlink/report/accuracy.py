@@ -235,7 +235,7 @@ def _short(value: object) -> str:
 
 
 def _choice(study: Study, advice: Advice) -> str:
-    goal = f"for {advice.target:.2g} m"
+    goal = f"for {study.target:.2g} m"
     if advice.choice is not None:
         point = advice.choice
         error = f"{'below ' if point.below_floor else ''}{point.claimed:.1e} m"
@@ -262,7 +262,7 @@ def _limit(study: Study, advice: Advice) -> str:
     if source.kind == "rods":
         return f"; but the rods, not the steps, limit you: {error}, {_more_rods(study, source)}"
     least = min(stiffnesses(study.scene).values())
-    rigid = needed(least, source, advice.target)
+    rigid = needed(least, source, study.target)
     return (
         "; but the contact's compliance, not the steps, limits you if it stands for a rigid one: "
         f"{error}, which would take some {rigid:.1e} N/m"
