@@ -74,7 +74,7 @@ class Varied:
 
 @dataclass
 class Runs:
-    """All that was run: `trials` of methods, `varied` in a source of error; what was not, and why."""
+    """All that was run: `trials` of methods, `varied` in sources of error; what was not, why."""
 
     scene: Scene
     target: float

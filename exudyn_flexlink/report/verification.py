@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
 from exudyn_flexlink.report.text import table
+from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.verification import Compared, VerifiedRun
 
 HEAD = ("number", "published", "computed", "difference", "allowed", "verdict")
@@ -40,25 +40,15 @@ def verification_markdown(runs: Sequence[VerifiedRun]) -> str:
 def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
     """Return plain data; null stands for a number that the run did not come to."""
     return [
-        {
-            **asdict(one),
-            "fine": one.fine,
-            "numbers": [
-                {
-                    **asdict(number),
-                    "computed": _finite(number.computed),
-                    "difference": _finite(number.difference),
-                    "fine": number.fine,
-                }
-                for number in one.numbers
-            ],
-        }
+        plain(one)
+        | {"fine": one.fine}
+        | {"numbers": [plain(number) | _judged(number) for number in one.numbers]}
         for one in runs
     ]
 
 
-def _finite(value: float) -> float | None:
-    return value if isfinite(value) else None
+def _judged(number: Compared) -> dict[str, Any]:
+    return {"difference": plain(number.difference), "fine": number.fine}
 
 
 def _row(number: Compared) -> tuple[str, ...]:

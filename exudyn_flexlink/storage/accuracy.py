@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +52,7 @@ def accuracy_data(study: Study) -> dict[str, Any]:
         "floor_force_relative": study.force_floor,
         "end_s": study.end,
         "judged_until_s": study.until,
-        "horizon": None if study.horizon is None else asdict(study.horizon),
+        "horizon": study.horizon,
         "points": [_point(point) for point in study.points],
         "own": None if study.own is None else study.own.told,
         "sources": [_source(source, measures(study.scene)) for source in study.sources],
