@@ -1,7 +1,7 @@
 """What `check` and a run say, against closed forms and the model files."""
 
 from dataclasses import replace
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,8 @@ from results import (
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.report import estimated_steps, idle_settings, run_duration, run_text
+from exudyn_flexlink.mechanism import contact_step
+from exudyn_flexlink.report import idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
 from exudyn_flexlink.storage import load, save
 
@@ -122,23 +123,21 @@ def test_check_guesses_no_number_of_steps_under_error_control(capsys: Capture) -
 # --- estimates ------------------------------------------------------------------------------
 
 
-def estimates(model: str, *settings: str) -> tuple[float | None, float | None]:
+def step_in_contact(model: str, *settings: str) -> float:
     scene = load_scene(model, settings)
-    return estimated_steps(assemble_scene(scene), scene)
+    return contact_step(scene, assemble_scene(scene))
 
 
 def test_the_contact_step_follows_stiffness_and_steps_per_contact() -> None:
-    step, fixed = estimates(RIGID)
-    assert fixed is None
     # The link can't give way: the lever alone does, a rod about its end struck at its tip, m/3.
     expected = pi * sqrt(7850 * 0.03 * 10e-3 * 1e-3 / 3 / 2e4) / 60
-    assert step == pytest.approx(expected, rel=1e-6)
-    stiff, _ = estimates(RIGID, "contacts.strike.law.stiffness=8e4", "solver.steps_per_contact=120")
-    assert stiff == pytest.approx(expected / 4, rel=1e-6)
+    assert step_in_contact(RIGID) == pytest.approx(expected, rel=1e-6)
+    stiffer = ("contacts.strike.law.stiffness=8e4", "solver.steps_per_contact=120")
+    assert step_in_contact(RIGID, *stiffer) == pytest.approx(expected / 4, rel=1e-6)
 
 
 def test_a_scene_without_contact_has_no_contact_step() -> None:
-    assert estimates(SPLINE, "accuracy.step=1e-4") == (None, 1e-4)
+    assert step_in_contact(SPLINE, "accuracy.step=1e-4") == inf
 
 
 @pytest.mark.parametrize(

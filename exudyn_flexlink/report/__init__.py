@@ -1,7 +1,7 @@
 """What the program says of a model and of a run: for people, as text or tables; no files."""
 
 from exudyn_flexlink.report.accuracy import accuracy_text, recommendation
-from exudyn_flexlink.report.check import check_text, estimated_steps, run_duration
+from exudyn_flexlink.report.check import check_text, run_duration
 from exudyn_flexlink.report.comparison import comparison_text, excess_text, horizon_text
 from exudyn_flexlink.report.contacts import guide_facts, guide_table, pair_table, touch_table
 from exudyn_flexlink.report.effects import effects_table

@@ -69,16 +69,6 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
     return in_blocks(blocks)
 
 
-def estimated_steps(assembly: Assembly, scene: Scene) -> tuple[float | None, float | None]:
-    """Return the largest step (s) that resolves the shortest contact, and the fixed step (s).
-
-    The first is None without contacts, the second if the scene asks for a tolerance: then error
-    control chooses the steps between contacts, and their number is known only afterwards.
-    """
-    shortest = contact_step(scene, assembly)
-    return (shortest if isfinite(shortest) else None), scene.accuracy.step
-
-
 def run_duration(scene: Scene, assembly: Assembly) -> float | None:
     """Return the simulated time in s, or None where the motion decides it (turns of a torque)."""
     if turn_goal(scene, assembly) is not None:
@@ -205,8 +195,7 @@ def _law(law: Law) -> list[str]:
 
 def _run(scene: Scene, assembly: Assembly) -> list[str]:
     duration = run_duration(scene, assembly)
-    in_contact, fixed_step = estimated_steps(assembly, scene)
-    mechanism = assembly.mechanism
+    mechanism, fixed_step = assembly.mechanism, scene.accuracy.step
     rows = [["time", _time(scene, duration)], ["watched", _watched(scene)]]
     rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.touching]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
@@ -218,7 +207,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
-    if in_contact is not None and form != "minimal":
+    if form != "minimal" and isfinite(contact_step(scene, assembly)):
         rows.append(["", _steps_in_contact(scene, assembly)])
     return ["Run", *table(rows)]
 

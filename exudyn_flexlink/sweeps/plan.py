@@ -114,15 +114,13 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
         Point(number, _id(base, texts), texts, tuple(map(in_si, values)))
         for number, (texts, values) in enumerate(zip(settings, design.points, strict=True), 1)
     )
-    columns = list(zip(*design.points, strict=True))
-    varied = (
-        _varied(scene, path, column, unit_of(given))
-        for path, column, given in zip(
-            design.paths, zip(*(p.values for p in points), strict=True), columns, strict=True
-        )
+    given = zip(*design.points, strict=True)
+    values = zip(*(point.values for point in points), strict=True)
+    varied = tuple(
+        _varied(scene, path, column, unit_of(own))
+        for path, column, own in zip(design.paths, values, given, strict=True)
     )
-    how_solved = (measure, retries, observed, allow_outside)
-    return Sweep(scene, engine, tuple(varied), points, *how_solved)
+    return Sweep(scene, engine, varied, points, measure, retries, observed, allow_outside)
 
 
 def versions() -> dict[str, str]:
