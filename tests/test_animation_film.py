@@ -9,7 +9,6 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import FilmError, Slow, Take, film_of
-from exudyn_flexlink.animation.cast import drawn_lines
 from exudyn_flexlink.animation.look import GLOW_SECONDS
 from exudyn_flexlink.animation.samples import kept_instants, straightened
 from exudyn_flexlink.animation.shots import Shots, largest_of
@@ -243,7 +242,7 @@ def test_walls_of_every_link_in_one_guide_are_drawn(tilting):
     data["bodies"]["second"] = data["bodies"]["link"]
     data["joints"]["wider"] = {**data["joints"]["sleeve"], "link": "second", "clearance": 2e-3}
     both = replace(tilting, scene=results.scene_from(json.dumps(data)))
-    lines = drawn_lines(Take(both, "", None))
+    lines = Take(both, "", None).lines
     walls = [line.line for line in lines if line.kind == "wall"]
     assert [wall.places[0, 1] for wall in walls] == pytest.approx([1e-3, -1e-3, 2e-3, -2e-3])
     assert {line.line.name for line in lines if line.kind != "wall"} == {"link", "second"}

@@ -20,7 +20,6 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 
-from exudyn_flexlink.animation.cast import Drawn, drawn_lines, drawn_marks, named_points
 from exudyn_flexlink.animation.look import (
     BAND,
     BAND_PALE,
@@ -38,8 +37,8 @@ from exudyn_flexlink.animation.look import (
 from exudyn_flexlink.animation.shots import Glow, Largest, Shots
 from exudyn_flexlink.animation.zooms import Viewpoint
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import Anchor, anchor_position
-from exudyn_flexlink.plots.outline import Line, Mark, coil, wall_lines, walled
+from exudyn_flexlink.mechanism import anchor_position
+from exudyn_flexlink.plots.outline import Drawn, Line, Mark, coil, wall_lines, walled
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
 NEAR = 0.03  # of the picture: points nearer than this are named together
@@ -177,7 +176,7 @@ class PointsActor:
 
     def __init__(self, place: Place, shots: Shots, size: float) -> None:
         self._place, self._shots, self._near = place, shots, NEAR * size
-        self._points: dict[str, Anchor] = named_points(shots.take)
+        self._points = shots.take.named
         dot: dict[str, Any] = {"color": INK, "linestyle": ""}
         self._dots = {
             "S": place.axes.plot([], [], "o", **dot, markersize=place.points(8.8))[0],
@@ -304,8 +303,8 @@ def mechanism_actors(place: Place, shots: Shots) -> list[Actor]:
     model = shots.take.model
     return [
         *(ChannelActor(place, shots, wall_lines(model, channel)) for channel in walled(model)),
-        *(LineActor(place, shots, drawn) for drawn in drawn_lines(shots.take)),
-        *(MarkActor(place, shots, mark) for mark in drawn_marks(shots.take)),
+        *(LineActor(place, shots, drawn) for drawn in shots.take.lines),
+        *(MarkActor(place, shots, mark) for mark in shots.take.marks),
     ]
 
 

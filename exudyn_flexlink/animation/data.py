@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from exudyn_flexlink.animation.cast import drawn_lines, drawn_marks, named_points
 from exudyn_flexlink.animation.film import Film, Take
 from exudyn_flexlink.animation.samples import kept_instants
 from exudyn_flexlink.animation.slowing import Stretch
@@ -60,12 +59,10 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
     times, _ = kept_instants(film, take)
     crank = take.crank(times)
     lines = [
-        {"kind": drawn.kind, "colour": drawn.colour, **_line(drawn.line)}
-        for drawn in drawn_lines(take)
+        {"kind": drawn.kind, "colour": drawn.colour, **_line(drawn.line)} for drawn in take.lines
     ]
     return {
         "name": take.name,
-        "engine": take.result.engine,
         "colour": take.colour,
         "parts": len(take.model.parts),
         "time": row(times, "f8"),
@@ -73,8 +70,8 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
         "crank": None if crank is None else row(crank, "f8"),
         "turns": turns(take.result),
         "lines": lines,
-        "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in drawn_marks(take)],
-        "points": {name: _anchor(at) for name, at in named_points(take).items()},
+        "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in take.marks],
+        "points": {name: _anchor(at) for name, at in take.named.items()},
         "touching": [_touching(take, own, times) for own in touching_of(film, take)],
         "zooms": [_zoom(zoom) for zoom in zooms_of(film, take)],
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 
@@ -15,22 +15,22 @@ from exudyn_flexlink.observables import (
     between_samples,
     crank_angle,
     crank_joint,
-    point_anchor,
-    watched_point,
 )
 from exudyn_flexlink.plots.outline import (
-    body_lines,
+    Drawn,
+    Mark,
     box_around,
-    curve_line,
-    curved,
+    drawn_lines,
+    joint_marks,
+    named_points,
     pivots,
-    rings,
-    spring_lines,
 )
 from exudyn_flexlink.plots.panels import horizon
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN
 from exudyn_flexlink.result import Result
 
+KINDS = ("curve", "face", "wall", "guide", "spring", "ring", "spoke", "bar", "link")
+"""Kinds of lines, those in front last."""
 LOOKS = 400  # instants at which the room that a mechanism takes is looked at
 BELOW = 0.1  # of the size of what is shown, below: there stands a length that sizes are read by
 
@@ -52,11 +52,10 @@ class Take:
         """The mechanism of its scene."""
         return build_mechanism(self.result.scene)
 
-    @cached_property
+    @property
     def watched(self) -> Anchor:
         """The point S, whose trail is drawn."""
-        scene = self.result.scene
-        return point_anchor(scene, self.model, watched_point(scene))
+        return self.named["S"]
 
     def poses(self, times: FloatArray) -> FloatArray:
         """Poses (K, parts, 3) at instants (K,) s; see `Result.poses`. Exact at samples."""
@@ -69,17 +68,30 @@ class Take:
             return None
         return np.interp(times, self.result.time, crank_angle(self.result))
 
+    @cached_property
+    def lines(self) -> list[Drawn]:
+        """Lines of the mechanism, those in front last."""
+        own = drawn_lines(self.result.scene, self.model)
+        found = [replace(drawn, colour=self.colour or drawn.colour) for drawn in own]
+        return sorted(found, key=lambda drawn: KINDS.index(drawn.kind))
+
+    @cached_property
+    def marks(self) -> list[Mark]:
+        """Marks of the joints; those of the ground first."""
+        found = joint_marks(self.result.scene, self.model)
+        return sorted(found, key=lambda mark: "ground" not in mark.kind)
+
+    @cached_property
+    def named(self) -> dict[str, Anchor]:
+        """Points that the paper names; the origin only where the paper's slot is."""
+        found = named_points(self.result.scene, self.model)
+        return {name: at for name, at in found.items() if name != "O" or self.model.slots}
+
     def points(self, begin: float, end: float) -> list[FloatArray]:
         """Points (..., 2) m of all that is drawn between two instants."""
-        scene, model = self.result.scene, self.model
         poses = self.poses(np.linspace(begin, end, LOOKS))
-        bodies = [line for body in scene.bodies for line in body_lines(scene, model, body)]
-        curves = [curve_line(track) for track in curved(model)]
-        lines = [*bodies, *curves, *rings(model), *spring_lines(scene, model)]
-        return [
-            *(line.at(poses) for line in lines),
-            *(np.array([at.x, at.y]) for at in pivots(model)),
-        ]
+        ends = [np.array([at.x, at.y]) for at in pivots(self.model)]
+        return [*(drawn.line.at(poses) for drawn in self.lines), *ends]
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def look_data() -> dict[str, object]:
         "thinnest": THINNEST, "broadest": BROADEST, "paleness": PALENESS,
         "halo": [HALO, HALO_PALE], "band": [BAND, BAND_PALE], "thin": THIN,
         "trail": TRAIL_SECONDS, "glow": GLOW_SECONDS, "labelled": LABELLED,
-        "room": ROOM, "beside": BESIDE, "arrow": ARROW,
+        "arrow": ARROW,
     }  # fmt: skip
 
 

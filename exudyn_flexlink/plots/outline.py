@@ -23,7 +23,8 @@ from exudyn_flexlink.mechanism import (
     Slot,
     node_anchor,
 )
-from exudyn_flexlink.observables import point_anchor
+from exudyn_flexlink.observables import point_anchor, watched_point
+from exudyn_flexlink.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from exudyn_flexlink.scene import (
     FlexibleBody,
     ForceDrive,
@@ -36,6 +37,7 @@ from exudyn_flexlink.scene import (
 
 ROUND = 73  # points of a circle, the last on the first
 COILS = 6  # of a linear spring
+_BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
 MARGIN = 0.05  # of the size of what is shown, around it
 THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
 
@@ -59,6 +61,15 @@ class Line:
         own = pose[..., self.parts, :]
         c, s, (x, y) = np.cos(own[..., 2]), np.sin(own[..., 2]), self.places.T
         return np.stack([own[..., 0] + c * x - s * y, own[..., 1] + s * x + c * y], axis=-1)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A line and its look: `kind` is curve, face, guide, wall, bar, link, ring, spoke or spring."""
+
+    kind: str
+    colour: str
+    line: Line
 
 
 @dataclass(frozen=True)
@@ -91,14 +102,44 @@ def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
     return [through(body, *starts, point_anchor(scene, model, f"{body}.end"))]
 
 
-def guides(scene: Scene) -> set[str]:
-    """Bodies that links slide in."""
-    return {joint.guide for joint in scene.joints.values() if isinstance(joint, SleeveJoint)}
+def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
+    """Everything that is drawn as a line; bodies last, in their order."""
+    others = (
+        ("curve", PURPLE, [curve_line(track) for track in curved(model)]),
+        ("face", RED, [face_line(face) for face in faces(model)]),
+        ("ring", GREY, rings(model)),
+        ("spoke", GREY, spokes(model)),
+        ("spring", GREEN, spring_lines(scene, model)),
+    )
+    for kind, colour, lines in others:
+        yield from (Drawn(kind, colour, line) for line in lines)
+    for body in scene.bodies:
+        yield from _drawn_body(scene, model, body)
 
 
-def is_flexible(scene: Scene, body: str) -> bool:
-    """Whether a body is drawn as rods with hinges."""
-    return isinstance(scene.bodies[body], FlexibleBody)
+def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
+    """A guide with clearance is its walls; any other is pale, so that what slides in it is seen."""
+    own = model.parts_of(body)
+    walls = [w for c in walled(model) if c.guide.part in own for w in wall_lines(model, c)]
+    if walls:
+        kind, colour = "wall", "#A9A9A9"
+    elif is_guide(scene, body):
+        kind, colour = "guide", "#C9C9C9"
+    else:
+        flexible = isinstance(scene.bodies[body], FlexibleBody)
+        kind, colour = "link" if flexible else "bar", body_colour(scene, body)
+    yield from (Drawn(kind, colour, line) for line in walls or body_lines(scene, model, body))
+
+
+def body_colour(scene: Scene, body: str) -> str:
+    """Colour of a body that is no guide."""
+    return _BODY_COLOURS[list(scene.bodies).index(body) % len(_BODY_COLOURS)]
+
+
+def is_guide(scene: Scene, body: str) -> bool:
+    """Whether a link slides in a body."""
+    joints = scene.joints.values()
+    return any(isinstance(joint, SleeveJoint) and joint.guide == body for joint in joints)
 
 
 def walled(model: Mechanism) -> list[Channel]:
@@ -225,6 +266,14 @@ def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
             yield Mark("drive", places[drive.joint])
     for face in faces(model):
         yield Mark("point that may strike", face.point)
+
+
+def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
+    """Points that the paper names: the origin O, P in the one slot, and S, the watched one."""
+    found = {"O": Anchor(GROUND, 0.0, 0.0)}
+    if len(model.slots) == 1:
+        found["P"] = model.slots[0].anchor
+    return {**found, "S": point_anchor(scene, model, watched_point(scene))}
 
 
 def box_around(

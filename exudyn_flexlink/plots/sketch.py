@@ -15,24 +15,20 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Mechanism, anchor_position, build_mechanism
 from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.outline import (
+    Drawn,
     body_lines,
     box_around,
-    curve_line,
-    curved,
-    guides,
-    is_flexible,
+    drawn_lines,
+    named_points,
     pivots,
-    rings,
-    wall_lines,
-    walled,
 )
 from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
-from exudyn_flexlink.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from exudyn_flexlink.plots.style import BLACK, GREY
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RigidBody, Scene
 
-_WALL: dict[str, Any] = {"color": "#A9A9A9", "linewidth": 2.0, "zorder": 2}
-_BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
+BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
+SHOWN = ("curve", "ring", *BODIES)
 BAND = 7.0  # points, of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
 
@@ -58,15 +54,15 @@ class Posed:
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Lower left and upper right corner (2,) m of all that is drawn, with a margin."""
-        every = max(1, len(self.poses) // 200)
-        points = [self.track]
-        for body in self.scene.bodies:
-            points += self.lines(body, slice(None, None, every))
-        ends = self.poses[[0, -1]]
-        points += [curve_line(track).at(ends) for track in curved(self.model)]
+        some = self.poses[:: max(1, len(self.poses) // 200)]
+        points = [drawn.line.at(some) for drawn in self.shown]
         points += [np.array([at.x, at.y]) for at in pivots(self.model)]
-        points += [ring.at(self.poses[0]) for ring in rings(self.model)]
-        return box_around(points)
+        return box_around([self.track, *points])
+
+    @cached_property
+    def shown(self) -> list[Drawn]:
+        """Curves, bodies and circles, as lines."""
+        return [own for own in drawn_lines(self.scene, self.model) if own.kind in SHOWN]
 
     @cached_property
     def unit(self) -> tuple[float, str]:
@@ -88,37 +84,25 @@ class Posed:
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
         """Draw curves, bodies and pivots on the ground at a sample."""
-        factor, model, q = self.unit[0], self.model, self.poses[index]
-        for track in curved(model):
-            axes.plot(*(factor * curve_line(track).at(q)).T, color=PURPLE, linewidth=1.0, zorder=1)
-        for i, body in enumerate(self.scene.bodies):
-            own = model.parts_of(body)
-            walls = [c for c in walled(model) if c.guide.part in own]
-            lines = [wall for channel in walls for wall in wall_lines(model, channel)]
-            look = _WALL if walls else _body_style(self.scene, body, i)
-            for line in lines or body_lines(self.scene, model, body):
-                axes.plot(*(factor * line.at(q)).T, **look, alpha=alpha)
-        for ring in rings(model):
-            axes.plot(*(factor * ring.at(q)).T, color=GREY, linewidth=sized(1.2), alpha=alpha,
-                      zorder=3)  # fmt: skip
-        for at in pivots(model):
+        factor, q = self.unit[0], self.poses[index]
+        for own in self.shown:
+            axes.plot(*(factor * own.line.at(q)).T, **_look(self.scene, own), alpha=alpha)
+        for at in pivots(self.model):
             axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
                       markersize=sized(7), zorder=5)  # fmt: skip
 
     def body_legend(self) -> list[Line2D]:
         """Entries for bodies, guides and curves."""
-        scene, model = self.scene, self.model
-        with_walls = {model.parts[channel.guide.part].body for channel in walled(model)}
-        handles = []
-        for i, body in enumerate(scene.bodies):
-            if body in with_walls:
-                handles.append(Line2D([], [], label=f"walls of {body}", **_WALL))
-                continue
-            handles.append(Line2D([], [], label=body, **_body_style(scene, body, i)))
-        if curved(model):
-            label = "track" if model.slots else "curve"
-            handles.append(Line2D([], [], color=PURPLE, linewidth=1.0, label=label))
-        return handles
+        curve = "track" if self.model.slots else "curve"
+        bodies, curves = {}, {}
+        for own in self.shown:
+            look, body = _look(self.scene, own), own.line.name
+            if own.kind in BODIES:
+                label = f"walls of {body}" if own.kind == "wall" else body
+                bodies[body] = Line2D([], [], label=label, **look)
+            elif own.kind == "curve":
+                curves[curve] = Line2D([], [], label=curve, **look)
+        return [*bodies.values(), *curves.values()]
 
 
 @dataclass(frozen=True)
@@ -144,10 +128,10 @@ class Sketch(Posed):
 
     def name_points(self, axes: Axes, index: int) -> None:
         """Mark and name, as the paper does, the origin O, P in the one slot, and S."""
-        points = {"O": np.zeros(2), "S": self.track[index]}
-        if len(self.model.slots) == 1:
-            at = self.model.slots[0].anchor
-            points["P"] = np.asarray(anchor_position(at, self.result.poses[index]))
+        points = {
+            name: np.asarray(anchor_position(anchor, self.poses[index]))
+            for name, anchor in named_points(self.scene, self.model).items()
+        }
         for name, place in points.items():
             shown = self.unit[0] * place
             axes.plot(*shown, _MARKS[name], color=BLACK, markersize=sized(4), zorder=6)
@@ -156,7 +140,7 @@ class Sketch(Posed):
                 continue
             axes.annotate(
                 ", ".join(sorted(together)),
-                shown,
+                (shown[0], shown[1]),
                 xytext=(0, sized(5)),
                 textcoords="offset points",
                 ha="center",
@@ -188,17 +172,16 @@ class Sketch(Posed):
         return handles
 
 
-def body_colour(number: int) -> str:
-    """Colour of a body, by its number in the scene."""
-    return _BODY_COLOURS[number % len(_BODY_COLOURS)]
-
-
-def _body_style(scene: Scene, body: str, number: int) -> dict[str, Any]:
-    """Guides are broad and pale, so that what slides in them is seen; hinges are dots."""
-    if body in guides(scene):
-        return {"color": "#C9C9C9", "linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2}
-    style: dict[str, Any] = {"color": body_colour(number), "linewidth": sized(2.2), "zorder": 4}
-    if is_flexible(scene, body):
-        style |= {"linewidth": 1.5, "marker": ".", "markersize": sized(3)}
-    dots = {"marker": "o", "markersize": sized(4)}
-    return style | (dots if isinstance(scene.bodies[body], RigidBody) else {})
+def _look(scene: Scene, own: Drawn) -> dict[str, Any]:
+    """How a line is drawn; points of rigid bodies and hinges are dots."""
+    looks: dict[str, dict[str, Any]] = {
+        "curve": {"linewidth": 1.0, "zorder": 1},
+        "wall": {"linewidth": 2.0, "zorder": 2},
+        "guide": {"linewidth": sized(7), "solid_capstyle": "butt", "zorder": 2},
+        "ring": {"linewidth": sized(1.2), "zorder": 3},
+        "bar": {"linewidth": sized(2.2), "zorder": 4},
+        "link": {"linewidth": 1.5, "marker": ".", "markersize": sized(3), "zorder": 4},
+    }
+    if own.kind == "bar" and isinstance(scene.bodies[own.line.name], RigidBody):
+        looks["bar"] |= {"marker": "o", "markersize": sized(4)}
+    return {"color": own.colour, **looks[own.kind]}

@@ -20,16 +20,17 @@ from exudyn_flexlink.plots.frame import Words, framed_figure, settle
 from exudyn_flexlink.plots.labels import Labels
 from exudyn_flexlink.plots.outline import (
     acting_marks,
+    body_colour,
     coil,
     curve_line,
     face_line,
     faces,
-    guides,
+    is_guide,
     joint_marks,
     spring_lines,
 )
 from exudyn_flexlink.plots.panels import sized
-from exudyn_flexlink.plots.sketch import Posed, body_colour
+from exudyn_flexlink.plots.sketch import Posed
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, ORANGE, RED, SCREEN, Style, styled
 from exudyn_flexlink.scene import Scene
 
@@ -175,10 +176,10 @@ def _name(axes: Axes, posed: Posed) -> None:
     if marks:
         symbols = np.stack([_place(posed, mark.anchor) for mark in marks])
         labels.keep_free(factor * symbols, sized(SYMBOL))
-    for i, (body, own) in enumerate(lines.items()):
+    for body, own in lines.items():
         longest = max(own, key=lambda points: float(np.ptp(points, axis=0).max()))
         place = (longest[0] + longest[-1]) / 2
-        colour = GREY if body in guides(posed.scene) else body_colour(i)
+        colour = GREY if is_guide(posed.scene, body) else body_colour(posed.scene, body)
         labels.write(body, factor * place, place - middle, color=colour, weight="bold")
     named = _named_points(posed)
     small = float(mpl.rcParams["legend.fontsize"]) - 2
