@@ -25,8 +25,7 @@ from exudyn_flexlink.plots.outline import (
     named_points,
     pivots,
 )
-from exudyn_flexlink.plots.panels import horizon
-from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN
+from exudyn_flexlink.plots.panels import colours_of_both, horizon
 from exudyn_flexlink.result import Result
 
 KINDS = ("curve", "face", "wall", "guide", "spring", "ring", "spoke", "bar", "link")
@@ -168,16 +167,14 @@ def film_of(
 
 
 def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) -> tuple[Take, ...]:
-    """One run in the colours of its bodies; two in those of their engines, or two others."""
+    """One run in the colours of its bodies, or two, each in a colour of its own."""
     if other is None:
         return (Take(result, result.engine, None),)
     first, second = names or (result.engine, other.engine)
-    colours = [ENGINE_COLOURS.get(run.engine, BLACK) for run in (result, other)]
-    if colours[0] == colours[1]:
-        colours = [GREEN, BLACK]
     if first == second:
         first, second = f"{first} (first)", f"{second} (second)"
-    return Take(result, first, colours[0]), Take(other, second, colours[1])
+    one, two = colours_of_both(result, other)
+    return Take(result, first, one), Take(other, second, two)
 
 
 def _mistakes_of_times(

@@ -7,6 +7,7 @@ import numpy as np
 from exudyn_flexlink.animation.film import Film, Take
 from exudyn_flexlink.animation.zooms import zooms_of
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.plots.outline import walled
 
 PRECISE = 1 / 4000  # of the picture: nothing is drawn finer than a pixel of a large screen
 OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger
@@ -28,7 +29,7 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
     values = (poses * np.stack([np.ones_like(reach), np.ones_like(reach), reach], axis=1)).reshape(
         len(times), -1
     )
-    plays = [channel.clearance for channel in take.model.channels if channel.clearance > 0]
+    plays = [channel.clearance for channel in walled(take.model)]
     plays += [bearing.distance for bearing in take.model.bearings]
     allowed = min([PRECISE * film.size, *(OF_CLEARANCE * play for play in plays)])
     parts = _parts_allowed(film, take, times)

@@ -18,7 +18,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     pairs,
 )
-from exudyn_flexlink.plots.outline import Line, through
+from exudyn_flexlink.plots.outline import Line, through, walled
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,11 @@ def touching_of(film: Film, take: Take) -> list[Touching]:
         own = histories[contact.name]
         inside = _within(own.touches, film)
         found.append(Touching(contact.name, inside, contact, None, own.force[:, None]))
-    for channel in model.channels:
-        if channel.clearance > 0:
-            sleeve = result.sleeves[channel.name]
-            places = through(channel.name, *(pair.point for pair in pairs(channel)))
-            inside = _within(sleeve.touches, film)
-            found.append(Touching(channel.name, inside, None, places, sleeve.force))
+    for channel in walled(model):
+        sleeve = result.sleeves[channel.name]
+        places = through(channel.name, *(pair.point for pair in pairs(channel)))
+        inside = _within(sleeve.touches, film)
+        found.append(Touching(channel.name, inside, None, places, sleeve.force))
     return found
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.animation.film import Film, Take
-from exudyn_flexlink.animation.look import BESIDE, ROOM, ROOM_AT_FACE, STRIKE_PART
+from exudyn_flexlink.animation.look import BESIDE, ROOM_AT_FACE, STRIKE_PART
 from exudyn_flexlink.animation.touches import Touching, touching_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
@@ -22,6 +22,7 @@ from exudyn_flexlink.mechanism import (
     turned,
 )
 from exudyn_flexlink.plots.outline import faces, walled
+from exudyn_flexlink.plots.sleeve import ROOM
 
 MOST_FACES = 2  # of as many struck faces each has a zoom: those of more would hide the mechanism
 ROOM_ALONG = 1.5  # of where touches are along a face: the length of it that is seen

@@ -4,7 +4,6 @@
 say where each stands; nothing is computed in them.
 """
 
-from exudyn_flexlink.page.rendering import is_page, page_of
-from exudyn_flexlink.page.writing import PAGE, write_page
+from exudyn_flexlink.page.rendering import PAGE, is_page, page_of, write_page
 
 __all__ = ["PAGE", "is_page", "page_of", "write_page"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
+from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -12,7 +13,11 @@ from exudyn_flexlink.page.moving import policy_of
 from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.storage import replace_file
 from exudyn_flexlink.versions import THIS, version_of
+
+PAGE = "report.html"
+"""Name of the page in the folder of its run."""
 
 GENERATOR = "exudyn-flexlink report"
 """How a page says that this program wrote it."""
@@ -42,6 +47,16 @@ def page_of(result: Result) -> str:
         model_link=f"data:text/yaml;base64,{b64encode(model).decode('ascii')}",
         program=f"{THIS} {version_of(THIS)}",
     )
+
+
+def write_page(result: Result, file: Path, *, force: bool = False) -> None:
+    """Write the page of a run; one that stands there is replaced, another file only with `force`.
+
+    Raises:
+        StorageError: the file may not be replaced, or can't be written.
+
+    """
+    replace_file(file, page_of(result).encode("utf-8"), is_page, force=force)
 
 
 def is_page(content: bytes) -> bool:

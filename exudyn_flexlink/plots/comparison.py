@@ -18,7 +18,7 @@ from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
 from exudyn_flexlink.plots.panels import (
     BEYOND,
     along,
-    engine_colour,
+    colours_of_both,
     legend_outside,
     length_unit,
     letter,
@@ -86,13 +86,8 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
 
 
 def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The first run is a broad pale band, on which the second is a thin line.
-
-    Two engines have their own colours; two runs of one engine have neither of them.
-    """
-    one, other = engine_colour(compared.first.result), engine_colour(compared.second.result)
-    if one == other:
-        one, other = GREEN, BLACK
+    """The first run is a broad pale band, on which the second is a thin line."""
+    one, other = colours_of_both(compared.first.result, compared.second.result)
     line = float(mpl.rcParams["lines.linewidth"])
     return (
         {"color": one, "linewidth": 2.6 * line, "alpha": 0.45},

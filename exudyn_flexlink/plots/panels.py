@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, turns
-from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, SCREEN
+from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN, SCREEN
 from exudyn_flexlink.result import Result
 
 BEYOND: dict[str, Any] = {"color": "#C9B8D8", "alpha": 0.45, "linewidth": 0}
@@ -37,6 +37,12 @@ BACK = 1e-6  # rad: a crank that goes back by no more goes forward
 def engine_colour(result: Result) -> str:
     """Colour of the result's engine; black for one without a colour of its own."""
     return ENGINE_COLOURS.get(result.engine, BLACK)
+
+
+def colours_of_both(first: Result, second: Result) -> tuple[str, str]:
+    """Colours of two runs over each other: of their engines, or of one engine two others."""
+    one, other = engine_colour(first), engine_colour(second)
+    return (one, other) if one != other else (GREEN, BLACK)
 
 
 def letter(panels: Iterable[Axes]) -> None:
