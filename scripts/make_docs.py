@@ -79,6 +79,12 @@ def gif_of(run: str, *options: str) -> tuple[str, ...]:
     return (*PROGRAM, "animate", f"{OUT}/{run}", *smooth, *options)
 
 
+def measured(name: str, takes: str, *arguments: str, sample: tuple[str, ...] = ()) -> Item:
+    """A script that prints a table, all of the same name; `sample` are its cheap arguments."""
+    cheap = script(name, *sample) if sample else ()
+    return Item(name, takes, (script(name, *arguments),), table=f"tables/{name}.md", sample=cheap)
+
+
 STUDY = (*PROGRAM, "accuracy", "models/no_clearance.yaml", "--set", "run.turns=2",
          "--set", "bodies.link.hinges.stiffness=beam", "--budget", "90")  # fmt: skip
 SWEEP = (*PROGRAM, "sweep", "no_clearance", "--vary", "drives.motor.value=5:15:11",
@@ -153,46 +159,41 @@ ITEMS = (
         ((*STABLE, "--quiet", "--out", f"{OUT}/stability"),),
         {"stability.png": "stability/stability.png"},
     ),
-    Item(
-        "paper_stability",
-        "5 min",
-        (script("paper_stability"),),
-        table="tables/paper_stability.md",
-    ),
+    measured("paper_stability", "5 min"),
     Item(
         "stability_map",
         "20 min",
         (
-            script("stability_map", "--speeds", "2", "5", "10", "20", "40",
-                   "--clearances", "0", "1", "5", "--out", OUT, "--work", f"{OUT}/work"),
+            script(
+                "stability_map",
+                "--speeds",
+                "2",
+                "5",
+                "10",
+                "20",
+                "40",
+                "--clearances",
+                "0",
+                "1",
+                "5",
+                "--out",
+                OUT,
+                "--work",
+                f"{OUT}/work",
+            ),
         ),
         {"stability_map.png": "stability_map.png"},
         "tables/stability_map.md",
     ),
-    Item(
-        "published_exponents",
-        "15 min",
-        (script("published_exponents"),),
-        table="tables/published_exponents.md",
-    ),
-    Item(
-        "clearance_statements",
-        "1 min",
-        (script("clearance_statements"),),
-        table="tables/clearance_statements.md",
-    ),
+    measured("published_exponents", "15 min"),
+    measured("clearance_statements", "1 min"),
     Item(
         "closing_clearance",
         "5 min",
         (script("closing_clearance", "--out", OUT),),
         {"closing_clearance.png": "closing_clearance.png"},
     ),
-    Item(
-        "clearance_limits",
-        "30 min",
-        (script("clearance_limits", "--speeds", "100", "10"),),
-        table="tables/clearance_limits.md",
-    ),
+    measured("clearance_limits", "30 min", "--speeds", "100", "10"),
     Item(
         "beam_against_rods",
         "3 min",
@@ -207,26 +208,9 @@ ITEMS = (
         {name: name for name in ("penalty_to_impulse.png", "rods_and_strike.png")},
         "tables/impact_models.md",
     ),
-    Item(
-        "tolerance",
-        "15 min",
-        (script("tolerance", "--engine", "exudyn", "lagrangian"),),
-        table="tables/tolerance.md",
-    ),
-    Item(
-        "loop_tolerance",
-        "3 min",
-        (script("loop_tolerance"),),
-        table="tables/loop_tolerance.md",
-        sample=script("loop_tolerance", "--models", "textbook/double_pendulum"),
-    ),
-    Item(
-        "promises",
-        "5 min",
-        (script("promises"),),
-        table="tables/promises.md",
-        sample=script("promises", "--only", "frequencies"),
-    ),
+    measured("tolerance", "15 min", "--engine", "exudyn", "lagrangian"),
+    measured("loop_tolerance", "3 min", sample=("--models", "textbook/double_pendulum")),
+    measured("promises", "5 min", sample=("--only", "frequencies")),
     Item(
         "verify",
         "2 min",
@@ -243,20 +227,13 @@ ITEMS = (
         "tables/accuracy.txt",
     ),
     Item("sweep", "2 min", (SWEEP, SWEPT), {"sweep.png": "speeds/sweep.png"}),
-    Item("sweep_speed", "10 min", (script("sweep_speed"),), table="tables/sweep_speed.md"),
-    Item("benchmark", "5 min", (script("benchmark", "--markdown"),), table="tables/benchmark.md"),
-    Item("told_errors", "15 min", (script("told_errors", "--count", "20"),),
-         table="tables/told_errors.md"),
-    Item(
-        "hard_cases",
-        "5 min",
-        (script("hard_cases", "--quick"),),
-        table="tables/hard_cases.md",
-        sample=script("hard_cases", "--quick", "--only", "tip", "two_contacts"),
-    ),
-    Item("random_scenes", "5 min", (script("random_scenes"),), table="tables/random_scenes.md"),
-    Item("many_turns", "90 min", (script("many_turns"),), table="tables/many_turns.md"),
-)  # fmt: skip
+    measured("sweep_speed", "10 min"),
+    measured("benchmark", "5 min", "--markdown"),
+    measured("told_errors", "15 min", "--count", "20"),
+    measured("hard_cases", "5 min", "--quick", sample=("--quick", "--only", "tip", "two_contacts")),
+    measured("random_scenes", "5 min"),
+    measured("many_turns", "90 min"),
+)
 
 
 def output_of(command: tuple[str, ...], out: Path) -> tuple[str, int]:
