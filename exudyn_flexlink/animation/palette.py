@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-Pixels = NDArray[np.uint8]
+from exudyn_flexlink.animation.picture import Pixels
 
 COLOURS = 64  # lines on white need few
 KEPT = 12  # the most frequent colours stay as they are: white stays white

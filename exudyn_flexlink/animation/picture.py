@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from typing import Any
 
 import matplotlib as mpl
@@ -77,11 +76,6 @@ class Picture:
 
     def __len__(self) -> int:
         return len(self._frames.times)
-
-    def frames(self) -> Iterator[Pixels]:
-        """All frames in order, (height, width, 3) each."""
-        for frame in range(len(self)):
-            yield self.frame(frame)
 
     def frame(self, frame: int) -> Pixels:
         """One frame, (height, width, 3)."""

@@ -14,15 +14,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, FilmError
 from exudyn_flexlink.animation.html import GENERATOR, page
 from exudyn_flexlink.animation.palette import Palette
-from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.picture import Picture, Pixels
 from exudyn_flexlink.animation.speed import frames_of, usual_speed
 
-Pixels = NDArray[np.uint8]
 Progress = Callable[[float], None]
 
 GIF_FPS, VIDEO_FPS = 20.0, 30.0
@@ -182,7 +180,7 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
 
 def _counted(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
     """The frames in order, telling the part that is done."""
-    for number, own in enumerate(picture.frames(), start=1):
-        yield own
+    for frame in range(len(picture)):
+        yield picture.frame(frame)
         if progress is not None:
-            progress(number / len(picture))
+            progress((frame + 1) / len(picture))

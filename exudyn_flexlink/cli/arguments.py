@@ -108,7 +108,7 @@ def _add_simulate(commands: Any) -> None:
     parser = add_command(
         commands,
         "simulate",
-        "simulating.simulate_command",
+        "simulating",
         "simulate a model, save its results and draw its figures",
         """\
         exudyn-flexlink simulate no_clearance
@@ -142,7 +142,7 @@ def _add_compare(commands: Any) -> None:
     parser = add_command(
         commands,
         "compare",
-        "comparing.compare_command",
+        "comparing",
         "compare both engines on a model, or a model with and without an effect",
         """\
         exudyn-flexlink compare smooth --set run.turns=2 --tolerance 1e-5
@@ -167,7 +167,7 @@ def _add_accuracy(commands: Any) -> None:
     parser = add_command(
         commands,
         "accuracy",
-        "studying.accuracy_command",
+        "studying",
         "study what accuracy costs in a model: error over processor time, and what limits it",
         """\
         exudyn-flexlink accuracy smooth
@@ -198,7 +198,7 @@ def _add_check(commands: Any) -> None:
     parser = add_command(
         commands,
         "check",
-        "commands.check_command",
+        "commands",
         "check a model without simulating it: parts, effects, frequencies, steps, formulation",
         """\
         exudyn-flexlink check no_clearance
@@ -219,7 +219,7 @@ def _add_verify(commands: Any) -> None:
     parser = add_command(
         commands,
         "verify",
-        "verifying.verify_command",
+        "verifying",
         "run benchmarks and hold the results against published numbers",
         """\
         exudyn-flexlink verify
@@ -254,7 +254,7 @@ def _add_new(commands: Any) -> None:
     parser = add_command(
         commands,
         "new",
-        "copying.new_command",
+        "copying",
         "copy a model that comes with the program, to change it",
         """\
         exudyn-flexlink new
@@ -288,7 +288,7 @@ def _add_completion(commands: Any) -> None:
     parser = add_command(
         commands,
         "completion",
-        "completing.completion_command",
+        "completing",
         "print a script with which a shell completes commands, options and models",
         """\
         exudyn-flexlink completion bash
@@ -301,7 +301,7 @@ def _add_schema(commands: Any) -> None:
     parser = add_command(
         commands,
         "schema",
-        "commands.schema_command",
+        "commands",
         "print the JSON schema of model files, which editors complete and check with",
         """\
         exudyn-flexlink schema

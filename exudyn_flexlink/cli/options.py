@@ -125,12 +125,11 @@ def _figure_file(text: str) -> Path:
 
 
 def add_command(
-    commands: Any, name: str, function: str, about: str, examples: str
+    commands: Any, name: str, module: str, about: str, examples: str
 ) -> argparse.ArgumentParser:
-    """Add a command with its examples.
+    """Add a command with its examples; ``NAME_command`` of a module of this room carries it out.
 
-    `function` names what carries it out, such as ``simulating.simulate_command``: it is imported
-    when it is called, since much of this program takes longer to import than a help text to print.
+    That is imported when it is called: it takes much longer than to print a help text.
     """
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
@@ -140,14 +139,13 @@ def add_command(
     )
     called = parser.prog.removesuffix(f" {name}")
     parser.epilog = "examples:\n" + examples.replace(f"        {PROGRAM}", f"  {called}")
-    parser.set_defaults(command=partial(_carried_out, function))
+    parser.set_defaults(command=partial(_carried_out, module, f"{name}_command"))
     return parser
 
 
-def _carried_out(function: str, options: argparse.Namespace) -> int:
-    module, _, name = function.partition(".")
+def _carried_out(module: str, function: str, options: argparse.Namespace) -> int:
     try:
-        code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), name)(options)
+        code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), function)(options)
     except Exception as error:
         from exudyn_flexlink.cli.refusing import REFUSALS
 

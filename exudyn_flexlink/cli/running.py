@@ -86,6 +86,15 @@ COMPILING = {
 }
 
 
+def compiling(scene: Scene, engine: str, options: argparse.Namespace) -> str:
+    """Say what goes on before the first run, if that takes long; empty if nothing does."""
+    kind = "none" if options.quiet else engines.compiles(scene, engine)
+    if kind == "none":
+        return ""
+    complain(f"hint: {COMPILING[kind]}")
+    return "compiling"
+
+
 def run(
     scene: Scene,
     engine: str,
@@ -103,10 +112,7 @@ def run(
 
     """
     with refusals(scene, engine, options):
-        compiles = "none" if options.quiet else engines.compiles(scene, engine)
-        if compiles != "none":
-            complain(f"hint: {COMPILING[compiles]}")
-        before = "" if compiles == "none" else "compiling"
+        before = compiling(scene, engine, options)
         try:
             with progress_bar(options.quiet, what, before) as progress, ends_runs():
                 result = engines.simulate(scene, engine, progress, measure=False, retries=retries)

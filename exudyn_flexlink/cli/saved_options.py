@@ -26,7 +26,7 @@ def add_plot(commands: Any) -> None:
     parser = add_command(
         commands,
         "plot",
-        "commands.plot_command",
+        "commands",
         "draw the figures of a saved run, or of a sweep, again",
         """\
         exudyn-flexlink plot runs/no_clearance
@@ -52,7 +52,7 @@ def add_report(commands: Any) -> None:
     parser = add_command(
         commands,
         "report",
-        "reporting.report_command",
+        "reporting",
         "write the report of a saved run as one page of HTML, which loads nothing else",
         """\
         exudyn-flexlink report runs/no_clearance
@@ -74,7 +74,7 @@ def add_animate(commands: Any) -> None:
     parser = add_command(
         commands,
         "animate",
-        "animating.animate_command",
+        "animating",
         "animate a saved run: a video, a GIF, and a page to play and step through it",
         """\
         exudyn-flexlink animate runs/no_clearance

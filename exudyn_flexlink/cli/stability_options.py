@@ -23,7 +23,7 @@ def add_stability(commands: Any) -> None:
     parser = add_command(
         commands,
         "stability",
-        "stability.stability_command",
+        "stability",
         "tell whether a motion repeats itself, and how fast neighbouring motions part",
         """\
         exudyn-flexlink stability no_clearance --engine lagrangian

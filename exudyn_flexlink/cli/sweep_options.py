@@ -22,7 +22,7 @@ def add_sweep(commands: Any) -> None:
     parser = add_command(
         commands,
         "sweep",
-        "sweeping.sweep_command",
+        "sweeping",
         "simulate a model at many points, each a row of one table",
         """\
         exudyn-flexlink sweep no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2

@@ -14,8 +14,8 @@ from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
 from exudyn_flexlink.cli.naming import run_name
 from exudyn_flexlink.cli.running import (
-    COMPILING,
     changed,
+    compiling,
     hint_at_numba,
     read_scene,
     refuse_idle_integrator,
@@ -159,9 +159,8 @@ def _swept(
         if journal.known and not options.quiet:
             rest = "going on with the rest" if len(journal.known) < len(plan) else "none is missing"
             complain(f"{len(journal.known)} of {len(plan)} rows are there; {rest}")
-        with progress_bar(
-            options.quiet, _progress(made, len(plan)), _compiles(plan, options)
-        ) as bar:
+        before = compiling(plan.scene, plan.engine, options)
+        with progress_bar(options.quiet, _progress(made, len(plan)), before) as bar:
             engines.compile_once(plan.scene, plan.engine)
 
             def keep(row: Row, count: int) -> None:
@@ -179,16 +178,6 @@ def _progress(count: Counter[str], points: int) -> str:
     """Rows that are there, and how many have no numbers."""
     failed = f", {count[FAILED_ROW]} failed" if count[FAILED_ROW] else ""
     return f"sweep: {count.total()} of {points} runs{failed}"
-
-
-def _compiles(plan: Sweep, options: argparse.Namespace) -> str:
-    """Say what goes on before the first run, if that takes long; empty if nothing does."""
-    kind = engines.compiles(plan.scene, plan.engine)
-    if kind == "none":
-        return ""
-    if not options.quiet:
-        complain(f"hint: {COMPILING[kind]}")
-    return "compiling"
 
 
 def _write(plan: Sweep, table: SweepTable, folder: Path, options: argparse.Namespace) -> int:

@@ -60,8 +60,7 @@ class Ending:
     """How the run ended: in a word, and if it stopped why, and what to try."""
 
     word: str
-    completed: bool
-    why: Sequence[str]
+    why: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -111,9 +110,9 @@ def contents_of(result: Result) -> Contents:
 def _ending(result: Result) -> Ending:
     outcome = result.outcome
     if outcome.completed:
-        return Ending("Completed", True, [])
+        return Ending("Completed")
     word = "Interrupted" if outcome.reason == INTERRUPTED else "Stopped before its end"
-    return Ending(word, False, failure_text(result).split("\n"))
+    return Ending(word, failure_text(result).split("\n"))
 
 
 def _facts(result: Result) -> Table:

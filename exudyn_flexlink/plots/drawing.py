@@ -24,7 +24,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
-from exudyn_flexlink.plots.panels import columns_of, horizon, letter
+from exudyn_flexlink.plots.panels import horizon, legend_outside, letter
 from exudyn_flexlink.plots.sketch import Sketch
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
@@ -114,10 +114,7 @@ def _place_legend(grid: NDArray[Any], handles: list[Line2D], style: Style) -> No
     elif not grid[-1, -1].axison:
         grid[-1, -1].legend(handles=handles, loc="center left", bbox_to_anchor=(0.0, 0.5))
     else:
-        names = [str(handle.get_label()) for handle in handles]
-        figure = grid[-1, 0].figure
-        ncols = columns_of(names, figure, part=0.95)
-        figure.legend(handles=handles, loc="outside lower center", ncols=ncols)
+        legend_outside(grid[0, 0], below=True, handles=handles)
 
 
 def _first_strike(result: Result) -> Strike | None:

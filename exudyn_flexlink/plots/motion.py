@@ -134,10 +134,7 @@ def polar(result: Result, *, style: Style = SCREEN) -> Figure | None:
     factor, unit = length_unit(float(np.max(radius)))
     draw_radius(axes, result, factor * radius)
     radial_scale(axes, factor * radius, f"distance OS ({unit})")
-    if style.narrow:
-        figure.legend(loc="outside lower center", ncols=2)
-    else:
-        legend_outside(axes, 1.12)
+    legend_outside(axes, 1.12, below=True)
     return figure
 
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import crank_angle, turns
-from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN, SCREEN
+from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, GREEN, NARROW, SCREEN
 from exudyn_flexlink.result import Result
 
 BEYOND: dict[str, Any] = {"color": "#C9B8D8", "alpha": 0.45, "linewidth": 0}
@@ -25,7 +25,6 @@ BEYOND_LINE: dict[str, Any] = {
 }
 """and along a line."""
 
-NARROW = 5.0  # inches: a figure as narrow has no room for a legend beside its axes
 LETTERS = 118  # that fit into an inch of legend, over the points of their font
 HANDLE = 6  # letters that the sample of a line takes in a legend
 COINCIDE = 0.01  # of the room of both: lines nearer than this hide each other
@@ -58,17 +57,21 @@ def is_narrow(figure: Any) -> bool:
     return bool(figure.get_figwidth() < NARROW)
 
 
-def legend_outside(axes: Axes, left: float = 1.01, **more: Any) -> None:
+def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **more: Any) -> None:
     """Put the legend, if there is anything to say, off the data.
 
-    Right of the axes, from `left` axes widths; in a narrow figure above them. `more` is for
-    ``Axes.legend``, such as other `handles`.
+    Right of the axes, from `left` axes widths; in a narrow figure above them, or `below` the
+    figure. `more` is for ``Axes.legend``, such as other `handles`.
     """
-    labels = [h.get_label() for h in more["handles"]] if "handles" in more else None
-    labels = axes.get_legend_handles_labels()[1] if labels is None else labels
+    handles = more.setdefault("handles", axes.get_legend_handles_labels()[0])
+    labels = [str(handle.get_label()) for handle in handles]
     if not labels:
         return
-    figure = axes.figure
+    figure: Any = axes.figure
+    if is_narrow(figure) and below:
+        ncols = columns_of(labels, figure, part=0.95)
+        figure.legend(**more, loc="outside lower center", ncols=ncols)
+        return
     if not is_narrow(figure):
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (left, 1.0)}
     else:

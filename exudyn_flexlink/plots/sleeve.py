@@ -145,10 +145,7 @@ def guide_contact(result: Result, *, style: Style = SCREEN) -> Figure | None:
         handles, labels = axes.get_legend_handles_labels()
         known |= dict(zip(labels, handles, strict=True))
     letter(panels)
-    if style.narrow:
-        figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=2)
-    else:
-        panels[0].legend(known.values(), known.keys(), loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    legend_outside(panels[0], below=True, handles=list(known.values()))
     return figure
 
 

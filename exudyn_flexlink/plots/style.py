@@ -34,23 +34,29 @@ _SHARED: dict[str, Any] = {
 }
 
 
+NARROW = 5.0  # inches: a figure less wide has no room for a legend beside its axes
+
+
 @dataclass(frozen=True)
 class Style:
     """Where figures are for: `width` (inches), `scale` of heights, font sizes and lines (points).
 
-    `titled` figures have a title above and a caption below; in print the page has these. A figure
-    without room beside its axes, `narrow`, has its legends above them.
+    `titled` figures have a title above and a caption below; in print the page has these.
     """
 
     name: str
     width: float
     scale: float
     titled: bool
-    narrow: bool
     font: float
     small: float
     line: float
     dpi: int
+
+    @property
+    def narrow(self) -> bool:
+        """Whether figures have no room beside their axes: legends stand above these then."""
+        return self.width < NARROW
 
     @property
     def rc(self) -> dict[Any, Any]:
@@ -70,9 +76,9 @@ class Style:
         }
 
 
-SCREEN = Style("screen", 8.0, 1.0, titled=True, narrow=False, font=10, small=9, line=1.3, dpi=150)
+SCREEN = Style("screen", 8.0, 1.0, titled=True, font=10, small=9, line=1.3, dpi=150)
 COLUMN = 86 / 25.4  # inches: one of a journal's two columns
-PRINT = Style("print", COLUMN, 0.6, titled=False, narrow=True, font=8, small=7, line=0.9, dpi=300)
+PRINT = Style("print", COLUMN, 0.6, titled=False, font=8, small=7, line=0.9, dpi=300)
 STYLES = {style.name: style for style in (SCREEN, PRINT)}
 
 
