@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from functools import partial
 from importlib import import_module
+from inspect import cleandoc
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
@@ -125,22 +128,24 @@ def _figure_file(text: str) -> Path:
 
 
 def add_command(
-    commands: Any, name: str, module: str, about: str, examples: str
-) -> argparse.ArgumentParser:
-    """Add a command with its examples; ``NAME_command`` of a module of this room carries it out.
+    commands: Any, name: str, module: str, add_options: Callable[[argparse.ArgumentParser], None]
+) -> None:
+    """Add a command: the docstring of what adds its options is its help, with examples.
 
-    That is imported when it is called: it takes much longer than to print a help text.
+    ``NAME_command`` of a module of this room carries it out. That is imported when it is called: it
+    takes much longer than to print a help text.
     """
+    about, _, examples = cleandoc(add_options.__doc__ or "").partition("\n\n")
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
-        help=about,
-        description=about[0].upper() + about[1:] + ".",
+        help=about[0].lower() + about[1:].rstrip("."),
+        description=about,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     called = parser.prog.removesuffix(f" {name}")
-    parser.epilog = "examples:\n" + examples.replace(f"        {PROGRAM}", f"  {called}")
+    parser.epilog = "examples:\n" + indent(examples, "  ").replace(PROGRAM, called)
     parser.set_defaults(command=partial(_carried_out, module, f"{name}_command"))
-    return parser
+    add_options(parser)
 
 
 def _carried_out(module: str, function: str, options: argparse.Namespace) -> int:

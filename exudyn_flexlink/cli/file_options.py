@@ -1,4 +1,4 @@
-"""Commands on what is saved: `plot`, `report` and `animate`, with their options."""
+"""Commands on files: saved runs, models to copy, the schema, completion; their options and help."""
 
 from __future__ import annotations
 
@@ -6,34 +6,25 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink.cli.completing import FILE, FOLDER, completes
-from exudyn_flexlink.cli.options import (
-    add_command,
-    add_figures,
-    add_force,
-    add_formats,
-    add_out,
-)
-from exudyn_flexlink.cli.values import count, instant, names, rate
+from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL, SHELLS, completes
+from exudyn_flexlink.cli.options import add_figures, add_force, add_formats, add_out
+from exudyn_flexlink.cli.values import count, instant, names, rate, shipped_model
 
+NEW_MODEL = "no_clearance"
+"""What `new` copies if nothing is named."""
 PAGE_ENDINGS = (".html", ".htm")
 ANIMATIONS = ("mp4", "gif", "html")
 """Formats of `animation`, which is too slow to import for a help text."""
 
 
-def add_plot(commands: Any) -> None:
-    """Add the command `plot`."""
-    parser = add_command(
-        commands,
-        "plot",
-        "commands",
-        "draw the figures of a saved run, or of a sweep, again",
-        """\
-        exudyn-flexlink plot runs/no_clearance
-        exudyn-flexlink plot runs/no_clearance --out figures
-        exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print
-        exudyn-flexlink plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes""",
-    )
+def plot_options(parser: argparse.ArgumentParser) -> None:
+    """Draw the figures of a saved run, or of a sweep, again.
+
+    exudyn-flexlink plot runs/no_clearance
+    exudyn-flexlink plot runs/no_clearance --out figures
+    exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print
+    exudyn-flexlink plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes
+    """
     _add_run(parser, "'simulate' or 'sweep'")
     add_out(parser, "DIR", "where to; default: that folder")
     parser.add_argument(
@@ -47,17 +38,12 @@ def add_plot(commands: Any) -> None:
     add_force(parser, "replace also figures that no run drew, or that were changed since")
 
 
-def add_report(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "report",
-        "reporting",
-        "write the report of a saved run as one page of HTML, which loads nothing else",
-        """\
-        exudyn-flexlink report runs/no_clearance
-        exudyn-flexlink report runs/no_clearance --out strike.html""",
-    )
+def report_options(parser: argparse.ArgumentParser) -> None:
+    """Write the report of a saved run as one page of HTML, which loads nothing else.
+
+    exudyn-flexlink report runs/no_clearance
+    exudyn-flexlink report runs/no_clearance --out strike.html
+    """
     _add_run(parser, "'simulate'")
     out = parser.add_argument(
         "--out",
@@ -69,19 +55,14 @@ def add_report(commands: Any) -> None:
     add_force(parser, "replace the file also if it is no report, or was changed since")
 
 
-def add_animate(commands: Any) -> None:
-    """Add the command with its options."""
-    parser = add_command(
-        commands,
-        "animate",
-        "animating",
-        "animate a saved run: a video, a GIF, and a page to play and step through it",
-        """\
-        exudyn-flexlink animate runs/no_clearance
-        exudyn-flexlink animate runs/no_clearance --slow strike
-        exudyn-flexlink animate runs/no_clearance --slow strike:2 --from 1.5 --to 1.7 --format gif
-        exudyn-flexlink animate runs/clearance --with runs/no_clearance --format html""",
-    )
+def animate_options(parser: argparse.ArgumentParser) -> None:
+    """Animate a saved run: a video, a GIF, and a page to play and step through it.
+
+    exudyn-flexlink animate runs/no_clearance
+    exudyn-flexlink animate runs/no_clearance --slow strike
+    exudyn-flexlink animate runs/no_clearance --slow strike:2 --from 1.5 --to 1.7 --format gif
+    exudyn-flexlink animate runs/clearance --with runs/no_clearance --format html
+    """
     _add_run(parser, "'simulate'")
     other = parser.add_argument(
         "--with",
@@ -117,6 +98,55 @@ def add_animate(commands: Any) -> None:
     add_out(parser, "DIR", "where to; default: the folder of RUN")
     add_force(parser, "replace also files that this program did not write, or that were changed")
     parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def new_options(parser: argparse.ArgumentParser) -> None:
+    """Copy a model that comes with the program, to change it.
+
+    exudyn-flexlink new
+    exudyn-flexlink new clearance mine.yaml
+    exudyn-flexlink new spline_track dwells.yaml
+    exudyn-flexlink new --list
+    """
+    model = parser.add_argument(
+        "model",
+        nargs="?",
+        type=shipped_model,
+        default=NEW_MODEL,
+        metavar="MODEL",
+        help=f"its name, as '--list' tells it; default: {NEW_MODEL}",
+    )
+    completes(model, MODEL)
+    file = parser.add_argument(
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="FILE",
+        help="where to, a file or a folder; default: the model's name, here. What the model "
+        "needs, and the schema for editors, is put beside it",
+    )
+    completes(file, FILE)
+    parser.add_argument("--list", action="store_true", help="list all models with their titles")
+    add_force(parser, "replace files that stand there, too")
+
+
+def schema_options(parser: argparse.ArgumentParser) -> None:
+    """Print the JSON schema of model files, which editors complete and check with.
+
+    exudyn-flexlink schema
+    exudyn-flexlink schema --out flexlink.schema.json
+    """
+    add_out(parser, "FILE", "write it to this file")
+    add_force(parser, "replace the file also if it is no such schema")
+
+
+def completion_options(parser: argparse.ArgumentParser) -> None:
+    """Print a script with which a shell completes commands, options and models.
+
+    exudyn-flexlink completion bash
+    exudyn-flexlink completion zsh
+    """
+    parser.add_argument("shell", choices=SHELLS, help="the shell it is for")
 
 
 def _add_run(parser: argparse.ArgumentParser, commands: str) -> None:
