@@ -8,7 +8,7 @@ from math import isfinite
 
 import numpy as np
 
-from exudyn_flexlink.animation.slowing import Slow, Stretch, slowed
+from exudyn_flexlink.animation.slowing import Slow, Stretch, around, around_strikes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Mechanism, build_mechanism
 from exudyn_flexlink.observables import (
@@ -153,13 +153,16 @@ def film_of(
             if begin is not None or end is not None
             else "nothing to animate: the run has one instant only"
         )
-    found = slowed(result, slow)
-    mistakes += found.mistakes
+    asked: tuple[Stretch, ...] = ()
+    try:
+        asked = () if slow is None else around(result, slow)
+    except ValueError as error:
+        mistakes.append(str(error))
     if mistakes:
         raise FilmError("\n".join(mistakes))
     inside = [
         tuple(own.within(start, stop) for own in some if own.meets(start, stop))
-        for some in (found.asked, found.all)
+        for some in (asked, around_strikes(result))
     ]
     if slow is not None and not inside[0]:
         raise FilmError(f"{slow.told} is not between {start:g} s and {stop:g} s")

@@ -65,46 +65,46 @@ class Stretch:
         return Stretch(max(self.begin, begin), min(self.end, end))
 
 
-@dataclass(frozen=True)
-class Slowed:
-    """Stretches that were asked for, those of all strikes, and what was asked for in vain."""
-
-    asked: tuple[Stretch, ...]
-    all: tuple[Stretch, ...]
-    mistakes: list[str]
+def around_strikes(result: Result) -> tuple[Stretch, ...]:
+    """Stretches of time around the strikes of all contacts."""
+    return _joined(result, _strikes(result, *result.scene.contacts))
 
 
-def slowed(result: Result, asked: Slow | None) -> Slowed:
-    """Find the stretches of time that slow motion is for."""
-    scene = result.scene
-    every = [stretch for name in scene.contacts for stretch in _of_contact(result, name)]
-    whole = _joined(result, sorted(every))
-    if asked is None:
-        return Slowed((), whole, [])
-    if asked.name in scene.contacts:
-        found = _of_contact(result, asked.name)
-    elif asked.name in joints_with_play(result):
+def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
+    """Stretches of time that slow motion is asked for.
+
+    Raises:
+        ValueError: there are none.
+
+    """
+    contacts, joints = result.scene.contacts, joints_with_play(result)
+    if asked.name in contacts:
+        found = _strikes(result, asked.name)
+    elif asked.name in joints:
         touches = result.intervals[asked.name]
         found = list(zip(touches.begin.tolist(), touches.until(result.time[-1]), strict=True))
-    elif asked.name == ANY and scene.contacts:
-        found = sorted(every)
+    elif asked.name == ANY and contacts:
+        found = _strikes(result, *contacts)
     else:
-        known = [*scene.contacts, *joints_with_play(result)]
+        known = [*contacts, *joints]
         hint = did_you_mean(asked.name, known)
         listed = ", ".join(f"'{name}'" for name in known) or "none"
         told = f"no contact or joint with clearance '{asked.name}'{hint or f'; there is: {listed}'}"
-        return Slowed((), whole, [told])
+        raise ValueError(told)
     if not found:
-        return Slowed((), whole, [f"nothing touched in '{asked.name}': no slow motion"])
-    if asked.number is not None and not 1 <= asked.number <= len(found):
+        raise ValueError(f"nothing touched in '{asked.name}': no slow motion")
+    if asked.number is None:
+        return _joined(result, found)
+    if not 1 <= asked.number <= len(found):
         many = f"it struck {len(found)} times" if len(found) > 1 else "it struck once"
-        return Slowed((), whole, [f"no strike number {asked.number} of '{asked.name}': {many}"])
-    chosen = found if asked.number is None else [found[asked.number - 1]]
-    return Slowed(_joined(result, chosen), whole, [])
+        raise ValueError(f"no strike number {asked.number} of '{asked.name}': {many}")
+    return _joined(result, [found[asked.number - 1]])
 
 
-def _of_contact(result: Result, name: str) -> list[tuple[float, float]]:
-    return [(strike.begin, strike.end) for strike in strikes(result, name)]
+def _strikes(result: Result, *contacts: str) -> list[tuple[float, float]]:
+    """Begins and ends (s) of the strikes of some contacts, in order."""
+    found = [strike for name in contacts for strike in strikes(result, name)]
+    return sorted((strike.begin, strike.end) for strike in found)
 
 
 def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretch, ...]:

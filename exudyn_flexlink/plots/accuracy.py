@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from exudyn_flexlink.accuracy import Errors, Method, Point, Source, Study
 from exudyn_flexlink.observables import name_of
-from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
+from exudyn_flexlink.plots.frame import framed_figure, links_of
 from exudyn_flexlink.plots.panels import legend_outside, sized
 from exudyn_flexlink.plots.style import (
     BLACK,
@@ -42,8 +42,9 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
     Points below the floor, to which the two references agree, are hollow: nothing independent tells
     them. Lines across mark the target and the errors that no setting removes.
     """
-    words = Words(study.scene.title, _subject(study), [], _caption(study))
-    figure = framed_figure(words, 4.0 + LEGEND * style.narrow, style)
+    subject = f"What accuracy costs: error over processor time, to t = {study.until:.4g} s"
+    height = 4.0 + LEGEND * style.narrow
+    figure = framed_figure((study.scene.title, subject), height, style, caption=_caption(study))
     axes = figure.subplots()
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -66,10 +67,6 @@ def _label_times(axes: Axes) -> None:
     axes.xaxis.set_major_locator(LogLocator(subs=subs))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _subject(study: Study) -> str:
-    return f"What accuracy costs: error over processor time, to t = {study.until:.4g} s"
 
 
 def _caption(study: Study) -> list[tuple[str, str]]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison
 from exudyn_flexlink.observables import Measure, name_of
-from exudyn_flexlink.plots.frame import Words, framed_figure, links_of
+from exudyn_flexlink.plots.frame import framed_figure, links_of
 from exudyn_flexlink.plots.panels import (
     BEYOND,
     along,
@@ -55,9 +55,8 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     notes = [f"{s.name}: {s.result.outcome.told}" for s in runs if not s.result.outcome.completed]
     title = runs[1].result.scene.title
     count = 3 + len(_kinds(compared)) + len(compared.levers)
-    figure = framed_figure(
-        Words(title, subject, notes, _caption(compared)), 0.3 + 1.6 * count, style
-    )
+    height, caption = 0.3 + 1.6 * count, _caption(compared)
+    figure = framed_figure((title, subject), height, style, notes=notes, caption=caption)
     rows = figure.subplots(count, 1, sharex=True)
     x, label = _axis(compared)
     _motions(rows, compared, x)

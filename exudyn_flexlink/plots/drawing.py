@@ -56,7 +56,7 @@ def mechanism(
     shown = _instants(result) if instants is None else [(time, "") for time in instants]
     if not shown:
         return None
-    sketch = Sketch.of(result)
+    sketch = Sketch(result.scene, result.poses, result)
     strike = _first_strike(result) if instants is None else None
     count = len(shown) + (strike is not None)
     handles = sketch.legend()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from io import BytesIO
 
 from matplotlib.figure import Figure
@@ -39,9 +38,8 @@ def new_figure(result: Result, subject: str, height: float, style: Style = SCREE
     `height` (inches) is that of what is drawn on a screen, without title and caption.
     """
     note = "" if result.outcome.completed else result.outcome.told
-    caption = [(caption_of(result), GREY)]
-    words = Words(result.scene.title, subject, [note], caption)
-    figure = framed_figure(words, height, style)
+    title, caption = result.scene.title, [(caption_of(result), GREY)]
+    figure = framed_figure((title, subject), height, style, notes=[note], caption=caption)
     if style.titled:
         colour = ENGINE_COLOURS.get(result.engine, GREY)
         place = 1 - EDGE / style.width, 0.07 / figure.get_figheight()
@@ -50,33 +48,28 @@ def new_figure(result: Result, subject: str, height: float, style: Style = SCREE
     return figure
 
 
-@dataclass(frozen=True)
-class Words:
-    """Title, subject and notes above what is drawn; lines of the caption below, with colours."""
-
-    title: str
-    subject: str
-    notes: Sequence[str]
-    caption: Sequence[tuple[str, str]]
-
-
-def framed_figure(words: Words, height: float, style: Style = SCREEN) -> Figure:
-    """Return an empty figure with words around it.
+def framed_figure(
+    heading: tuple[str, str],
+    height: float,
+    style: Style,
+    *,
+    notes: Sequence[str] = (),
+    caption: Sequence[tuple[str, str]] = (),
+) -> Figure:
+    """Return an empty figure with words around it: title and subject, notes, a coloured caption.
 
     `height` (inches) is that of what is drawn on a screen. In print only the notes are there.
     """
-    font, small = style.font, style.small
+    (title, subject), font, small = heading, style.font, style.small
     room = style.width - 2 * EDGE
-    above = [(line, font, FAILED, "normal") for n in words.notes for line in wrapped(n, room, font)]
+    above = [(line, font, FAILED, "normal") for n in notes for line in wrapped(n, room, font)]
     below: list[tuple[str, str]] = []
     if style.titled:
-        titles = wrapped(words.title, room, font + 1, "bold")
+        titles = wrapped(title, room, font + 1, "bold")
         named = [(line, font + 1, "black", "bold") for line in titles]
-        above = [*named, (words.subject, font, BLACK, "normal"), *above]
+        above = [*named, (subject, font, BLACK, "normal"), *above]
         # The name of the engine stands at the right of the last line.
-        below = [
-            (line, c) for text, c in words.caption for line in wrapped(text, room - 1.5, small)
-        ]
+        below = [(line, c) for text, c in caption for line in wrapped(text, room - 1.5, small)]
     line_height = LINE * font
     top = line_height * len(above) + 0.12 * bool(above)
     bottom = line_height * len(below) + 0.08 * bool(below)
@@ -84,7 +77,7 @@ def framed_figure(words: Words, height: float, style: Style = SCREEN) -> Figure:
     figure = ShownFigure(
         figsize=(style.width, whole), dpi=style.dpi, layout="constrained", facecolor="white"
     )
-    figure.set_label(words.subject)  # which a page shows as its caption
+    figure.set_label(subject)  # which a page shows as its caption
     engine = figure.get_layout_engine()
     if engine is not None:
         rect = (0.0, bottom / whole, 1.0, style.scale * height / whole)

@@ -111,11 +111,6 @@ class Sketch(Posed):
 
     result: Result
 
-    @classmethod
-    def of(cls, result: Result) -> Sketch:
-        """Return that of a run."""
-        return cls(result.scene, result.poses, result)
-
     def draw_path(self, axes: Axes, done: slice) -> None:
         """Draw where S goes, the part of the samples `done` in black."""
         factor, _ = self.unit

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.plots.frame import Words, caption_of, framed_figure
+from exudyn_flexlink.plots.frame import caption_of, framed_figure
 from exudyn_flexlink.plots.panels import BEYOND, legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, RED, SCREEN, SERIES, SKY, Style, styled
 from exudyn_flexlink.stability import Branches, Stability
@@ -21,9 +21,9 @@ FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 def stability(found: Stability, *, style: Style = SCREEN) -> Figure:
     """Four panels: growth of neighbours, laps against earlier ones, section, spectrum."""
     told = f"How stable the motion of {found.point} is: {found.told}"
-    words = Words(found.run.scene.title, told, [], [(caption_of(found.run), GREY)])
-    columns = 1 if style.narrow else 2
-    figure = framed_figure(words, 13.0 if style.narrow else 6.6, style)
+    title, caption = found.run.scene.title, [(caption_of(found.run), GREY)]
+    columns, height = (1, 13.0) if style.narrow else (2, 6.6)
+    figure = framed_figure((title, told), height, style, caption=caption)
     panels = figure.subplots(4 // columns, columns, squeeze=False).ravel()
     for draw, axes in zip((_growth, _laps, _section, _spectrum), panels, strict=True):
         draw(axes, found)
@@ -114,8 +114,8 @@ def bifurcation(found: Branches, *, axis: str = "y", style: Style = SCREEN) -> F
     point = found.sections[0].point if found.sections else ""
     reasons = (("failed", found.failed), ("doubtful", found.doubtful))
     notes = [f"{len(which)} {how}" for how, which in reasons if which]
-    words = Words(f"{axis} of {point} once a lap", f"over {found.path}", notes, [])
-    figure = framed_figure(words, 4.0, style)
+    title = f"{axis} of {point} once a lap"
+    figure = framed_figure((title, f"over {found.path}"), 4.0, style, notes=notes)
     axes = figure.subplots()
     axes.plot(values, 1e3 * places[:, "xy".index(axis)], ".", color=BLUE, markersize=sized(3))
     axes.set_xlabel(f"{found.path} (SI)")

@@ -16,7 +16,7 @@ from matplotlib.path import Path
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Assembly, anchor_position
 from exudyn_flexlink.observables import point_anchor
-from exudyn_flexlink.plots.frame import Words, framed_figure, settle
+from exudyn_flexlink.plots.frame import framed_figure, settle
 from exudyn_flexlink.plots.labels import Labels
 from exudyn_flexlink.plots.outline import (
     acting_marks,
@@ -89,8 +89,8 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     room = (style.width - LEGEND - 0.6) / style.scale
     tall = min(TALLEST, max(LOWEST, room * float(height / width)))
     caption = [(_caption(scene, posed), GREY)]
-    words = Words(scene.title, "The mechanism where it starts", [], caption)
-    figure = framed_figure(words, tall + 0.5, style)
+    subject = "The mechanism where it starts"
+    figure = framed_figure((scene.title, subject), tall + 0.5, style, caption=caption)
     axes = figure.subplots()
     posed.draw(axes, 0)
     drawn = _draw_symbols(axes, posed)

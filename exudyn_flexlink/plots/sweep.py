@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.plots.frame import Words, framed_figure
+from exudyn_flexlink.plots.frame import framed_figure
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.parallel import parallel_coordinates
 from exudyn_flexlink.plots.style import BLACK, BLUE, GREY, SCREEN, Style, styled
@@ -118,7 +118,7 @@ def _frame(
     doubtful = table.count(DOUBTFUL)
     told = f"; {doubtful} doubtful{ringed}, which their 'reason' explains" if doubtful else ""
     caption = [(f"{len(table.rows)} runs by {table.engine}{told}", GREY)]
-    return framed_figure(Words(table.title, subject, notes, caption), height, style)
+    return framed_figure((table.title, subject), height, style, notes=notes, caption=caption)
 
 
 def _ticked(axes: Axes, scale: Scale, which: str) -> None:

@@ -7,7 +7,7 @@ from math import isfinite
 
 from matplotlib.figure import Figure
 
-from exudyn_flexlink.plots.frame import Words, framed_figure
+from exudyn_flexlink.plots.frame import framed_figure
 from exudyn_flexlink.plots.panels import legend_outside, sized
 from exudyn_flexlink.plots.style import BLACK, BLUE, FAILED, GREY, SCREEN, Style, styled
 from exudyn_flexlink.verification import VerifiedRun
@@ -20,13 +20,10 @@ LEAST = 1e-17  # a smaller difference, in any unit, is none: it is drawn here
 def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
     """Every number of some runs in a row of its own: its difference, and what is allowed."""
     numbers = [(one, number) for one in runs for number in one.numbers]
-    words = Words(
-        "Benchmarks against published numbers",
-        "Difference of each number, in its SI unit; a bar ends at what is allowed",
-        [f"{one.benchmark}, {one.run}: {one.stopped}" for one in runs if one.stopped],
-        [],
-    )
-    figure = framed_figure(words, 0.9 + ROW * len(numbers), style)
+    title = "Benchmarks against published numbers"
+    subject = "Difference of each number, in its SI unit; a bar ends at what is allowed"
+    notes = [f"{one.benchmark}, {one.run}: {one.stopped}" for one in runs if one.stopped]
+    figure = framed_figure((title, subject), 0.9 + ROW * len(numbers), style, notes=notes)
     axes = figure.subplots()
     axes.set_xscale("log")
     for row, (_, number) in enumerate(numbers):
