@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from exudyn_flexlink.cli.terminal import BAD_INPUT, DONE, complain, how_called, tell
+from exudyn_flexlink.cli.terminal import DONE, how_called, tell
 from exudyn_flexlink.scene import is_schema
 from exudyn_flexlink.shipped import model_names, models_folder
 from exudyn_flexlink.source import load_document
@@ -34,11 +34,7 @@ def new_command(options: argparse.Namespace) -> int:
     texts = {target: SCHEMA_LINE.sub(SCHEMA, document.text)}
     texts |= {target.with_name(name): _text(model.parent / name) for name in points}
     texts[target.with_name(SCHEMA)] = _text(models_folder() / SCHEMA)
-    try:
-        _write(texts, force=options.force)
-    except CompanionError as error:
-        hint = f"hint: '{model.stem}' needs it beside itself; give a FILE in another folder"
-        return complain(f"{error}\n{hint}", BAD_INPUT)
+    _write(texts, model.stem, force=options.force)
     tell(_told(target, document.data["title"], points))
     return DONE
 
@@ -60,16 +56,11 @@ def _point_files(value: Any) -> Iterator[str]:
         yield from _point_files(item)
 
 
-class CompanionError(Exception):
-    """A file that a model needs can't be written."""
-
-
-def _write(texts: dict[Path, str], *, force: bool) -> None:
+def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
     """Write all of the files, the model first, or none that was not there.
 
     Raises:
-        CompanionError: one that the model needs may not be replaced, or can't be written.
-        StorageError: the same of the model itself.
+        StorageError: one may not be replaced, or can't be written.
 
     """
     new = [file for file in texts if not file.exists()]
@@ -83,7 +74,8 @@ def _write(texts: dict[Path, str], *, force: bool) -> None:
             with suppress(OSError):
                 other.unlink()
         if file != next(iter(texts)):
-            raise CompanionError(str(error)) from error
+            hint = f"hint: '{model}' needs it beside itself; give a FILE in another folder"
+            raise StorageError(f"{error}\n{hint}") from error
         raise
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from exudyn_flexlink import engines
 from exudyn_flexlink.accuracy import (
-    Method,
     NothingRunError,
     RefusedError,
     Runs,
@@ -44,7 +43,6 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.storage import save_accuracy
 
 DEFAULT_TARGET = 1e-4  # m, where the model gives a step
-ENGINES = ("exudyn", "lagrangian")
 TINY = 1e-6
 TOLD_BY = 0.02  # of a run: from then on its cost is extrapolated from what is done,
 SURELY = 0.25  # from then on without a factor of safety
@@ -80,10 +78,8 @@ def _advice(options: argparse.Namespace) -> str:
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> Runs:
-    methods: list[Method] = methods_of(
-        scene,
-        {engine: engines.formulations(scene, engine) for engine in ENGINES},
-    )
+    ways = {engine: engines.formulations(scene, engine) for engine in engines.ENGINES}
+    methods = methods_of(scene, ways)
     target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
     with progress_bar(options.quiet, "accuracy") as bar:
         return study(scene, methods, target, Solver(bar, options.budget), options.budget)
