@@ -96,8 +96,8 @@ def by_address(function: F, signature: Any) -> F:
     """
     assert numba is not None
     _BY_ADDRESS.add(function)
-    options = {"cache": _FOLDER is not None, "error_model": "numpy", "fastmath": REORDERED}
-    with _kept_in(_FOLDER):
+    options = {"cache": FOLDER is not None, "error_model": "numpy", "fastmath": REORDERED}
+    with _kept_in(FOLDER):
         return cast(F, numba.cfunc(signature, **options)(function))
 
 
@@ -131,8 +131,8 @@ def _compiled(function: F, **options: Any) -> F:
     if numba is None:
         return function
     jit = {"no_cfunc_wrapper": True, "error_model": "numpy", "fastmath": REORDERED, **options}
-    with _kept_in(_FOLDER):
-        return cast(F, numba.njit(cache=_FOLDER is not None, **jit)(function))
+    with _kept_in(FOLDER):
+        return cast(F, numba.njit(cache=FOLDER is not None, **jit)(function))
 
 
 Compilation = Literal["none", "once", "every run"]
@@ -143,9 +143,9 @@ def compilation(*functions: Callable[..., Any]) -> Compilation:
     """Tell what the next use of functions, compiled ones or those by address, will begin with."""
     if not compiling() or all(map(_in_memory, functions)):
         return "none"
-    if _FOLDER is None:
+    if FOLDER is None:
         return "every run"
-    kept = (any(_FOLDER.rglob(f"*.{function.__name__}-*.nbi")) for function in functions)
+    kept = (any(FOLDER.rglob(f"*.{function.__name__}-*.nbi")) for function in functions)
     return "none" if all(kept) else "once"
 
 
@@ -160,9 +160,9 @@ def one_at_a_time() -> Iterator[None]:
     Where folders can't be locked (Windows, some network disks) each process compiles for itself.
     """
     lock: int | None = None
-    if sys.platform != "win32" and _FOLDER is not None:
+    if sys.platform != "win32" and FOLDER is not None:
         with suppress(OSError):
-            lock = os.open(_FOLDER, os.O_RDONLY | os.O_DIRECTORY)
+            lock = os.open(FOLDER, os.O_RDONLY | os.O_DIRECTORY)
             fcntl.flock(lock, fcntl.LOCK_EX)
     try:
         yield
@@ -230,4 +230,4 @@ def _keep_only(name: str, place: Path) -> None:
             rmtree(other, ignore_errors=True)
 
 
-_FOLDER = None if numba is None else _folder()
+FOLDER = None if numba is None else _folder()

@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import numba, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.contacts import SIDES
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
+from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
 from exudyn_flexlink.engines.lagrangian.radau import Work, work_for
 from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
@@ -82,6 +83,7 @@ class CompiledStepper:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
         none, how = np.zeros(0), (self.method, self.control, self._work)
+        compile_in_parallel(*self._kind)
         with seldom_collecting():
             mode = system.mode()
             advance(0.0, mode, how, system.event_data(), buffer, self._functions)
@@ -100,8 +102,13 @@ class CompiledStepper:
     @cached_property
     def _functions(self) -> StepFunctions:
         """What steps ask of this mechanism."""
+        return step_functions_for(*self._kind)
+
+    @property
+    def _kind(self) -> tuple[bool, bool]:
+        """Whether the mechanism has walls, and whether its track has knots."""
         system = self.problem.system
-        return step_functions_for(bool(system.walls), has_knots(system.track.curve))
+        return bool(system.walls), has_knots(system.track.curve)
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""

@@ -1,0 +1,172 @@
+"""The first compilation, by several processes at once: each takes the next function that is left.
+
+What is called by address, and what Python calls, is compiled for itself, so that processes need
+nothing of one another. Each keeps its code in a folder of its own, which is taken over in the end:
+numba's own folders are no place for two at once. What is then missing, for instance since a process
+was ended, is compiled as ever, where it is called.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from glob import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from exudyn_flexlink.engines.lagrangian import compiled
+from exudyn_flexlink.engines.lagrangian.addresses import equations_with, steps_with
+from exudyn_flexlink.engines.lagrangian.advance import advance
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    by_address,
+    compilation,
+    compiling,
+    seldom_collecting,
+)
+from exudyn_flexlink.engines.lagrangian.sampling import motions_at
+from exudyn_flexlink.engines.lagrangian.signatures import (
+    advance_arguments,
+    equation_signatures,
+    motions_arguments,
+    step_signatures,
+)
+
+MOST = 4  # processes: more do not help, as 'advance' takes as long as a third of the rest
+HELPER = """
+import json, sys
+sys.path[:], *given = json.loads(sys.argv[1])
+from exudyn_flexlink.engines.lagrangian.parallel_compiling import help_compiling
+help_compiling(*given)
+"""
+
+
+class Unit(NamedTuple):
+    """A function that is compiled for itself, and how."""
+
+    function: Callable[..., Any]
+    compile: Callable[[], object]
+
+
+def compile_in_parallel(walled: bool, knots: bool) -> None:
+    """Compile what is not yet on disk for mechanisms with walls, with knots, or without.
+
+    Do nothing where there is but one core, or where no folder can be written.
+    """
+    if compiled.FOLDER is None or not compiling() or not sys.executable:
+        return
+    left = [k for k, unit in enumerate(units(walled, knots)) if _is_left(unit)]
+    count = min(cores(), MOST, len(left)) - 1
+    if count < 1:
+        return
+    with TemporaryDirectory(
+        prefix="parts-", dir=compiled.FOLDER, ignore_cleanup_errors=True
+    ) as place:
+        parts = [Path(place) / f"part-{number}" for number in range(count)]
+        given = json.dumps([sys.path, walled, knots, left, place])
+        with _processes([sys.executable, "-c", HELPER, given], parts) as helpers:
+            _compile(walled, knots, left, Path(place))
+            for helper in helpers:
+                helper.wait()
+        for part in parts:
+            take_over(part, compiled.FOLDER)
+
+
+def help_compiling(walled: bool, knots: bool, left: list[int], place: str) -> None:
+    """Compile what nobody else does; called in a process of its own, which ends with its parent."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _compile(walled, knots, left, Path(place))
+
+
+def units(walled: bool, knots: bool) -> list[Unit]:
+    """All that is compiled for itself; what takes long comes first."""
+    functions = [*equations_with(walled), *steps_with(walled, knots)]
+    signatures = [*equation_signatures(), *step_signatures()]
+    return [
+        _of_python(advance, advance_arguments()),
+        *map(_of_address, functions, signatures),
+        _of_python(motions_at, motions_arguments()),
+    ]
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def take_over(part: Path, folder: Path) -> None:
+    """Move the code of all functions of which a folder has none; an index goes after its code."""
+    for index in part.rglob("*.nbi"):
+        there = folder / index.relative_to(part).relative_to(folder.name)
+        if there.exists():
+            continue
+        there.parent.mkdir(parents=True, exist_ok=True)
+        for code in index.parent.glob(f"{escape(index.stem)}.*.nbc"):
+            code.replace(there.with_name(code.name))
+        index.replace(there)
+
+
+def _of_python(function: Any, arguments: tuple[Any, ...]) -> Unit:
+    return Unit(function, lambda: function.compile(arguments))
+
+
+def _of_address(function: Callable[..., Any], signature: Any) -> Unit:
+    return Unit(function, lambda: by_address(function, signature))
+
+
+def _is_left(unit: Unit) -> bool:
+    return compilation(unit.function) != "none"
+
+
+def _compile(walled: bool, knots: bool, left: list[int], place: Path) -> None:
+    """Compile, one after the other, the units that are left and that nobody has taken."""
+    every = units(walled, knots)
+    with seldom_collecting():
+        for k in left:
+            if _taken(place / f"unit-{k}"):
+                every[k].compile()
+
+
+def _taken(sign: Path) -> bool:
+    """Take a unit, unless another process has: only one of them can make the sign."""
+    try:
+        sign.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    return True
+
+
+@contextmanager
+def _processes(command: list[str], parts: list[Path]) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Processes that keep their code in the parts of a folder; all have ended afterwards."""
+    helpers: list[subprocess.Popen[bytes]] = []
+    try:
+        for part in parts:
+            environment = {**os.environ, "NUMBA_CACHE_DIR": str(part)}
+            helpers.append(
+                subprocess.Popen(
+                    command,
+                    env=environment,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                )
+            )
+        yield helpers
+    finally:
+        for helper in helpers:
+            helper.kill()
+            helper.communicate()
+
+
+def _end_with_parent() -> None:
+    """Wait until nobody holds the other end of the standard input."""
+    sys.stdin.read()
+    os._exit(1)
