@@ -111,15 +111,14 @@ def motions_arguments() -> tuple[Any, ...]:
 
 
 def _equations() -> Any:
-    *fields, functions = _mode().types
-    mode = _by_reference(ModeByReference, Mode, *fields, functions)
-    return _record(Equations, mode, _constants())
+    return _record(Equations, _mode(), _constants())
 
 
 def _mode() -> Any:
     _, line, square, _, numbers = _arrays()
     functions = _functions(EquationFunctionsByReference, equation_signatures())
-    return _record(Mode, line, line, line, line, square, numbers, numbers, functions)
+    fields = (line, line, line, line, square, numbers, numbers, functions)
+    return _by_reference(ModeByReference, Mode, *fields)
 
 
 def _constants() -> Any:

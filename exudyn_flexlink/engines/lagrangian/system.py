@@ -20,7 +20,12 @@ from exudyn_flexlink.engines.lagrangian.event_functions import (
 )
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
-from exudyn_flexlink.engines.lagrangian.mode import Mode, drive_numbers, motor_numbers
+from exudyn_flexlink.engines.lagrangian.mode import (
+    Mode,
+    drive_numbers,
+    mode_made,
+    motor_numbers,
+)
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
@@ -129,7 +134,7 @@ class System:
     def mode(self) -> Mode:
         """The present equations, for machine code."""
         layout = self.model.layout
-        return Mode(
+        return mode_made(
             self._data,
             self.track.numbers,
             np.array(layout.guide.at, dtype=float),
