@@ -21,6 +21,10 @@ from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Assembly, FaceContact, Mechanism
 from exudyn_flexlink.scene import Scene
 
+AT_ONCE = (
+    8192  # coordinates that poses are made of at once: arrays of 64 kB, as they fit into cache
+)
+
 
 @dataclass(frozen=True)
 class Model:
@@ -67,32 +71,44 @@ class Model:
 
         `q`, `v` are (samples, coordinates), `points` (samples, 6) as in `equations`.
         """
-        shape = (len(q), len(self.mechanism.parts), 3)
-        poses, rates = np.zeros(shape), np.zeros(shape)
+        shape = (len(self.mechanism.parts), 3, len(q))
+        poses, rates = np.empty(shape), np.empty(shape)
+        some = max(1, AT_ONCE // q.shape[1])
+        for first in range(0, len(q), some):
+            now = slice(first, first + some)
+            self._place(q[now].T, v[now].T, points[now].T, poses[..., now], rates[..., now])
+        return poses.transpose(2, 0, 1), rates.transpose(2, 0, 1)
+
+    def _place(
+        self,
+        q: FloatArray,
+        v: FloatArray,
+        points: FloatArray,
+        poses: FloatArray,
+        rates: FloatArray,
+    ) -> None:
+        """Fill in poses and rates (parts, 3, samples): a coordinate at all samples is one row."""
         layout = self.layout
         for pivot in (layout.guide, *layout.levers):
-            i = layout.coordinate(pivot.part)
-            arm, speed = _turned(pivot.pin, q[:, i], v[:, i])
-            poses[:, pivot.part, :2], poses[:, pivot.part, 2] = pivot.at - arm, q[:, i]
-            rates[:, pivot.part, :2], rates[:, pivot.part, 2] = -speed, v[:, i]
+            i, part = layout.coordinate(pivot.part), pivot.part
+            arm_x, arm_y = _turned(pivot.pin, q[i])
+            poses[part] = pivot.at[0] - arm_x, pivot.at[1] - arm_y, q[i]
+            rates[part] = v[i] * arm_y, -v[i] * arm_x, v[i]
         rods, own = list(layout.rods), [layout.coordinate(part) for part in layout.rods]
-        poses[:, rods, 2], rates[:, rods, 2] = q[:, own], v[:, own]
-        lengths = self.constants.lengths
-        x, y = lengths * np.cos(q[:, own]), lengths * np.sin(q[:, own])
-        going = points[:, 2:4] * v[:, layout.track_coordinate, None]
-        for axis, arm, speed in ((0, x, -v[:, own] * y), (1, y, v[:, own] * x)):
-            poses[:, rods, axis] = points[:, axis, None] + np.cumsum(arm, axis=1) - arm
-            rates[:, rods, axis] = going[:, axis, None] + np.cumsum(speed, axis=1) - speed
-        return poses, rates
+        angles, speeds = q[own], v[own]
+        poses[rods, 2], rates[rods, 2] = angles, speeds
+        lengths, before = self.constants.lengths[:, None], np.tri(len(rods), k=-1)
+        x, y = lengths * np.cos(angles), lengths * np.sin(angles)
+        going = points[2:4] * v[layout.track_coordinate]
+        for axis, arm, speed in ((0, x, -speeds * y), (1, y, speeds * x)):
+            poses[rods, axis] = points[axis] + before @ arm
+            rates[rods, axis] = going[axis] + before @ speed
 
 
-def _turned(
-    point: tuple[float, float], angle: FloatArray, rate: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Where a point of a turning part is from its origin, and how fast, (samples, 2) each."""
+def _turned(point: tuple[float, float], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far from its part's origin a point of a turning part is, along x and y, (samples,)."""
     c, s = np.cos(angle), np.sin(angle)
-    arm = np.stack([c * point[0] - s * point[1], s * point[0] + c * point[1]], axis=-1)
-    return arm, rate[:, None] * np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
+    return c * point[0] - s * point[1], s * point[0] + c * point[1]
 
 
 def build_model(scene: Scene, assembly: Assembly) -> Model:

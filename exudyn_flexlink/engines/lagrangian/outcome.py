@@ -64,7 +64,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
     motions = kept.motion
     points = np.array([motion.point for motion in motions])
     q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
-    poses, rates = model.poses(q, v, points)
+    poses, rates = map(np.ascontiguousarray, model.poses(q, v, points))
     forces = Forces(model, motions, poses, rates)
     events, end = prepared.system.events, prepared.solution.end
     laps = tuple(event for event in events if event.kind == "lap" and event.time < end)
