@@ -1,208 +1,71 @@
-"""When a contact acts, what its beginning and end are, and the steps it asks for.
-
-A contact of the scene remembers on which side the point came: one that passed beside the face and
-is behind it is not in contact until it is back on the free side. The pairs of a sleeve are walled:
-whatever is behind the face, within its length, is pressed back.
-"""
+"""All contacts of a run: which are looked at after a step, and what they ask of the next one."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 
-from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
-from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
-from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
-from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.pressing import (
-    Pressing,
-    PressingCircles,
-    PressingFace,
-)
+from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BroadPhase
+from exudyn_flexlink.engines.exudyn.redundant.contact_item import AHEAD, ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
-from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import RestitutionPenalty
-from exudyn_flexlink.mechanism import (
-    Channel,
-    CircleContact,
-    FaceContact,
-    Resolution,
-    deepest_allowed,
-)
+from exudyn_flexlink.mechanism import Channel, FaceContact
 
-OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
-# Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
-# to step, and what a far shorter step leaves in them disturbs the next.
-SHORTEST = 0.1
-OVERSHOOT = 0.005  # of a contact's step: the step that ends so far behind a face sees the contact
-AHEAD = 4  # steps before a contact can begin, from which on its items act
-BESIDE = 0.05  # of the face's length beyond its ends, where a point may still come over it
+RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
+# Steps ahead for which pairs of link and guide are looked at one by one: a look tells the gap's
+# acceleration by the look before, and what it asks of a step should be asked in time.
+LOOK_AHEAD = AHEAD + 2
+# Of a pair's own step, likewise: where a gap closes within so much, a step ends before that.
+MARGIN = 1.5
 
 
-class ContactItem:
-    """The state of one contact; `index` is its number among all contacts of the run."""
+class Contacts:
+    """Contacts in the order of the run's numbers: the scene's, its bearings, pairs of channels."""
 
-    def __init__(
-        self,
-        system: System,
-        contact: FaceContact | CircleContact,
-        index: int,
-        resolution: Resolution,
-        log: ContactLog,
-    ) -> None:
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        self.index = index
-        self.law = contact.law
-        # Circles are walls all around: nothing comes beside or behind them.
-        self.walled = isinstance(contact, CircleContact) or contact.walled
-        self.resolution, self.contact_step = resolution, resolution.step
-        self._shortest = SHORTEST * resolution.step
-        self.geometry: FaceGeometry | CircleGeometry
-        self.items: Pressing
-        if isinstance(contact, CircleContact):
-            self.geometry = CircleGeometry(contact)
-            self.items = PressingCircles(system, contact, self.geometry)
-        else:
-            self.geometry = FaceGeometry(contact)
-            self.items = PressingFace(system, contact, self.geometry)
-        self.log = log
-        self.channel: Channel | None = None  # whose link and guide it is a pair of
-        self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
-        self._touch: Touch | None = None
-        state = system.assembly.state
-        start = self.geometry.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
-        self.behind = not self.walled and start.gap < 0
-        self.pressed = False
-        self._jumped = False
-
-    @property
-    def jumped(self) -> bool:
-        """Whether the force jumped at the last step."""
-        jumped, self._jumped = self._jumped, False
-        return jumped
-
-    @property
-    def broken(self) -> bool:
-        """Whether the link is so deep in a wall that it can't come back."""
-        if self.channel is None or self._touch is None or not self.pressed:
-            return False
-        return -self._touch.gap > deepest_allowed(self.channel)
+    def __init__(self, contacts: Sequence[ContactItem]) -> None:
+        self.all = contacts
+        self._always = [own for own in contacts if own.channel is None]
+        self._pairs = [own for own in contacts if own.channel is not None]
+        faces = [own.contact for own in self._pairs if isinstance(own.contact, FaceContact)]
+        self._broad_phase = BroadPhase(faces)
+        self._margin = MARGIN * max((own.contact_step for own in self._pairs), default=0.0)
+        self._near: list[int] = []  # numbers of the pairs that are looked at
+        self._looked_at = self._always
 
     def after_step(self, now: StepEnd, step: float) -> float:
         """Note what began or ended in the last step; return the next step (s)."""
-        touch, before = self.geometry.touch(now.q_list, now.v_list), self._touch
-        self._note(touch, now, before)
-        if before is not None and now.step > 0:
-            touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
-            touch.slip_bend = (touch.slip - before.slip) / now.step
-        self._touch = touch
-        if self.behind:
-            self.items.wake(False)
-            return self._toward_free_side(touch, step)
-        if self.pressed:
-            return self._while_pressed(touch, step)
-        if touch.gap < 0 or self._two_sided:
-            return self._toward_face(touch, step)
-        return self._while_apart(touch, step)
+        if self._pairs:
+            self._choose(now, step)
+        for contact in self._looked_at:
+            step = contact.after_step(now, step)
+        return step
 
     def aim(self, step: float) -> None:
-        """Prepare the force for the next step, which is known now."""
-        if self.items.awake and self._touch is not None:
-            self.items.aim(self._touch, step)
+        """Prepare the forces for the next step (s), which is known now."""
+        for contact in self._looked_at:
+            contact.aim(step)
 
-    # --- what happened -------------------------------------------------------------------------
+    @property
+    def struck(self) -> bool:
+        """Whether one of the scene's contacts, or of its bearings, presses."""
+        return any(contact.pressed for contact in self._always)
 
-    def _note(self, touch: Touch, now: StepEnd, before: Touch | None) -> None:
-        slid = REACHED * now.step * touch.slip
-        on_face = self._on_face(touch, touch.place + slid)
-        beyond = touch.gap < 0 or self._two_sided
-        if self.pressed and not beyond:
-            self.pressed = False
-            self._tell(now, "contact ends", touch, before)
-        elif self.pressed and not on_face:
-            self.pressed, self.behind = False, not self.walled
-            self._tell(now, "leaves the face", touch, before)
-            self._jumped = True
-        elif not self.pressed and not self.behind and beyond:
-            if on_face:
-                self.pressed = True
-                self._tell(now, "contact begins", touch, before)
-                self._jumped = -touch.gap > abs(touch.gap_rate) * now.step + OPEN
-            else:
-                self.behind = not self.walled
-        elif self.behind and touch.gap >= 0:
-            self.behind = False
+    @property
+    def broken(self) -> Channel | None:
+        """Channel whose wall the link has broken through."""
+        return next((own.channel for own in self._looked_at if own.broken), None)
 
-    def _tell(self, now: StepEnd, kind: str, touch: Touch, before: Touch | None) -> None:
-        speed = -touch.gap_rate
-        if kind == "contact begins" and before is not None:
-            # The step that found the contact ended in it, already slowed down a little.
-            speed = max(speed, -before.gap_rate)
-        self.log.tell(now.time, self.index, kind, touch, speed)
+    @property
+    def restart_step(self) -> float:
+        """Longest step (s) after a force that jumped in the last one; inf if none did."""
+        jumped = [own.contact_step for own in self._looked_at if own.jumped]
+        return RESTART * min(jumped, default=inf)
 
-    # --- steps ---------------------------------------------------------------------------------
-
-    def _while_pressed(self, touch: Touch, step: float) -> float:
-        self.items.wake(True)
-        if not self._two_sided:  # what is held on both sides strikes nothing
-            step = self._toward_release(touch, min(step, self.contact_step))
-        until = inf
-        if touch.inside < inf and touch.slip != 0:
-            left = self.geometry.length - touch.place if touch.slip > 0 else touch.place
-            until = left / abs(touch.slip)
-        if until > 1.5 * self.contact_step:
-            return end_on(step, until - self.contact_step)
-        # Just before the end: a step beyond it would have no force at all.
-        return end_on(step, until - 0.5 * REACHED * min(step, until))
-
-    def _toward_release(self, touch: Touch, step: float) -> float:
-        """End a step where the point leaves the face: a step across it changes the energy."""
-        until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
-        return end_on(step, max(until, self._shortest))
-
-    def _while_apart(self, touch: Touch, step: float) -> float:
-        gap = max(touch.gap, OPEN)
-        until = self.geometry.meeting(touch, gap)
-        until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
-        at = touch.place + touch.slip * until if until < inf else inf
-        if not self._can_meet(touch, at):
-            self.items.wake(False)
-            return step
-        # Items that act press everywhere behind the face's line, also beyond the face's ends.
-        self.items.wake(until < AHEAD * step and self._on_face(touch, at))
-        # The integrator spreads the force at a step's end over the whole step: the step that
-        # reaches into the face must be one of the contact's, not one of free flight. `end_on`
-        # leaves no step shorter than a part of the one before, so steps shrink one after the other.
-        margin = max(self.contact_step, 2 * REACHED * step)
-        while until <= 1.5 * margin and margin > self.contact_step:
-            step /= 4
-            margin = max(self.contact_step, 2 * REACHED * step)
-        if until > 1.5 * margin:
-            return end_on(step, until - margin)
-        return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
-
-    def _on_face(self, touch: Touch, at: float) -> bool:
-        """Tell whether a place is on the face; circles have no ends."""
-        return touch.inside == inf or 0 <= at <= self.geometry.length
-
-    def _can_meet(self, touch: Touch, at: float) -> bool:
-        """Tell whether the point may be over the face, `at` a place, as the gap closes."""
-        if touch.inside == inf:
-            return at < inf
-        margin = BESIDE * self.geometry.length
-        low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
-        return at < inf and high >= 0 and low <= self.geometry.length
-
-    def _toward_free_side(self, touch: Touch, step: float) -> float:
-        """Behind the face nothing acts; a step ends where the point is back on the free side."""
-        if touch.gap_rate <= 0:
-            return step
-        return end_on(step, -touch.gap / touch.gap_rate + self._shortest)
-
-    def _toward_face(self, touch: Touch, step: float) -> float:
-        """Beside a wall nothing acts; a step ends where the point comes over it."""
-        self.items.wake(False)
-        if touch.place < 0 < touch.slip:
-            return end_on(step, -touch.place / touch.slip)
-        if touch.place > self.geometry.length and touch.slip < 0:
-            return end_on(step, (self.geometry.length - touch.place) / touch.slip)
-        return step
+    def _choose(self, now: StepEnd, step: float) -> None:
+        """Look at pairs that may touch soon, and at those that act; let the others rest."""
+        near = set(self._broad_phase.near(now, LOOK_AHEAD * step + self._margin).tolist())
+        near.update(k for k in self._near if self._pairs[k].items.awake)
+        for k in self._near:
+            if k not in near:
+                self._pairs[k].rest()
+        self._near = sorted(near)
+        self._looked_at = [*self._always, *(self._pairs[k] for k in self._near)]

@@ -100,7 +100,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
         settings["step"] = accuracy.step
     if (tolerance := prepared.loop.chooser.tolerance) is not None:
         settings["tolerance"] = tolerance
-    contact_step = min((own.contact_step for own in prepared.loop.contacts), default=inf)
+    contact_step = min((own.contact_step for own in prepared.loop.contacts.all), default=inf)
     if isfinite(contact_step):
         settings["contact_step"] = contact_step
     return settings
@@ -181,7 +181,7 @@ def _histories(
 def _checks(prepared: Prepared, iterations: int) -> Checks:
     recorder, loop = prepared.recorder, prepared.loop
     given = prepared.scene.accuracy.step
-    per_contact = min((own.resolution.steps(given) for own in loop.contacts), default=inf)
+    per_contact = min((own.resolution.steps(given) for own in loop.contacts.all), default=inf)
     return Checks(
         energy_residual=recorder.energy_residual,
         largest_kinetic_energy=recorder.largest_kinetic_energy,
@@ -199,7 +199,7 @@ def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
     touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
-    resolutions = [contact.resolution for contact in prepared.loop.contacts]
+    resolutions = [contact.resolution for contact in prepared.loop.contacts.all]
     shorter = [own for own in resolutions if given is not None and own.step < given]
     if given is None or not (touched and shorter):
         return []

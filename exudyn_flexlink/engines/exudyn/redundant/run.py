@@ -14,7 +14,8 @@ from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
-from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
@@ -97,7 +98,7 @@ def _all_contacts(mechanism: Mechanism) -> list[Contact]:
     return [*mechanism.touching, *(pair for channel in channels for pair in pairs(channel))]
 
 
-def _contact_items(scene: Scene, system: System, log: ContactLog) -> list[ContactItem]:
+def _contact_items(scene: Scene, system: System, log: ContactLog) -> Contacts:
     """Items of contacts, in the order of `_all_contacts`."""
     assembly = system.assembly
     asked = scene.solver.steps_per_contact
@@ -114,7 +115,7 @@ def _contact_items(scene: Scene, system: System, log: ContactLog) -> list[Contac
         for k, pair in enumerate(pairs(channel), start=len(contacts)):
             contacts.append(ContactItem(system, pair, k, resolution, log))
             contacts[-1].channel = channel
-    return contacts
+    return Contacts(contacts)
 
 
 def _chooser(scene: Scene, system: System, end: float) -> StepChooser:

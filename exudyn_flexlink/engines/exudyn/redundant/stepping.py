@@ -23,7 +23,7 @@ from exudyn_flexlink.engines.diagnostics.walls import (
     broken_wall,
 )
 from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
-from exudyn_flexlink.engines.exudyn.redundant.contacts import ContactItem
+from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.restart import start_anew
@@ -38,7 +38,6 @@ SECONDS_BETWEEN_REPORTS = 0.1
 ROUNDING_OF_TURNS = 1e-9  # rad
 STEPS_PER_SAMPLE_IN_CONTACT = 4
 KNOT_TIME = 1e-12  # s: to which the solver's steps add up
-RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
 
 
 class FixedStep:
@@ -146,7 +145,7 @@ class Loop:
 
     chooser: StepChooser
     slots: list[SlotItems]
-    contacts: list[ContactItem]  # of the scene and its bearings, then pairs of its channels
+    contacts: Contacts
     log: ContactLog
     events: list[Event]  # of the slots
     recorder: Recorder
@@ -174,7 +173,7 @@ class Loop:
         self.chooser.propose(now)
         self._take(now, multipliers)
         self._first = self._cut(now, self.chooser.first)
-        self._aim(self._first)
+        self.contacts.aim(self._first)
         self._told = monotonic()
         return self._first
 
@@ -213,7 +212,7 @@ class Loop:
         if self._jump is not None:
             start_anew(mbs, self._jump)
             self._jump = None
-        self._aim(step)
+        self.contacts.aim(step)
         self._solver.currentStepSize = step
         return not self.stop_reason and not self._reached(now)
 
@@ -222,8 +221,7 @@ class Loop:
 
     def _worth_a_sample(self) -> bool:
         """Even samples miss the peaks of a contact's force: there, keep some steps too."""
-        pressed = any(contact.pressed for contact in self.contacts if contact.channel is None)
-        return pressed and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
+        return self.contacts.struck and self.recorder.steps % STEPS_PER_SAMPLE_IN_CONTACT == 0
 
     def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
         """Record the state; tell whether one of the scene's contacts began or ended."""
@@ -232,7 +230,7 @@ class Loop:
             self.recorder.note(entry.index)
         places = [slot.place() for slot in self.slots]
         self.recorder.take(now, multipliers, self.log.pressed, places)
-        return any(self.contacts[entry.index].channel is None for entry in fresh)
+        return any(self.contacts.all[entry.index].channel is None for entry in fresh)
 
     def _count(self, now: StepEnd) -> None:
         self.time = now.time
@@ -284,22 +282,15 @@ class Loop:
 
     def _contacts(self, now: StepEnd, step: float) -> float:
         """Let contacts shorten the step, and walls that are broken end the run."""
-        for contact in self.contacts:
-            if contact.channel is not None and contact.broken:
-                self.stop_reason = broken_wall(contact.channel)
-                coarse = self.chooser.tolerance is None
-                self.stop_advice = COARSE_WALL_ADVICE if coarse else BROKEN_WALL_ADVICE
-        for contact in self.contacts:
-            step = contact.after_step(now, step)
-        for contact in self.contacts:
-            if contact.jumped:
-                step = min(step, RESTART * contact.contact_step)
-                self.chooser.restart_from(step)
+        step = self.contacts.after_step(now, step)
+        if (channel := self.contacts.broken) is not None:
+            self.stop_reason = broken_wall(channel)
+            coarse = self.chooser.tolerance is None
+            self.stop_advice = COARSE_WALL_ADVICE if coarse else BROKEN_WALL_ADVICE
+        if self.contacts.restart_step < inf:
+            step = min(step, self.contacts.restart_step)
+            self.chooser.restart_from(step)
         return step
-
-    def _aim(self, step: float) -> None:
-        for contact in self.contacts:
-            contact.aim(step)
 
     def _reached(self, now: StepEnd) -> bool:
         """Tell whether the joint has made its turns; within rounding is there."""
