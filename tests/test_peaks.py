@@ -115,3 +115,15 @@ def test_a_figure_of_a_long_run_has_no_chords():
     seen = path(result, "link.end").position
     turned = np.unwrap(np.arctan2(seen[:, 1], seen[:, 0]))
     assert np.abs(np.diff(turned)).max() < 2 * np.pi / 200
+
+
+def test_a_strike_that_begins_as_the_run_ends_presses_as_deep_as_the_point_is():
+    """Its law while it closes fast: stiffness times depth."""
+    ball = "benchmarks/bouncing_ball.yaml"
+    whole = run(REDUNDANT, "run.duration=0.5", model=ball)
+    begin = strikes(whole, "hit")[0].begin
+    cut = run(REDUNDANT, f"run.duration={begin!r}", model=ball)
+    (last,) = strikes(cut, "hit")
+    stiffness = cut.scene.contacts["hit"].law.stiffness
+    assert last.peak_force == pytest.approx(-stiffness * cut.contacts["hit"].gap[-1], rel=1e-6)
+    assert last.peak_force > 0

@@ -108,9 +108,9 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 
 def _written(prepared: Prepared) -> Written:
     """Return what the run wrote down of its contacts and of its channels' pairs."""
-    recorder, loop = prepared.recorder, prepared.loop
-    noted, seeker = recorder.totals, recorder.seeker
-    return Written(loop.log.entries, noted, recorder.totals_of, lambda _: 0.0, seeker)
+    recorder, entries = prepared.recorder, prepared.loop.log.entries
+    of_run = recorder.totals_of, recorder.force_of
+    return Written(entries, recorder.totals, *of_run, recorder.seeker)
 
 
 def _torques(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:

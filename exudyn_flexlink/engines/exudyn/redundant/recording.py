@@ -114,7 +114,7 @@ class Recorder:
         self.totals: list[tuple[float, float]] = []  # impulse and loss at every note
         self._sampled_to = -np.inf
         self._damped = self._supplied = 0.0
-        self._impulse, self._work = np.zeros(count), np.zeros(count)
+        self._impulse, self._work, self._force = (np.zeros(count) for _ in range(3))
         self._start_energy: float | None = None
 
     def take(
@@ -156,6 +156,10 @@ class Recorder:
         """Impulse (N s) and energy lost (J) of a contact so far; what it stores counts as lost."""
         return float(self._impulse[contact]), float(self._work[contact])
 
+    def force_of(self, contact: int) -> float:
+        """Force (N) of a contact at the last step, in which it may have begun."""
+        return float(self._force[contact])
+
     def last_positions(self) -> list[float]:
         """Coordinates of the parts at the last step, one after the other."""
         last = max(self._count - 1, 0)
@@ -193,7 +197,7 @@ class Recorder:
             (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
         ]
         self._notes.clear()
-        self._impulse, self._work = impulses[-1], work[-1]
+        self._impulse, self._work, self._force = impulses[-1], work[-1], forces[-1]
         self._damped, self._supplied = block.damped[-1], block.supplied[-1]
         for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
             rows[0] = rows[n - 1]
