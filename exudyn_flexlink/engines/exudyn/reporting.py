@@ -1,28 +1,14 @@
-"""What both ways of running a scene in Exudyn give back, and how it becomes a Result."""
+"""What both formulations tell of a run that stopped, and of what computed it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from platform import python_version
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import version
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import Assembly, Mechanism, least_tolerance
-from exudyn_flexlink.result import (
-    Checks,
-    ContactHistory,
-    EnergyHistory,
-    Event,
-    Extremes,
-    Outcome,
-    Result,
-    SleeveHistory,
-)
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.mechanism import Assembly, least_tolerance
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
@@ -31,26 +17,9 @@ NO_VALUE_ADVICE = "mend the expression: min and max, or where(t < 1, one, other)
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
 
 
-@dataclass(frozen=True)
-class Report:
-    """The part of a Result that the samples decide; shapes as there."""
-
-    settings: Mapping[str, float | str]
-    time: FloatArray
-    poses: FloatArray
-    rates: FloatArray
-    drive_torques: Mapping[str, FloatArray]
-    drive_forces: Mapping[str, FloatArray]
-    joint_forces: Mapping[str, FloatArray]
-    slot_forces: Mapping[str, FloatArray]
-    spring_forces: Mapping[str, FloatArray]
-    contacts: Mapping[str, ContactHistory]
-    bearings: Mapping[str, ContactHistory]
-    sleeves: Mapping[str, SleeveHistory]
-    energy: EnergyHistory
-    extremes: Mapping[str, Extremes]
-    laps: tuple[Event, ...]
-    checks: Checks
+def versions() -> dict[str, str]:
+    """Versions of what computes."""
+    return {"exudyn": version(), "numpy": np.__version__, "python": python_version()}
 
 
 def no_solution_advice(
@@ -78,23 +47,3 @@ def no_solution_advice(
     else:
         soften = "soften the contact (less stiffness or friction, or a larger transition_speed)"
     return f"{knob}{soften}, or look at the mechanism there: it may be about to lock"
-
-
-def result_of(
-    scene: Scene,
-    mechanism: Mechanism,
-    report: Report,
-    warnings: Sequence[str],
-    outcome: Outcome,
-) -> Result:
-    """Put the Result together; its timings are still to come."""
-    return Result(
-        scene=scene,
-        engine="exudyn",
-        versions={"exudyn": version(), "numpy": np.__version__, "python": python_version()},
-        timings={},
-        part_names=tuple(part.name for part in mechanism.parts),
-        warnings=tuple(warnings),
-        outcome=outcome,
-        **vars(report),
-    )

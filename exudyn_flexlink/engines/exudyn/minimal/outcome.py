@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Event as Asked
 
@@ -16,7 +17,7 @@ from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name, push_of
-from exudyn_flexlink.engines.exudyn.reporting import Report
+from exudyn_flexlink.engines.exudyn.reporting import versions
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
@@ -32,7 +33,7 @@ from exudyn_flexlink.mechanism import (
     spring_force,
     turned,
 )
-from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event
+from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 
@@ -50,9 +51,9 @@ class MinimalRun:
     events: list[Event]
 
 
-def report(run: MinimalRun) -> Report:
-    """Everything of the run that a Result shows."""
-    return _Reading(run).report()
+def result_of(run: MinimalRun, warnings: Sequence[str], outcome: Outcome) -> Result:
+    """Put the Result together; its timings are still to come."""
+    return _Reading(run).result(tuple(warnings), outcome)
 
 
 class _Reading:
@@ -112,14 +113,19 @@ class _Reading:
             found.append((contact, push))
         return found
 
-    def report(self) -> Report:
+    def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
         poses, rates = self.moved.poses, self.moved.rates
         recorder = self.run.recorder
         energies = recorder.energies(poses, rates, self.totals, self.pressed)
         written, count = self._written(), len(self.mechanism.contacts)
         histories = [self._history(k, written) for k in range(len(self.mechanism.touching))]
-        return Report(
+        return Result(
+            scene=self.run.scene,
+            engine="exudyn",
             settings=self._settings(),
+            versions=versions(),
+            timings={},
+            part_names=tuple(part.name for part in self.mechanism.parts),
             time=self.time,
             poses=poses,
             rates=rates,
@@ -144,6 +150,8 @@ class _Reading:
                 float(recorder.seeker.deepest.max(initial=0.0)),
                 self.run.problem.instability.e_folds,
             ),
+            warnings=warnings,
+            outcome=outcome,
         )
 
     def _history(self, k: int, written: Written) -> ContactHistory:

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.ending import of_turns, stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, report
+from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, result_of
 from exudyn_flexlink.engines.exudyn.minimal.problem import IN_CONTACT, MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
@@ -24,7 +24,6 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     NO_SOLUTION,
     NO_VALUE_ADVICE,
     no_solution_advice,
-    result_of,
 )
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
@@ -122,11 +121,8 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     """Put the Result together; its timings are still to come."""
-    found = report(run)
-    mechanism = run.model.assembly.mechanism
-    outcome = _outcome(run, *complaint)
     told = [*_shortened(run), *_on_dead_centres(run)]
-    return result_of(run.scene, mechanism, found, told, outcome)
+    return result_of(run, told, _outcome(run, *complaint))
 
 
 def _shortened(run: MinimalRun) -> list[str]:

@@ -17,9 +17,8 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
     NO_VALUE_ADVICE,
-    Report,
     no_solution_advice,
-    result_of,
+    versions,
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import (
@@ -49,18 +48,16 @@ ROUNDING = 1e-9  # rad: what the search for the end of a run's turns may leave
 
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
     """Put the Result together; its timings are still to come."""
-    report = _report(prepared, iterations)
-    warnings = _warnings(prepared)
-    mechanism = prepared.assembly.mechanism
-    return result_of(prepared.scene, mechanism, report, warnings, _outcome(prepared, complaint))
-
-
-def _report(prepared: Prepared, iterations: int) -> Report:
     kept = {key: np.concatenate(value) for key, value in vars(prepared.recorder.samples).items()}
     poses, rates, mechanism = kept["poses"], kept["rates"], prepared.assembly.mechanism
     histories, count = _histories(prepared, poses, rates, kept["forces"]), len(mechanism.contacts)
-    return Report(
+    return Result(
+        scene=prepared.scene,
+        engine="exudyn",
         settings=_settings(prepared),
+        versions=versions(),
+        timings={},
+        part_names=tuple(part.name for part in mechanism.parts),
         time=kept["time"],
         poses=poses,
         rates=rates,
@@ -82,6 +79,8 @@ def _report(prepared: Prepared, iterations: int) -> Report:
         # A lap that begins as the run ends is none.
         laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
         checks=_checks(prepared, iterations),
+        warnings=tuple(_warnings(prepared)),
+        outcome=_outcome(prepared, complaint),
     )
 
 
