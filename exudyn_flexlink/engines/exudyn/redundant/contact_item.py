@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import inf
 
 from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
-from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
@@ -21,7 +21,6 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Channel,
     CircleContact,
@@ -47,9 +46,7 @@ class ContactItem:
         contact: FaceContact | CircleContact,
         index: int,
         resolution: Resolution,
-        log: ContactLog,
     ) -> None:
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
         self.index = index
         self.contact = contact
         # Circles are walls all around: nothing comes beside or behind them.
@@ -64,7 +61,6 @@ class ContactItem:
         else:
             self.geometry = FaceGeometry(contact)
             self.items = PressingFace(system, contact, self.geometry)
-        self.log = log
         self.channel: Channel | None = None  # whose link and guide it is a pair of
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self._touch: Touch | None = None
@@ -73,6 +69,7 @@ class ContactItem:
         self.behind = not self.walled and start.gap < 0
         self.pressed = False
         self.jumped = False  # its force, at the last step
+        self.entry: Entry | None = None  # of what began or ended in the last step
 
     @property
     def broken(self) -> bool:
@@ -84,7 +81,7 @@ class ContactItem:
     def after_step(self, now: StepEnd, step: float) -> float:
         """Note what began or ended in the last step; return the next step (s)."""
         touch, before = self.geometry.touch(now.q_list, now.v_list), self._touch
-        self.jumped = False
+        self.jumped, self.entry = False, None
         self._note(touch, now, before)
         if before is not None and now.step > 0:
             touch.gap_bend = (touch.gap_rate - before.gap_rate) / now.step
@@ -102,7 +99,7 @@ class ContactItem:
     def rest(self) -> None:
         """Cost nothing until the next look: it can't touch before that."""
         self.items.wake(False)
-        self._touch, self.jumped = None, False
+        self._touch, self.jumped, self.entry = None, False, None
 
     def aim(self, step: float) -> None:
         """Prepare the force for the next step, which is known now."""
@@ -137,7 +134,7 @@ class ContactItem:
         if kind == "contact begins" and before is not None:
             # The step that found the contact ended in it, already slowed down a little.
             speed = max(speed, -before.gap_rate)
-        self.log.tell(now.time, self.index, kind, touch, speed)
+        self.entry = Entry(now.time, self.index, kind, touch, speed)
 
     # --- steps ---------------------------------------------------------------------------------
 

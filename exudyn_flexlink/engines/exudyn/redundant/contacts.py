@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf
 
+import numpy as np
+
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import AHEAD, ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
@@ -28,6 +31,9 @@ class Contacts:
         faces = [own.contact for own in self._pairs if isinstance(own.contact, FaceContact)]
         self._broad_phase = BroadPhase(faces)
         self._margin = MARGIN * max((own.contact_step for own in self._pairs), default=0.0)
+        self.entries: list[Entry] = []  # of all steps so far
+        self.fresh: list[Entry] = []  # of the last one
+        self.pressed = np.zeros(len(contacts), dtype=bool)  # those that act
         self._near: list[int] = []  # numbers of the pairs that are looked at
         self._looked_at = self._always
 
@@ -37,6 +43,10 @@ class Contacts:
             self._choose(now, step)
         for contact in self._looked_at:
             step = contact.after_step(now, step)
+        self.fresh = [own.entry for own in self._looked_at if own.entry is not None]
+        self.entries += self.fresh
+        for entry in self.fresh:
+            self.pressed[entry.index] = self.all[entry.index].pressed
         return step
 
     def aim(self, step: float) -> None:

@@ -107,7 +107,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 
 def _written(prepared: Prepared) -> Written:
     """Return what the run wrote down of its contacts and of its channels' pairs."""
-    recorder, entries = prepared.recorder, prepared.loop.log.entries
+    recorder, entries = prepared.recorder, prepared.loop.contacts.entries
     of_run = recorder.totals_of, recorder.force_of
     return Written(entries, recorder.totals, *of_run, recorder.seeker)
 
@@ -197,7 +197,7 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
 def _warnings(prepared: Prepared) -> list[str]:
     """Say that contacts were resolved by steps shorter than the one that the scene gives."""
     given = prepared.scene.accuracy.step
-    touched = any(entry.kind == "contact begins" for entry in prepared.loop.log.entries)
+    touched = any(entry.kind == "contact begins" for entry in prepared.loop.contacts.entries)
     resolutions = [contact.resolution for contact in prepared.loop.contacts.all]
     shorter = [own for own in resolutions if given is not None and own.step < given]
     if given is None or not (touched and shorter):

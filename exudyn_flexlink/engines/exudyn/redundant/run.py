@@ -11,7 +11,6 @@ import numpy as np
 
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
@@ -31,9 +30,7 @@ from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
-    Contact,
     CurveContact,
-    Mechanism,
     end_of_run,
     pairs,
     resolution_of_strike,
@@ -75,31 +72,23 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     events: list[Event] = []
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events) for i in range(count)]
-    all_contacts = _all_contacts(assembly.mechanism)
-    log = ContactLog(np.zeros(len(all_contacts), dtype=bool))
-    contacts = _contact_items(scene, system, log)
+    contacts = _contacts(scene, system)
     system.mbs.Assemble()
     watched = Watched(scene, assembly.mechanism, assembly.state.q)
     recorder = Recorder(
         system,
         sample_times(scene, assembly.mechanism, end),
         scene.solver.spectral_radius,
-        ExtremeSeeker(watched, all_contacts, HERMITE),
+        ExtremeSeeker(watched, [own.contact for own in contacts.all], HERMITE),
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
-    loop = Loop(chooser, slots, contacts, log, events, recorder, end, goal, progress)
+    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, progress)
     loop.knots, loop.window = assembly.mechanism.knots(end), system.window
     return Prepared(scene, assembly, system, slots, recorder, loop, errors)
 
 
-def _all_contacts(mechanism: Mechanism) -> list[Contact]:
+def _contacts(scene: Scene, system: System) -> Contacts:
     """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
-    channels = mechanism.channels
-    return [*mechanism.touching, *(pair for channel in channels for pair in pairs(channel))]
-
-
-def _contact_items(scene: Scene, system: System, log: ContactLog) -> Contacts:
-    """Items of contacts, in the order of `_all_contacts`."""
     assembly = system.assembly
     asked = scene.solver.steps_per_contact
     contacts = []
@@ -109,11 +98,11 @@ def _contact_items(scene: Scene, system: System, log: ContactLog) -> Contacts:
         assert not isinstance(contact, CurveContact)
         half = system.coordinates.half_period(contact)
         resolution = resolution_of_strike(half, contact.law, asked)
-        contacts.append(ContactItem(system, contact, i, resolution, log))
+        contacts.append(ContactItem(system, contact, i, resolution))
     for channel in assembly.mechanism.channels:
         resolution = resolution_of_wall(wall_half_period(assembly, channel), asked)
         for k, pair in enumerate(pairs(channel), start=len(contacts)):
-            contacts.append(ContactItem(system, pair, k, resolution, log))
+            contacts.append(ContactItem(system, pair, k, resolution))
             contacts[-1].channel = channel
     return Contacts(contacts)
 

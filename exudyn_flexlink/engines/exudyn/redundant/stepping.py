@@ -22,7 +22,6 @@ from exudyn_flexlink.engines.diagnostics.walls import (
     COARSE_WALL_ADVICE,
     broken_wall,
 )
-from exudyn_flexlink.engines.exudyn.contact_log import ContactLog
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
@@ -146,7 +145,6 @@ class Loop:
     chooser: StepChooser
     slots: list[SlotItems]
     contacts: Contacts
-    log: ContactLog
     events: list[Event]  # of the slots
     recorder: Recorder
     end: float
@@ -225,11 +223,11 @@ class Loop:
 
     def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
         """Record the state; tell whether one of the scene's contacts began or ended."""
-        fresh = self.log.fresh()
+        fresh = self.contacts.fresh
         for entry in fresh:
             self.recorder.note(entry.index)
         places = [slot.place() for slot in self.slots]
-        self.recorder.take(now, multipliers, self.log.pressed, places)
+        self.recorder.take(now, multipliers, self.contacts.pressed, places)
         return any(self.contacts.all[entry.index].channel is None for entry in fresh)
 
     def _count(self, now: StepEnd) -> None:
