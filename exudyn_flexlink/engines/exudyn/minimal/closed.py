@@ -24,6 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Held
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
+from exudyn_flexlink.engines.exudyn.minimal.reach import Reach
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.integrate.collocation import C, lagrange
 from exudyn_flexlink.integrate.events import EVENT_TIME
@@ -218,7 +219,7 @@ class ClosedCoordinates:
             pushes[:, :links],
             y[:, links:],
             speeds[:, links:],
-            reach[:, :links],
+            Reach(reach[:, :links]),
         )
 
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
@@ -280,8 +281,7 @@ class ClosedCoordinates:
         """A step ended here, with these accelerations of the independent coordinates."""
         self._time = time
         self._a = np.zeros(len(self._y))
-        if end.reach is not None:
-            self._a[: self._links] = end.b + end.reach @ a
+        self._a[: self._links] = end.b + end.reach.whole(a)
         self._y = np.concatenate([end.x, end.places])
         self._v = np.concatenate([end.v, end.place_rates])
         self._gain = self._gain_at_end()

@@ -14,6 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
+from exudyn_flexlink.engines.exudyn.minimal.reach import Reach, picked
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
@@ -29,9 +30,8 @@ LARGEST_FREE_TURN = 1.0
 class Held(NamedTuple):
     """All coordinates of the tree at one instant (links,), and the slots' places on their pieces.
 
-    `b` are accelerations that the independent ones do not cause, `reach` (links, independent) is
-    the matrix T, None where it only picks coordinates. `place_rates` are those of `places`.
-    Of several instants all have one axis more, the first.
+    `b` are accelerations that the independent ones do not cause, `reach` tells what they cause.
+    `place_rates` are those of `places`. Of several instants all have one axis more, the first.
     """
 
     x: FloatArray
@@ -39,17 +39,21 @@ class Held(NamedTuple):
     b: FloatArray
     places: FloatArray
     place_rates: FloatArray
-    reach: FloatArray | None = None
+    reach: Reach
 
     def pick(self, which: int | slice | None) -> Held:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return Held(*(None if own is None else own[which] for own in self))  # type: ignore[arg-type]
+        return Held(*(own[which] for own in self))  # type: ignore[arg-type]
 
 
 def together(held: Sequence[Held]) -> Held:
     """Coordinates of several instants each, all in a row."""
-    columns = zip(*held, strict=True)
-    return Held(*(None if own[0] is None else np.concatenate(own) for own in columns))  # type: ignore[arg-type]
+    *columns, reaches = zip(*held, strict=True)
+    reach: Reach = reaches[0]
+    if reach.chosen is None:
+        reach = Reach(np.concatenate([own.matrix for own in reaches]))
+    whole = [np.concatenate(own) for own in columns]
+    return Held(*whole, reach)  # type: ignore[arg-type, call-arg]
 
 
 class Coordinates(Protocol):
@@ -130,7 +134,8 @@ class OpenCoordinates:
         last = int(self.free[-1]) + 1 if len(self.free) else 0
         together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
         span = slice(last - len(self.free), last) if together else None
-        self.chosen: slice | IndexArray = self.free if span is None else span
+        self._chosen: slice | IndexArray = self.free if span is None else span
+        self._picked = picked(self._chosen, self._links)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         # Per radian of each coordinate, how much of a step it makes.
         self._turning = np.array([link.kind == HINGE for link in layout.links]) / LARGEST_FREE_TURN
@@ -170,13 +175,13 @@ class OpenCoordinates:
         free = len(self.free)
         known = self._known(t)
         x, speed = known.x.copy(), known.v.copy()
-        x[:, self.chosen], speed[:, self.chosen] = z[:, :free], v[:, :free]
+        x[:, self._chosen], speed[:, self._chosen] = z[:, :free], v[:, :free]
         if not self._follows:
             return known._replace(x=x, v=speed)
         reach = np.empty((len(t), *self._picks.shape))
         reach[:] = self._picks
         places, rates = np.zeros((2, len(t), self._slots))
-        held = Held(x, speed, known.b.copy(), places, rates, reach)
+        held = Held(x, speed, known.b.copy(), places, rates, Reach(reach))
         self._slide(held)
         self._ride(held, z[:, free:], v[:, free:])
         return held
@@ -198,7 +203,8 @@ class OpenCoordinates:
             x[:, link] = [self._start[0][link] + sign * course.integral(at) for at in times]
             speed[:, link] = [sign * course.at(at) for at in times]
             b[:, link] = [sign * course.rate(at) for at in times]
-        held = Held(x, speed, b, *np.zeros((2, len(t), self._slots)))
+        places, rates = np.zeros((2, len(t), self._slots))
+        held = Held(x, speed, b, places, rates, self._picked)
         if not self._follows:
             self._slide(held)
         self._driven = t, held
@@ -214,19 +220,19 @@ class OpenCoordinates:
             omega = speed[:, turning]
             x[:, sliding], speed[:, sliding] = place, rate * omega
             b[:, sliding] = bend * omega * omega + rate * b[:, turning]
-            if reach is not None:
-                reach[:, sliding] += rate[:, None] * reach[:, turning]
+            if self._follows:
+                reach.matrix[:, sliding] += rate[:, None] * reach.matrix[:, turning]
 
     def _ride(self, held: Held, u: FloatArray, pace: FloatArray) -> None:
         """Fill in the slides of points that ride on their curves, at places and speeds there."""
         x, speed, b, places, paces, reach = held
-        assert reach is not None
         first = len(self._guides)
         places[:, first:], paces[:, first:] = u, pace
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
             both = zip(u[:, k].tolist(), pace[:, k].tolist(), strict=True)
             found = np.array([_riding(rider.at(place), own) for place, own in both])
-            x[:, slides], reach[:, slides, len(self.free) + k] = found[:, :2], found[:, 2:4]
+            x[:, slides] = found[:, :2]
+            reach.matrix[:, slides, len(self.free) + k] = found[:, 2:4]
             speed[:, slides], b[:, slides] = found[:, 4:6], found[:, 6:]
 
     def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002

@@ -27,6 +27,7 @@ from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.events import Finder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
@@ -67,7 +68,7 @@ class Jump(NamedTuple):
     motor_work: FloatArray
 
 
-def jump_of(at: Evaluation, gaps: Gaps, reach: FloatArray, restitution: FloatArray) -> Jump:
+def jump_of(at: Evaluation, gaps: Gaps, restitution: FloatArray) -> Jump:
     """Jump at one state, by contacts (c,) that are closed.
 
     Raises:
@@ -80,14 +81,16 @@ def jump_of(at: Evaluation, gaps: Gaps, reach: FloatArray, restitution: FloatArr
     after = before + moved @ push
     # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
     after = np.where(push > 0, -restitution * before, after)
-    drives = at.kept.mass @ reach @ (arms * push) - gaps.rows.T * push  # impulses, by contact
+    held: Held = at.kept.held
+    # Impulses of drives, by contact.
+    drives = at.kept.mass @ held.reach.matrix @ (arms * push) - gaps.rows.T * push
     return Jump(
         arms @ push,
         push,
         before,
         after,
         -0.5 * push * (before + after),
-        drives.T @ at.kept.held.v,
+        drives.T @ held.v,
     )
 
 
@@ -150,7 +153,7 @@ class Impacts:
         )
         restitution = np.where(over, 0.0, restitution)
         if gaps.touching[:, 1].min() < 0:
-            self._jump(time, jump_of(at, gaps, self._reach(at), restitution), which, over)
+            self._jump(time, jump_of(at, gaps, restitution), which, over)
         # The next bounce of one that was struck as it went away is lower than gaps are known to.
         slow = {k: HIDDEN if k == struck else REST_SPEED for k in which}
         resting = [
@@ -243,7 +246,7 @@ class Impacts:
         self, time: float, z: FloatArray, v: FloatArray, which: Sequence[int]
     ) -> tuple[Evaluation, Gaps]:
         at = self.model.evaluate(time, z, v)
-        gaps = self.model.rigid.gaps(which, at.kept.held.pick(None), self._reach(at))
+        gaps = self.model.rigid.gaps(which, at.kept.held.pick(None))
         return at, gaps.pick(0)
 
     def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:
@@ -252,9 +255,6 @@ class Impacts:
         z, v = self.model.coordinates.state()
         at, gaps = self._look_at(time + moment, z + moment * v, v, which)
         return np.asarray(gaps.free @ self.model.accelerations(at) + gaps.bend)
-
-    def _reach(self, at: Evaluation) -> FloatArray:
-        return self.model.reach(at.kept.held)
 
 
 def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:

@@ -50,14 +50,13 @@ class LastingErrors:
         """Matrix (n, n), s, from errors of speeds to those of places: see `slow_motions`."""
         walls, held = self._model.walls, now.kept.held
         caught, known = bool(walls.touched.any()), self._known
-        if known is not None and held.reach is None and not caught:
+        if known is not None and held.reach.chosen is not None and not caught:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
             return known
         stiffness = self._model.springs(now)[0]
         if caught:
             flight = max(self._flight.longest(float(now.kept.t)), SWING)
             swing = FREELY / PART * flight  # so slow that errors last as they do in free flight
-            reach = self._model.reach(held)
-            stiffness = stiffness + walls.catching(held, reach, now.mass, swing)
+            stiffness = stiffness + walls.catching(held, now.mass, swing)
         self._known = slow_motions(now.mass, stiffness, self._end, SWING)
         return self._known

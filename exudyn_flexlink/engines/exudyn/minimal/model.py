@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
@@ -29,6 +29,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
+from exudyn_flexlink.engines.exudyn.minimal.reach import Reach
 from exudyn_flexlink.engines.exudyn.minimal.rigid import RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
@@ -177,14 +178,8 @@ class MinimalModel:
             force += wall.force
         kept = Whole(t, held, mass, force, pushes, wall, supply)
         left = force - (mass @ held.b[:, :, None])[:, :, 0]
-        free = Evaluation(*self._reduced(held.reach, mass, left), kept, touching)
-        return self.rigid.held(free, self.reach) if self.rigid.lasting() else free
-
-    def reach(self, held: Held) -> FloatArray:
-        """How all coordinates (links, independent) follow the independent ones."""
-        if held.reach is not None:
-            return held.reach
-        return np.eye(held.x.shape[-1])[:, self._picked]
+        free = Evaluation(held.reach.square(mass), held.reach.rows(left), kept, touching)
+        return self.rigid.held(free) if self.rigid.lasting() else free
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
@@ -197,24 +192,6 @@ class MinimalModel:
             solver.ComputeODE2RHS(mbs)
             mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         return mass, force
-
-    def _reduced(
-        self, reach: FloatArray | None, mass: FloatArray, left: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Mass matrices and forces of the independent coordinates."""
-        if reach is not None:
-            turned = reach.transpose(0, 2, 1)
-            return turned @ mass @ reach, (turned @ left[:, :, None])[:, :, 0]
-        chosen = self._picked
-        if isinstance(chosen, slice):
-            return mass[:, chosen, chosen], left[:, chosen]
-        return mass[:, chosen[:, None], chosen], left[:, chosen]
-
-    @property
-    def _picked(self) -> slice | IndexArray:
-        """Independent coordinates where they are some of the tree's, and nothing follows them."""
-        assert isinstance(self.coordinates, OpenCoordinates)
-        return self.coordinates.chosen
 
     def _push(
         self, x: FloatArray, v: FloatArray, onto: FloatArray
@@ -242,7 +219,7 @@ class MinimalModel:
 
         What else turns with the mechanism is left to the iteration.
         """
-        giving, keeping = self._giving(at), self.rigid.keeping(at, self.reach)
+        giving, keeping = self._giving(at), self.rigid.keeping(at)
         return giving if keeping is None else keeping.slopes(*giving)
 
     def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
@@ -252,12 +229,12 @@ class MinimalModel:
         slopes = self._slopes(whole)
         if whole.wall is None and not slopes:
             return stiffness, damping
-        reach = self.reach(whole.held)
+        reach = whole.held.reach
         for across in slopes:
-            stiffness = stiffness + reach.T @ across[0] @ reach
-            damping = damping + reach.T @ across[1] @ reach
+            stiffness = stiffness + reach.square(across[0])
+            damping = damping + reach.square(across[1])
         if whole.wall is not None:
-            of_walls = self.walls.slopes(whole.wall, reach)
+            of_walls = self.walls.slopes(whole.wall, reach.matrix)
             stiffness, damping = stiffness + of_walls[0], damping + of_walls[1]
         return stiffness, damping
 
@@ -272,15 +249,12 @@ class MinimalModel:
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
         held: Held = at.kept.held
-        reach = held.reach
-        if reach is None and self._springy is not None:
+        steady = held.reach.chosen is not None and self.all_springs.straight
+        if steady and self._springy is not None:
             return self._springy
         stiffness, damping = self.all_springs.slopes(held.x, held.v)
-        if reach is not None:
-            return reach.T @ stiffness @ reach, reach.T @ damping @ reach
-        picked = self._picked
-        found = stiffness[picked][:, picked], damping[picked][:, picked]
-        self._springy = found if self.all_springs.straight else None
+        found = held.reach.square(stiffness), held.reach.square(damping)
+        self._springy = found if steady else None
         return found
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
@@ -290,9 +264,9 @@ class MinimalModel:
             return None
         held: Held = at.kept.held
         rows = np.array([contact.gradient(held.x, held.v) for contact in acting])
-        rows = rows[:, self._picked] if held.reach is None else rows @ held.reach
+        rows = held.reach.rows(rows)
         # Closed gaps let a force through to the same motions by which they let a gap open.
-        keeping = self.rigid.keeping(at, self.reach)
+        keeping = self.rigid.keeping(at)
         rows = rows if keeping is None else rows @ keeping.through.T
         return rows, press_by([contact.law for contact in acting])
 
@@ -306,13 +280,13 @@ class MinimalModel:
             return 0.0
         held: Held = at.kept.held
         pushed = at.kept.mass @ self.coordinates.pushed(k, held)
-        along = pushed[self._picked] if held.reach is None else held.reach.T @ pushed
-        return self.size(np.linalg.solve(at.mass, along).T)
+        along = held.reach.rows(pushed.T)
+        return self.size(np.linalg.solve(at.mass, along.T).T)
 
-    def look(self, x: FloatArray, reach: FloatArray | None = None) -> None:
+    def look(self, x: FloatArray, reach: Reach) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
         moves = self._reaches.moves(x)
-        self._moves = reach.T @ moves if reach is not None else moves[self._picked]
+        self._moves = reach.rows(moves.T).T
 
     def accelerations(self, at: Evaluation) -> FloatArray:
         """Those of the independent coordinates."""
@@ -322,11 +296,7 @@ class MinimalModel:
 
     def whole_accelerations(self, held: Held, free: FloatArray) -> FloatArray:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
-        if held.reach is not None:
-            return np.asarray(held.b + (held.reach @ free[:, :, None])[:, :, 0])
-        whole: FloatArray = held.b.copy()
-        whole[:, self._picked] += free
-        return whole
+        return held.b + held.reach.whole(free)
 
     def left_over(self, instants: Sequence[Whole], accelerations: FloatArray) -> FloatArray:
         """Forces (n, links) that motors, slots and loops add where all coordinates move so.

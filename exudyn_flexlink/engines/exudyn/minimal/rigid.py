@@ -10,7 +10,7 @@ are off by (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +19,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.integrate.problem import Evaluation
-
-Reach = Callable[[Held], FloatArray]
-"""How all coordinates (..., links, independent) follow the independent ones."""
 
 HOLD = 1e2  # 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared
 RANK = 1e-10  # of the largest mobility: contacts that depend on others share the load
@@ -73,8 +70,8 @@ class RigidContacts:
         """Numbers of those that press."""
         return [k for k, contact in self.all.items() if contact.acts]
 
-    def gaps(self, which: Sequence[int], held: Held, reach: FloatArray) -> Gaps:
-        """Gaps at coordinates of the tree at instants (n, links), which follow by `reach`."""
+    def gaps(self, which: Sequence[int], held: Held) -> Gaps:
+        """Gaps at instants (n,)."""
         shape = len(held.x), len(which)
         rows, touching = np.empty((*shape, held.x.shape[1])), np.empty((*shape, 2))
         bend = np.empty(shape)
@@ -84,12 +81,12 @@ class RigidContacts:
                 touching[i, c] = touch.gap, touch.gap_rate
                 rows[i, c], bend[i, c] = contact.gradient(x, v), contact.steady_bend(x, v)
         bend += (rows @ held.b[:, :, None])[:, :, 0]
-        return Gaps(rows, rows @ reach, bend, touching)
+        return Gaps(rows, rows @ held.reach.matrix, bend, touching)
 
-    def held(self, at: Evaluation, reach: Reach) -> Evaluation:
+    def held(self, at: Evaluation) -> Evaluation:
         """Return evaluations at instants (n,) with the reactions of those that last."""
         which, kept = self.lasting(), at.kept
-        gaps = self.gaps(which, kept.held, reach(kept.held))
+        gaps = self.gaps(which, kept.held)
         arms, moved = mobility(gaps, at.mass)
         gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
         wanted = -gaps.bend - 2 * HOLD * rate - HOLD * HOLD * gap
@@ -100,13 +97,13 @@ class RigidContacts:
         free = at.force + (press[:, None] @ gaps.free)[:, 0]
         return at._replace(force=free, kept=kept._replace(force=force))
 
-    def keeping(self, at: Evaluation, reach: Reach) -> Keeping | None:
+    def keeping(self, at: Evaluation) -> Keeping | None:
         """What those that last let through at one state; None if none does."""
         which = self.lasting()
         if not which:
             return None
         held: Held = at.kept.held
-        gaps = self.gaps(which, held.pick(None), reach(held)).pick(0)
+        gaps = self.gaps(which, held.pick(None)).pick(0)
         arms, moved = mobility(gaps, at.mass)
         back = gaps.free.T @ _inverse(moved)
         return Keeping(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)

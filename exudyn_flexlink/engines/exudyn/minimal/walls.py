@@ -111,14 +111,14 @@ class Walls:
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping
 
-    def catching(self, held: Held, reach: FloatArray, mass: FloatArray, swing: float) -> FloatArray:
+    def catching(self, held: Held, mass: FloatArray, swing: float) -> FloatArray:
         """Stiffness (n, n) of springs across the gaps of the pairs that have touched so far.
 
         Each of them alone would let its gap swing with the angular frequency 1/`swing`, 1/s. `mass`
         (n, n) is that of the independent coordinates.
         """
         faces = self.faces.some(np.flatnonzero(self.touched))
-        rows = faces.look_and_gradients(held.x, held.v)[1].gap @ reach
+        rows = faces.look_and_gradients(held.x, held.v)[1].gap @ held.reach.matrix
         mobility = np.sum(rows * np.linalg.solve(mass, rows.T).T, axis=1)
         free = mobility > MOBILE * mobility.max(initial=0.0)
         rows, mobility = rows[free], mobility[free]
