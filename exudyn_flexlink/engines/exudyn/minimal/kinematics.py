@@ -187,9 +187,8 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
         above = link.parent
         if above != ROOT and not layout.links[above].parts:
             # A free group: its two slides are its place, from which its own frame is turned only.
-            for k, part in ((i - 2, "real"), (i - 1, "imag"), (i, "")):
-                x[k] = getattr(pose[i, 0], part) if part else pose[i, 1].real
-                speed[k] = getattr(rate[i, 0], part) if part else rate[i, 1].real
+            for found, at in ((x, pose[i]), (speed, rate[i])):
+                found[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real
             continue
         angle, turning = pose[above, 1].real + link.turn, rate[above, 1].real
         if link.kind == HINGE:

@@ -9,7 +9,6 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.linear_springs import LinearSprings
-from exudyn_flexlink.engines.exudyn.minimal.springs_across import SpringsAcross
 from exudyn_flexlink.mechanism import LinearSpring, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
 
@@ -27,15 +26,20 @@ class Springs:
     ) -> None:
         self._layout = layout
         self.stiffness, self.damping, self.rest = np.zeros((3, len(layout.links)))
-        self._across = SpringsAcross(len(layout.links))
+        # Of springs that act across several coordinates: matrices, and forces where all are 0.
+        self._stiffness, self._damping = np.zeros((2, len(layout.links), len(layout.links)))
+        self._preload = np.zeros(len(layout.links))
+        self.pulls = False
         for spring in mechanism.springs:
             self._add_rotary(spring)
         between = [s for s in mechanism.linear_springs if not self._add_along(s)]
         self._between = LinearSprings(layout, kinematics, between)
         self.straight = not between
-        self._stiffness = np.diag(self.stiffness) + self._across.stiffness
-        self._damping = np.diag(self.damping) + self._across.damping
-        self.pulls = bool(between) or self._across.any
+        self.pulls = self.pulls or not self.straight
+        self._slopes = (
+            np.diag(self.stiffness) + self._stiffness,
+            np.diag(self.damping) + self._damping,
+        )
 
     def _add_rotary(self, spring: RotarySpring) -> None:
         first, second = spring.first, spring.second
@@ -43,7 +47,7 @@ class Springs:
         found = hinge_between(self._layout, first, second)
         if found is None:
             row = self._layout.turning_row(first, second)
-            self._across.add(row, spring.stiffness, spring.damping, rest)
+            self._add_across(row, spring, rest)
         else:
             self._add_at(found[0], spring, found[1] * rest)
 
@@ -58,26 +62,36 @@ class Springs:
         """Let a spring act on one coordinate; the tree has one for each."""
         if self.stiffness[link] or self.damping[link]:
             row = np.eye(len(self.stiffness))[link]
-            self._across.add(row, spring.stiffness, spring.damping, rest)
+            self._add_across(row, spring, rest)
             return
         self.stiffness[link], self.damping[link] = spring.stiffness, spring.damping
         self.rest[link] = rest
 
+    def _add_across(
+        self, row: FloatArray, spring: RotarySpring | LinearSpring, rest: float
+    ) -> None:
+        """Add a spring whose angle or length is ``row @ x``, without force at `rest`."""
+        square = np.outer(row, row)
+        self._stiffness += spring.stiffness * square
+        self._damping += spring.damping * square
+        self._preload += spring.stiffness * rest * row
+        self.pulls = True
+
     def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (instants, links) beside those of the tree's own springs."""
-        across = self._across.pull(x, v)
+        across = self._preload - x @ self._stiffness - v @ self._damping
         return across if self.straight else across + self._between.pull(x, v)
 
     def slopes(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix (links, links) of all springs at one state."""
         if self.straight:
-            return self._stiffness, self._damping
-        of_between = self._between.slopes(x, v)
-        return self._stiffness + of_between[0], self._damping + of_between[1]
+            return self._slopes
+        stiffness, damping = self._between.slopes(x, v)
+        return self._slopes[0] + stiffness, self._slopes[1] + damping
 
     def lost(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Power that dampers take (instants,), W, at coordinates and speeds (instants, links)."""
-        lost = (v * v) @ self.damping + np.sum((v @ self._across.damping) * v, axis=1)
+        lost = (v * v) @ self.damping + np.sum((v @ self._damping) * v, axis=1)
         return np.asarray(lost if self.straight else lost + self._between.lost(x, v))
 
 
