@@ -70,29 +70,31 @@ class Closures:
         slides = [joint for joint in self.joints if isinstance(joint, Slide)]
         sliding = [(motor, motor.slide) for motor in motors if motor.slide]
         turning = [motor for motor in motors if not motor.slide]
-        self._lay_gaps(layout, [*self.joints, *(slide for _, slide in sliding)])
 
+        self._lay_gaps(layout, [*self.joints, *(slide for _, slide in sliding)])
         turned = [(slide.first.part, slide.second.part) for slide in slides]
         turned += [(motor.first, motor.second) for motor in turning]
-        rows = [layout.turning_row(*pair) for pair in turned]
-        self._turning = np.array(rows).reshape(-1, self._links)
+        turns = [layout.turning_row(*pair) for pair in turned]
+        self._turning = np.array(turns).reshape(-1, self._links)
 
-        both = [i for i, joint in enumerate(self.joints) if not isinstance(joint, Slide)]
-        others = range(len(self.joints), len(self.joints) + len(sliding))
-        self._real = np.array([*both, *others], dtype=int)
+        # Real parts of pins, slots and motors; imaginary parts of all joints; slides, then motors.
+        held = [i for i, joint in enumerate(self.joints) if not isinstance(joint, Slide)]
+        prescribed = range(len(self.joints), len(self.joints) + len(sliding))
+        self._real = np.array([*held, *prescribed], dtype=int)
         lengths = len(self._real) + len(self.joints)
         self.count = lengths + len(turned)
         self.angles = np.arange(self.count) >= lengths
-        driven = [*range(len(both), len(self._real)), *range(lengths + len(slides), self.count)]
-        self.motors = list(zip(driven, [*(m for m, _ in sliding), *turning], strict=True))
+        rows = [*range(len(held), len(self._real)), *range(lengths + len(slides), self.count)]
+        self.motors = list(zip(rows, [*(m for m, _ in sliding), *turning], strict=True))
 
         self._rest = np.zeros(self.count)
         for row, slide in enumerate(slides, start=lengths):
             first, second = slide.first.part, slide.second.part
             self._rest[row] = slide.angle - layout.turn(second) + layout.turn(first)
+        # Motors turn and slide on from where they start.
         at_start = np.append(start, [point.u for point in followed])
         moved = self.residual(np.zeros(1), self.where(at_start[None]))[0]
-        self._rest[driven] = moved[driven]
+        self._rest[rows] = moved[rows]
 
     def _lay_gaps(self, layout: TreeLayout, joints: Sequence[Pin | Slide | Slot]) -> None:
         """Find what carries the points and the axes of each joint's gap."""
@@ -101,12 +103,9 @@ class Closures:
         self._points = Points(layout, [*(first for first, _ in ends), *(end for _, end in ends)])
         self._gaps = len(ends)
         self._bases = self._points.links[: self._gaps]
-        angles = [layout.frame(first.part).angle for first, _ in ends]
-        angles = [
-            angle + (joint.direction if isinstance(joint, Slide) else 0.0)
-            for angle, joint in zip(angles, joints, strict=True)
-        ]
-        self._axes = np.exp(1j * np.array(angles))
+        along = [joint.direction if isinstance(joint, Slide) else 0.0 for joint in joints]
+        turned = [layout.frame(first).angle for first, _ in self.parts]
+        self._axes = np.exp(1j * (np.array(turned) + along))
         self._turned_by = self._kinematics.turning.T[self._bases]  # (gaps, links)
         numbers = {joint.name: i for i, joint in enumerate(self.joints)}
         self._tracked = [numbers[point.slot.name] for point in self._followed]
