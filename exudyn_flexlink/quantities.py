@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from exudyn_flexlink.source import HintedError
 from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
 
 LONGEST_TEXT = 60
@@ -21,13 +22,8 @@ _QUANTITY = re.compile(rf"\s*({NUMBER})\s*({UNIT})")
 _IS_NUMBER = re.compile(rf"\s*{NUMBER}\s*")
 
 
-class QuantityError(ValueError):
+class QuantityError(HintedError):
     """A value that is not the quantity asked for; `hint` says how to write one."""
-
-    def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.message = message
-        self.hint = hint
 
 
 def to_si(value: object, dimension: Dimension) -> float:

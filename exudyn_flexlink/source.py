@@ -15,6 +15,7 @@ from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, spli
 
 __all__ = [
     "Document",
+    "HintedError",
     "KeyPath",
     "Mistake",
     "Place",
@@ -80,6 +81,15 @@ class Document:
             if path[:length] in self.settings:
                 return self.settings[path[:length]]
         return None
+
+
+class HintedError(ValueError):
+    """What is wrong with a value, before anybody knows its place; `hint` says what to write."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
 
 
 class SceneError(Exception):

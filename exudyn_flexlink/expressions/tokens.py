@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from exudyn_flexlink.source import did_you_mean
+from exudyn_flexlink.source import HintedError, did_you_mean
 from exudyn_flexlink.units import (
     PREFIXES,
     SYMBOLS,
@@ -20,13 +20,8 @@ from exudyn_flexlink.units import (
 LONGEST = 500  # letters of a formula
 
 
-class ExpressionError(ValueError):
+class ExpressionError(HintedError):
     """What is wrong with a formula, in words, and a hint."""
-
-    def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.message = message
-        self.hint = hint
 
 
 @dataclass(frozen=True)

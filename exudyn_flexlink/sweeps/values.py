@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from exudyn_flexlink.quantities import NUMBER, UNIT, in_words
+from exudyn_flexlink.source import HintedError
 from exudyn_flexlink.units import Dimension, UnknownUnitError, find_unit
 from exudyn_flexlink.yaml_reader import read_yaml
 
@@ -27,13 +28,11 @@ Value = float | str
 """A number, or a text as it stands in a model file, such as '5 mm' or 'beam'."""
 
 
-class ValuesError(ValueError):
+class ValuesError(HintedError):
     """A text that gives no values; `hint` says how they are written, `entry` which is meant."""
 
     def __init__(self, message: str, hint: str = HINT, entry: int | None = None) -> None:
-        super().__init__(message)
-        self.message = message
-        self.hint = hint
+        super().__init__(message, hint)
         self.entry = entry
 
 
