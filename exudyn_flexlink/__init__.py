@@ -120,30 +120,17 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Animation": "api.animations",
-    "Branches": "api.stability",
-    "CannotStartError": "sweeps",
-    "Comparison": "api.comparisons",
-    "NotRepresentableError": "engines",
-    "Result": "api.results",
-    "Scene": "api.scenes",
-    "SceneError": "source",
-    "Simulate": "api.sweeps",
-    "Stability": "api.stability",
-    "StorageError": "storage",
-    "SweepTable": "api.sweeps",
-    "bifurcation": "api.stability",
-    "compare": "api.comparisons",
-    "idealise": "api.scenes",
-    "load": "api.results",
-    "load_scene": "api.scenes",
-    "load_sweep": "api.sweeps",
-    "lyapunov": "api.stability",
-    "model_names": "shipped",
-    "simulate": "api.results",
-    "stability_of": "api.stability",
-    "standard_row": "sweeps",
-    "sweep": "api.sweeps",
+    "api.animations": ("Animation",),
+    "api.comparisons": ("Comparison", "compare"),
+    "api.results": ("Result", "load", "simulate"),
+    "api.scenes": ("Scene", "idealise", "load_scene"),
+    "api.stability": ("Branches", "Stability", "bifurcation", "lyapunov", "stability_of"),
+    "api.sweeps": ("Simulate", "SweepTable", "load_sweep", "sweep"),
+    "engines": ("NotRepresentableError",),
+    "shipped": ("model_names",),
+    "source": ("SceneError",),
+    "storage": ("StorageError",),
+    "sweeps": ("CannotStartError", "standard_row"),
 }
 
 
@@ -151,9 +138,10 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         own = import_module(f"{__name__}.versions")
         return own.version_of(own.THIS)
-    if name not in _HOMES:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{home}"), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
