@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from exudyn_flexlink.sweeps.plan import Sweep, Varied
-from exudyn_flexlink.sweeps.rows import COLUMNS, FAILED, Row, Scalar
+from exudyn_flexlink.sweeps.rows import COLUMNS, Row, Scalar
 from exudyn_flexlink.sweeps.values import Value
 
 
@@ -54,10 +54,6 @@ class SweepTable:
         for name in self.observables:
             found[name] = [row.numbers.get(name) for row in rows]
         return found
-
-    def failed(self) -> tuple[Row, ...]:
-        """Return the rows without numbers."""
-        return tuple(row for row in self.rows if row.status == FAILED)
 
 
 def table_of(sweep: Sweep, rows: Mapping[str, Row]) -> SweepTable:
