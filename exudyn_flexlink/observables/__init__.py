@@ -24,7 +24,7 @@ from exudyn_flexlink.observables.forces import (
     touching,
     worst_force,
 )
-from exudyn_flexlink.observables.interpolation import between_samples
+from exudyn_flexlink.observables.interpolation import between_samples, straight_between
 from exudyn_flexlink.observables.levers import (
     LeverResponse,
     lever_response,

@@ -14,6 +14,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.observables.interpolation import straight_between
 from exudyn_flexlink.observables.parting import common_times
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
@@ -127,8 +128,10 @@ def force_deviations(
     for name, force in both[0].items():
         if name not in both[1]:
             continue
-        one, other = (_at(run.time, own[name].values, time) for run, own in
-                      zip((first, second), both, strict=True))  # fmt: skip
+        one, other = (
+            straight_between(run.time, own[name].values, time)
+            for run, own in zip((first, second), both, strict=True)
+        )
         parts = (_spread(time, one, other, alike & part) for part in (~in_touch, in_touch))
         found[name] = ForceDeviation(force.unit, *parts)
     return found
@@ -151,13 +154,6 @@ def worst_force(found: Mapping[str, ForceDeviation]) -> tuple[str, float]:
         if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[found[name].unit])
     }
     return max(told.items(), key=lambda item: item[1], default=("", 0.0))
-
-
-def _at(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Values (N,) or (N, 2) at instants that the run sampled; straight between samples."""
-    if values.ndim == 1:
-        return np.interp(at, time, values)
-    return np.stack([np.interp(at, time, column) for column in values.T], axis=-1)
 
 
 def _spread(

@@ -9,6 +9,13 @@ from exudyn_flexlink.arrays import FloatArray
 HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
 
 
+def straight_between(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    """Values at instants `at` (M,) s on straight lines between samples (N,) or (N, k) at `time`."""
+    if values.ndim == 1:
+        return np.interp(at, time, values)
+    return np.stack([np.interp(at, time, column) for column in values.T], axis=-1)
+
+
 def between_samples(
     time: FloatArray, values: FloatArray, rates: FloatArray, at: FloatArray
 ) -> FloatArray:

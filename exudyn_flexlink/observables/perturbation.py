@@ -6,6 +6,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor, Mechanism, anchor_position, build_mechanism
+from exudyn_flexlink.observables.interpolation import straight_between
 from exudyn_flexlink.observables.points import path, point_anchor
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, RodBody, SleeveJoint, split_point
@@ -23,8 +24,7 @@ def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | N
     ideal = on_axis(result, point)
     if ideal is None:
         return None
-    off = path(result, point).position - ideal
-    return np.stack([np.interp(time, result.time, column) for column in off.T], axis=1)
+    return straight_between(result.time, path(result, point).position - ideal, time)
 
 
 def on_axis(result: Result, point: str) -> FloatArray | None:

@@ -15,6 +15,7 @@ from exudyn_flexlink.observables import (
     crank_angle,
     first_passes,
     path,
+    straight_between,
     watched_point,
 )
 from exudyn_flexlink.result import Result
@@ -87,7 +88,7 @@ def _at(
 ) -> Section:
     seen = path(result, watched_point(result.scene) if point is None else point)
     place = between_samples(seen.time, seen.position, seen.velocity, times)
-    speed = np.stack([np.interp(times, seen.time, own) for own in seen.velocity.T], axis=1)
+    speed = straight_between(seen.time, seen.velocity, times)
     return Section(seen.point, phase, by_crank, times, place, speed)
 
 
