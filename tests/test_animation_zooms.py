@@ -7,12 +7,12 @@ import pytest
 import results
 
 from exudyn_flexlink.animation import film_of, zooms
-from exudyn_flexlink.animation.look import STRIKE_PART, TOUCH
+from exudyn_flexlink.animation.look import TOUCH
 from exudyn_flexlink.animation.picture import Picture
 from exudyn_flexlink.animation.samples import PRECISE, kept_instants
 from exudyn_flexlink.animation.shots import Shots, largest_of
 from exudyn_flexlink.animation.speed import frames_of
-from exudyn_flexlink.animation.zooms import Viewpoint, zooms_of
+from exudyn_flexlink.animation.zooms import STRIKE_PART, Viewpoint, zooms_of
 from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.mechanism import Anchor, anchor_position
 from exudyn_flexlink.plots.outline import faces

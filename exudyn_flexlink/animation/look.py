@@ -21,10 +21,7 @@ THIN = 0.8  # on which the second is a line so many times as wide
 TRAIL_SECONDS = 1.6  # of the film without slow motion: how long the trail of S stays dark
 GLOW_SECONDS = 0.45  # of the film: how long a touch is seen after its end
 LABELLED = 0.12  # of the largest force: a weaker touch in a joint is not told in numbers
-ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
-STRIKE_PART = 0.06  # of the picture: the length of a face that is seen, or more
 ARROW = (7.0, 15.0)  # pixels: length of an arrow in the zoom, and what the largest force adds
-BESIDE = 0.08  # of its length: how much of the zoom is before and behind a guide
 
 
 def look_data() -> dict[str, object]:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.animation.film import Film, Take
-from exudyn_flexlink.animation.look import BESIDE, ROOM_AT_FACE, STRIKE_PART
 from exudyn_flexlink.animation.touches import Touching, touching_of
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
@@ -24,6 +23,9 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.plots.outline import faces, walled
 from exudyn_flexlink.plots.sleeve import ROOM
 
+ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
+STRIKE_PART = 0.06  # of the picture: the length of a face that is seen, or more
+BESIDE = 0.08  # of its length: how much of the zoom is before and behind a guide
 MOST_FACES = 2  # of as many struck faces each has a zoom: those of more would hide the mechanism
 ROOM_ALONG = 1.5  # of where touches are along a face: the length of it that is seen
 SLIDES = 0.15  # of the picture: the zoom on touches that go along more is not much larger than it

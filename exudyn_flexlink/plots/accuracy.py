@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import log10
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -26,8 +27,9 @@ from exudyn_flexlink.plots.style import (
     styled,
 )
 
-MARKERS = {"minimal": "o", "redundant": "s", "beam": "D", "fixed step": "^", "": "o"}
-LINES = {"minimal": "-", "redundant": "--", "beam": ":", "fixed step": "-.", "": "-"}
+LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
+         "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
+"""Markers and lines of formulations; of an engine without a choice those of none."""
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
 LEGEND = 2.4  # inches on a screen, of the legend above in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
@@ -98,19 +100,19 @@ def _draw(axes: Axes, study: Study) -> None:
 
 
 def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) -> None:
-    kind, style = _style(method)
+    style = _style(method)
     colour = ENGINE_COLOURS.get(method.engine, BLACK)
-    seen = [(point.processor, _drawn(point.errors, floor)) for point in points]
-    axes.plot(*zip(*seen, strict=True), color=colour, label=method.name, **style)
-    for x, y in seen:
-        face = "white" if y < floor else colour
-        axes.plot([x], [y], MARKERS[kind], color=colour, markerfacecolor=face, markersize=sized(5))
+    x = np.array([point.processor for point in points])
+    y = np.array([_drawn(point.errors, floor) for point in points])
+    axes.plot(x, y, color=colour, label=method.name, **style)
+    hollow = {**style, "linestyle": "", "markerfacecolor": "white"}
+    axes.plot(x[y < floor], y[y < floor], color=colour, **hollow)
 
 
-def _style(method: Method) -> tuple[str, dict[str, Any]]:
+def _style(method: Method) -> dict[str, Any]:
     kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
-    kind = kind if kind in MARKERS else ""
-    return kind, {"linestyle": LINES[kind], "marker": MARKERS[kind], "markersize": sized(5)}
+    marker, line = LOOKS.get(kind, LOOKS[""])
+    return {"linestyle": line, "marker": marker, "markersize": sized(5)}
 
 
 def _level(axes: Axes, source: Source) -> None:

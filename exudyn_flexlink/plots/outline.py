@@ -231,9 +231,8 @@ def coil(ends: FloatArray) -> FloatArray:
 
 def pivots(model: Mechanism) -> list[Anchor]:
     """Points of the ground that parts turn about."""
-    ends = [(pin.first, pin.second) for pin in model.hinges]
-    return [next(end for end in pair if end.part == GROUND)
-            for pair in ends if GROUND in (pair[0].part, pair[1].part)]  # fmt: skip
+    ends = [end for pin in model.hinges for end in (pin.first, pin.second)]
+    return [end for end in ends if end.part == GROUND]
 
 
 def joint_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:

@@ -66,8 +66,7 @@ def parallel_coordinates(
     axes.set_xlim(-0.1, count - 0.6)
     axes.set_yticks([])
     axes.grid(visible=False)
-    for side in ("left", "right", "top", "bottom"):
-        axes.spines[side].set_visible(False)
+    axes.set_frame_on(False)
 
 
 def _broken(name: str, room: float) -> str:

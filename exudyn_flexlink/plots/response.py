@@ -116,13 +116,8 @@ def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
     ]
     if hits:
         ground = axes.get_xaxis_transform()
-        style: dict[str, Any] = {
-            "color": BLACK,
-            "linestyle": "",
-            "marker": "|",
-            "markersize": sized(8),
-        }
-        axes.plot(hits, [0.03] * len(hits), transform=ground, label="impacts", **style)
+        axes.plot(hits, [0.03] * len(hits), "|", color=BLACK, markersize=sized(8),
+                  transform=ground, label="impacts")  # fmt: skip
 
 
 def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None:

@@ -54,7 +54,8 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
     if not chosen:
         return None
     along = [_along(table, i) for i in range(len(table.varied))]
-    seen = [_observed(table, name) for name in chosen]
+    columns = table.columns()
+    seen = [_scale(columns[name], *label_of(name)) for name in chosen]
     draw, most = {1: (_lines, MOST_PANELS), 2: (_maps, MOST_PANELS)}.get(
         len(along), (_parallel, MOST_TOLD)
     )
@@ -78,11 +79,6 @@ def _rounding(numbers: Sequence[float]) -> float:
     return max(ROUNDING * float(np.max(np.abs(numbers))), LEAST)
 
 
-def _observed(table: SweepTable, name: str) -> Scale:
-    """Values of an observable, nan where there is none."""
-    return _scale(table.columns()[name], *label_of(name))
-
-
 def _along(table: SweepTable, i: int) -> Scale:
     """Values that varied, in the unit in which the user gave them."""
     varied = table.varied[i]
@@ -94,6 +90,7 @@ def _along(table: SweepTable, i: int) -> Scale:
 
 
 def _scale(values: Sequence[Scalar], name: str, unit: str) -> Scale:
+    """Values with their label; nan where there is none."""
     label = f"{name} ({unit})" if unit else name
     if any(isinstance(value, str) for value in values):
         words = tuple(dict.fromkeys(str(value) for value in values))
