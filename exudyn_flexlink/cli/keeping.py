@@ -65,10 +65,10 @@ def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
 
 
 def made(what: str, make: Callable[[], Any]) -> int:
-    """Make something of what is sound; returns the exit code, and says a mistake of the program.
+    """Make something of sound numbers; returns the exit code, and says a mistake of the program.
 
     Raises:
-        REFUSALS: `make` refuses what it is asked for.
+        REFUSALS: it refuses what it is asked for.
 
     """
     try:

@@ -138,7 +138,7 @@ def add_command(
     about, _, examples = cleandoc(add_options.__doc__ or "").partition("\n\n")
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
-        help=about[0].lower() + about[1:].rstrip("."),
+        help=about[:1].lower() + about[1:].rstrip("."),
         description=about,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
