@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.mechanism import Channel, Mechanism, pair_sides, pairs
+from exudyn_flexlink.mechanism import Mechanism, pair_sides, pairs
 from exudyn_flexlink.result import SleeveHistory
 
 
@@ -18,25 +15,13 @@ def sleeve_histories(
     """Forces (samples, contacts) and touches of every channel, by the name of its joint."""
     histories = {}
     first = len(mechanism.touching)
-    depths = wall_penetrations(mechanism.channels, written.seeker, first)
-    for channel, deepest in zip(mechanism.channels, depths, strict=True):
+    for channel in mechanism.channels:
         names = tuple(contact.name for contact in pairs(channel))
         count = len(names)
+        deepest = float(written.seeker.deepest[first : first + count].max())
         touches = written.intervals(first, count) if channel.clearance > 0 else Intervals.of()
         histories[channel.name] = SleeveHistory(
             names, pair_sides(channel), forces[:, first : first + count], touches, deepest
         )
         first += count
     return histories
-
-
-def wall_penetrations(
-    channels: Sequence[Channel], seeker: ExtremeSeeker, first: int
-) -> list[float]:
-    """Largest penetration of each channel's pairs, m; the first pair is contact number `first`."""
-    found = []
-    for channel in channels:
-        count = len(pairs(channel))
-        found.append(float(seeker.deepest[first : first + count].max()))
-        first += count
-    return found

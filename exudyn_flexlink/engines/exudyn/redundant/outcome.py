@@ -48,7 +48,9 @@ ROUNDING = 1e-9  # rad: what the search for the end of a run's turns may leave
 
 def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
     """Put the Result together; its timings are still to come."""
-    kept = {key: np.concatenate(value) for key, value in vars(prepared.recorder.samples).items()}
+    kept = {
+        key: np.concatenate(value) for key, value in vars(prepared.loop.recorder.samples).items()
+    }
     poses, rates, mechanism = kept["poses"], kept["rates"], prepared.assembly.mechanism
     histories, count = _histories(prepared, poses, rates, kept["forces"]), len(mechanism.contacts)
     return Result(
@@ -75,7 +77,7 @@ def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
         bearings=by_name(mechanism.bearings, histories[count:]),
         sleeves=sleeve_histories(mechanism, _written(prepared), kept["forces"]),
         energy=EnergyHistory(*kept["energies"].T),
-        extremes=prepared.recorder.seeker.extremes(),
+        extremes=prepared.loop.recorder.seeker.extremes(),
         # A lap that begins as the run ends is none.
         laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
         checks=_checks(prepared, iterations),
@@ -107,7 +109,7 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 
 def _written(prepared: Prepared) -> Written:
     """Return what the run wrote down of its contacts and of its channels' pairs."""
-    recorder, entries = prepared.recorder, prepared.loop.contacts.entries
+    recorder, entries = prepared.loop.recorder, prepared.loop.contacts.entries
     of_run = recorder.totals_of, recorder.force_of
     return Written(entries, recorder.totals, *of_run, recorder.seeker)
 
@@ -116,7 +118,7 @@ def _torques(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, Float
     """Torque of each drive that has one on its joint's second part, N m."""
     mechanism = prepared.assembly.mechanism
     time, poses, rates = just_before(kept["time"]), kept["poses"], kept["rates"]
-    rows = prepared.recorder.motor_rows
+    rows = prepared.loop.recorder.motor_rows
     torques = {
         motor.name: -kept["multipliers"][:, row]
         for motor, row in zip(mechanism.speed_motors, rows, strict=True)
@@ -132,7 +134,7 @@ def _drive_forces(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, 
     mechanism = prepared.assembly.mechanism
     state = just_before(kept["time"]), kept["poses"], kept["rates"]
     found = {force.name: force_at(force, *state) for force in mechanism.forces}
-    for motor, row in zip(mechanism.speed_motors, prepared.recorder.motor_rows, strict=True):
+    for motor, row in zip(mechanism.speed_motors, prepared.loop.recorder.motor_rows, strict=True):
         if motor.slide:
             line = line_of(motor.slide, kept["poses"])
             found[motor.name] = -kept["multipliers"][:, row, None] * line
@@ -162,7 +164,7 @@ def _slot_forces(
 ) -> dict[str, FloatArray]:
     return {
         slot.slot.name: slot.force(kept["multipliers"], poses, kept["places"][:, k])
-        for k, slot in enumerate(prepared.slots)
+        for k, slot in enumerate(prepared.loop.slots)
     }
 
 
@@ -178,7 +180,7 @@ def _histories(
 
 
 def _checks(prepared: Prepared, iterations: int) -> Checks:
-    recorder, loop = prepared.recorder, prepared.loop
+    loop, recorder = prepared.loop, prepared.loop.recorder
     given = prepared.scene.accuracy.step
     per_contact = min((own.resolution.steps(given) for own in loop.contacts.all), default=inf)
     return Checks(
@@ -224,7 +226,7 @@ def _left(prepared: Prepared) -> float | None:
     goal = prepared.loop.goal
     if goal is None:
         return None
-    left = goal.left(prepared.recorder.last_positions())
+    left = goal.left(prepared.loop.recorder.last_positions())
     return left if left > ROUNDING else 0.0
 
 

@@ -51,8 +51,6 @@ class Prepared:
     scene: Scene
     assembly: Assembly
     system: System
-    slots: list[SlotItems]
-    recorder: Recorder
     loop: Loop
     load_errors: list[ArithmeticError]
 
@@ -84,7 +82,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, events, recorder, end, goal, progress)
     loop.knots, loop.window = assembly.mechanism.knots(end), system.window
-    return Prepared(scene, assembly, system, slots, recorder, loop, errors)
+    return Prepared(scene, assembly, system, loop, errors)
 
 
 def _contacts(scene: Scene, system: System) -> Contacts:
@@ -118,8 +116,8 @@ def solve(prepared: Prepared) -> tuple[str, int]:
     """Run the solver; return its complaint (empty if there is none) and its Newton iterations."""
     found = _solve(prepared)
     if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
-        prepared.recorder.mark_last()  # stopped early: its last state is kept
-    prepared.recorder.flush()
+        prepared.loop.recorder.mark_last()  # stopped early: its last state is kept
+    prepared.loop.recorder.flush()
     return found
 
 

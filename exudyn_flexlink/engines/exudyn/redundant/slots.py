@@ -100,7 +100,9 @@ class SlotItems:
         self._lengths = [float(piece.length()) for piece in self.curve.pieces]
         self._along = 0.0
         self._u_rate = 0.0  # 1/s, of the parameter u
-        self._jumped = False
+        self.jumped = (
+            False  # the acceleration along the curve, as a new piece began with the last step
+        )
         self.at_end = False  # of an open curve: the run can't go on
 
     # --- items ------------------------------------------------------------------------------
@@ -213,6 +215,7 @@ class SlotItems:
 
     def after_step(self, now: StepEnd, step: float) -> float:
         """Follow the point, change the piece where it ends; return the next step (s)."""
+        self.jumped = False
         x, y, vx, vy = self._motion(now.q_list, now.v_list)
         # Two iterations of Newton are exact to rounding, from where the last speed leads to.
         at = self.at[self.piece]
@@ -234,12 +237,6 @@ class SlotItems:
             return step
         self._next_piece(1 if along > 0 else -1, now.time)
         return self._limit(step / 20, inf, along)
-
-    @property
-    def jumped(self) -> bool:
-        """Whether the acceleration along the curve jumped at the last step: a new piece began."""
-        jumped, self._jumped = self._jumped, False
-        return jumped
 
     def _motion(self, q: list[float], v: list[float]) -> tuple[float, float, float, float]:
         """Place (m) and velocity of the point in the axes of the curve."""
@@ -297,7 +294,7 @@ class SlotItems:
             first, last = self._laps[self._lap]
             after = first if way > 0 else last
         item = self._item_of_piece[after]
-        self._jumped = item != self._item_of_piece[self.piece] or item == self._general
+        self.jumped = item != self._item_of_piece[self.piece] or item == self._general
         self.piece = after
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
