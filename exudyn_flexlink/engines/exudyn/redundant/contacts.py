@@ -32,7 +32,6 @@ class Contacts:
         self._broad_phase = BroadPhase(faces)
         self._margin = MARGIN * max((own.contact_step for own in self._pairs), default=0.0)
         self.entries: list[Entry] = []  # of all steps so far
-        self.fresh: list[Entry] = []  # of the last one
         self.pressed = np.zeros(len(contacts), dtype=bool)  # those that act
         self._near: list[int] = []  # numbers of the pairs that are looked at
         self._looked_at = self._always
@@ -43,9 +42,9 @@ class Contacts:
             self._choose(now, step)
         for contact in self._looked_at:
             step = contact.after_step(now, step)
-        self.fresh = [own.entry for own in self._looked_at if own.entry is not None]
-        self.entries += self.fresh
-        for entry in self.fresh:
+        fresh = [own.entry for own in self._looked_at if own.entry is not None]
+        self.entries += fresh
+        for entry in fresh:
             self.pressed[entry.index] = self.all[entry.index].pressed
         return step
 

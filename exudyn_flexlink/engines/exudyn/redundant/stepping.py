@@ -162,6 +162,7 @@ class Loop:
     _first: float = 0.0
     _told: float = 0.0
     _goal_rate: float = 0.0
+    _noted: int = 0  # entries of the contacts' log that the recorder knows
     _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
     _solver: Any = None
 
@@ -223,7 +224,9 @@ class Loop:
 
     def _take(self, now: StepEnd, multipliers: FloatArray) -> bool:
         """Record the state; tell whether one of the scene's contacts began or ended."""
-        fresh = self.contacts.fresh
+        # What touches at time 0 is found after that state was taken, and noted with the first step.
+        fresh = self.contacts.entries[self._noted :]
+        self._noted += len(fresh)
         for entry in fresh:
             self.recorder.note(entry.index)
         places = [slot.place() for slot in self.slots]
