@@ -62,3 +62,18 @@ def test_a_contact_that_ends_tells_how_the_point_parts(engine, settings):
     assert first.end_place == pytest.approx(history.place[at], abs=1e-7)
     assert 0 < first.separation_speed < first.approach_speed
     assert not first.slides_off
+
+
+def test_a_link_that_is_held_on_its_axis_at_time_0_is_a_run_like_others():
+    """Its pairs press before the first step; a sleeve without clearance tells no touches."""
+    changes = [
+        "solver.formulation=redundant",
+        "bodies.link.rods=3",
+        "accuracy={step: 0.2 ms}",
+        "run={duration: 2 ms, sample: 0.2 ms}",
+    ]
+    result = simulate(load_scene(MODEL.with_name("supported.yaml"), changes), measure=False)
+    assert result.outcome.completed
+    history = result.sleeves["sleeve"]
+    assert np.any(history.force[1:] > 0)
+    assert len(history.touches) == 0
