@@ -30,9 +30,7 @@ STEEL = 7850.0  # kg/m^3: density of a body without any extent of its own
 
 def chain_of(scene: Scene, name: str) -> Chain:
     """Rods and hinges of the flexible body `name`."""
-    body = scene.bodies[name]
-    if not isinstance(body, FlexibleBody):
-        raise TypeError(f"'{name}' is not flexible")
+    body = _flexible(scene, name)
     return discretise(
         beam_of(scene, name), body.rods, body.layout, body.hinges.stiffness, body.hinges.damping
     )
@@ -40,9 +38,7 @@ def chain_of(scene: Scene, name: str) -> Chain:
 
 def beam_of(scene: Scene, name: str) -> Beam:
     """Length, mass per length and bending stiffness of the flexible body `name`."""
-    body = scene.bodies[name]
-    if not isinstance(body, FlexibleBody):
-        raise TypeError(f"'{name}' is not flexible")
+    body = _flexible(scene, name)
     material = scene.materials[body.material]
     section = sections.Section(body.section.area, body.section.second_moment)
     return Beam(
@@ -51,6 +47,13 @@ def beam_of(scene: Scene, name: str) -> Beam:
         sections.bending_stiffness(material.youngs_modulus, section),
         None if body.slender else section.thickness,
     )
+
+
+def _flexible(scene: Scene, name: str) -> FlexibleBody:
+    body = scene.bodies[name]
+    if not isinstance(body, FlexibleBody):
+        raise TypeError(f"'{name}' is not flexible")
+    return body
 
 
 def station(lengths: Sequence[float], place: float) -> tuple[int, float, float]:
@@ -140,8 +143,7 @@ class Bodies:
     def _add_chain(self, name: str) -> dict[str, tuple[int, float, float]]:
         chain = chain_of(self.scene, name)
         first = len(self.parts)
-        body = self.scene.bodies[name]
-        assert isinstance(body, FlexibleBody)  # which chains are made of
+        body = _flexible(self.scene, name)
         rods = halves(beam_of(self.scene, name), chain) if body.stretch else chain.rods
         for i, rod in enumerate(rods, start=1):
             centre = (rod.length / 2, 0.0)

@@ -104,10 +104,13 @@ class TreeLayout:
         frame = self.frame(anchor.part)
         return (frame.link, *frame.place(anchor.x, anchor.y))
 
-    def turn(self, part: int) -> float:
-        """Angle of a part where all coordinates are 0, rad."""
-        frame = self.frame(part)
-        return frame.angle + sum(self.links[i].turn for i in self.path(frame.link))
+    def turn(self, first: int, second: int) -> float:
+        """Angle (rad) of part `second` against `first` where all coordinates are 0."""
+        of_first, of_second = (
+            frame.angle + sum(self.links[i].turn for i in self.path(frame.link))
+            for frame in (self.frame(first), self.frame(second))
+        )
+        return of_second - of_first
 
     def turning_row(self, first: int, second: int) -> FloatArray:
         """Derivative (links,) of part `second`'s angle against `first` by the coordinates."""

@@ -89,8 +89,7 @@ class Closures:
 
         self._rest = np.zeros(self.count)
         for row, slide in enumerate(slides, start=lengths):
-            first, second = slide.first.part, slide.second.part
-            self._rest[row] = slide.angle - layout.turn(second) + layout.turn(first)
+            self._rest[row] = slide.angle - layout.turn(slide.first.part, slide.second.part)
         # Motors turn and slide on from where they start.
         at_start = np.append(start, [point.u for point in followed])
         moved = self.residual(np.zeros(1), self.where(at_start[None]))[0]

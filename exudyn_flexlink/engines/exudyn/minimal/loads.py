@@ -127,7 +127,7 @@ def _sensor(
     if isinstance(sense, Placed):
         return _Place(layout, kinematics, sense)
     if isinstance(sense, Turning):
-        rest = layout.turn(sense.second) - layout.turn(sense.first)
+        rest = layout.turn(sense.first, sense.second)
         return _Linear(layout.turning_row(sense.first, sense.second), rest, sense.is_speed)
     found = slide_link(layout, sense.slide)
     if found is None:

@@ -154,7 +154,7 @@ def _goal(
     if goal is None:
         return None
     row = layout.turning_row(goal.first, goal.second)
-    start = goal.start - layout.turn(goal.second) + layout.turn(goal.first)
+    start = goal.start - layout.turn(goal.first, goal.second)
 
     def left(x: FloatArray) -> float:
         return goal.turned - abs(float(row @ x) - start)

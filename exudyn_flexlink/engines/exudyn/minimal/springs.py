@@ -43,7 +43,7 @@ class Springs:
 
     def _add_rotary(self, spring: RotarySpring) -> None:
         first, second = spring.first, spring.second
-        rest = (spring.rest_angle or 0.0) - self._layout.turn(second) + self._layout.turn(first)
+        rest = (spring.rest_angle or 0.0) - self._layout.turn(first, second)
         found = hinge_between(self._layout, first, second)
         if found is None:
             row = self._layout.turning_row(first, second)
