@@ -90,6 +90,4 @@ def _inertia_about_joint(bodies: Bodies, joint: str) -> float:
     found = bodies.scene.joints[joint]
     assert isinstance(found, RevoluteJoint)
     anchor = next(anchor for anchor in bodies.ends(found) if anchor.part != GROUND)
-    part = bodies.parts[anchor.part]
-    arm = hypot(anchor.x - part.centre[0], anchor.y - part.centre[1])
-    return part.inertia + part.mass * arm**2
+    return bodies.parts[anchor.part].inertia_about(anchor.x, anchor.y)

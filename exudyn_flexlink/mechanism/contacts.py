@@ -107,8 +107,7 @@ def swings(mechanism: Mechanism) -> dict[str, Swing]:
         if pivot is None:
             continue
         part = mechanism.parts[lever]
-        arm = float(np.hypot(part.centre[0] - pivot.x, part.centre[1] - pivot.y))
-        inertia = part.inertia + part.mass * arm**2
+        inertia = part.inertia_about(pivot.x, pivot.y)
         if inertia > HEAVY * (all_mass - part.mass) * part.reach**2:
             continue
         held = {lever, GROUND}

@@ -10,7 +10,6 @@ from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
-    anchor_position,
     left_of,
     places_near,
     rate_of_jacobian_times_velocity,
@@ -53,22 +52,14 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
         torque = -spring.stiffness * (angle - rest) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
     for linear in mechanism.linear_springs:
-        pull = spring_force(linear, q, v)
-        _add_force(forces, linear.second, pull, q)
-        _add_force(forces, linear.first, -pull, q)
+        stretched = anchor_jacobian(linear.second, q) - anchor_jacobian(linear.first, q)
+        forces += (stretched.T @ spring_force(linear, q, v)).reshape(forces.shape)
     for motor in mechanism.torque_motors:
         _add_torque(forces, motor.first, motor.second, size_at(motor.size, time, q, v))
     for force in mechanism.forces:
         push = force_at(force, np.array([time]), q[None], v[None])[0]
         forces += (anchor_jacobian(force.point, q).T @ push).reshape(forces.shape)
     return forces.ravel()
-
-
-def _add_force(forces: FloatArray, anchor: Anchor, force: FloatArray, q: FloatArray) -> None:
-    if anchor.part != GROUND:
-        arm = anchor_position(anchor, q) - q[anchor.part, :2]
-        forces[anchor.part, :2] += force
-        forces[anchor.part, 2] += arm[0] * force[1] - arm[1] * force[0]
 
 
 def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> None:
