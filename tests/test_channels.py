@@ -12,7 +12,7 @@ from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
-from exudyn_flexlink.mechanism import anchor_position, approach, node_anchor, pair_sides, pairs
+from exudyn_flexlink.mechanism import anchor_position, approach, pair_sides, pairs
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -158,7 +158,7 @@ def test_nodes_are_where_the_rods_are():
     assembly = assembled("bodies.link.layout=half_ends")
     channel = assembly.mechanism.channels[0]
     assert sum(channel.lengths) == pytest.approx(0.07)
-    assert node_anchor(channel, len(channel.rods)).x == channel.lengths[-1]
+    assert channel.nodes[-1].x == channel.lengths[-1]
 
 
 # --- numbering --------------------------------------------------------------------------------

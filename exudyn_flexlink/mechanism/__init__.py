@@ -10,7 +10,7 @@ from exudyn_flexlink.mechanism.assembly import (
 from exudyn_flexlink.mechanism.bodies import beam_of, chain_of, station
 from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
-from exudyn_flexlink.mechanism.channels import deepest_allowed, node_anchor, pair_sides, pairs
+from exudyn_flexlink.mechanism.channels import deepest_allowed, pair_sides, pairs
 from exudyn_flexlink.mechanism.closing import CannotAssembleError, closest
 from exudyn_flexlink.mechanism.constraints import joint_residuals
 from exudyn_flexlink.mechanism.contact_pairs import (
@@ -79,7 +79,6 @@ from exudyn_flexlink.mechanism.resolution import (
     resolution_of_strike,
     resolution_of_wall,
     resolutions,
-    wall_half_period,
 )
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
 from exudyn_flexlink.mechanism.sampling import (

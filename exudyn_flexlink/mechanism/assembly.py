@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.closing import (
     CannotAssembleError,
     closest,
@@ -146,7 +145,7 @@ def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
     """Put links with clearance on the axes of their guides, but for those of the parts given."""
     slides = tuple(
-        Slide(channel.name, channel.guide, node_anchor(channel, 0))
+        Slide(channel.name, channel.guide, channel.nodes[0])
         for channel in mechanism.channels
         if channel.clearance > 0 and not given & set(channel.rods)
     )

@@ -23,7 +23,7 @@ _CORNERS = {UPPER: "upper corner", LOWER: "lower corner", 0.0: "middle"}
 def pairs(channel: Channel) -> tuple[FaceContact, ...]:
     """All pairs of a channel that can touch, as contacts of a point with a face."""
     sides = (UPPER, LOWER) if channel.clearance > 0 else (0.0,)
-    nodes = range(len(channel.rods) + 1)
+    nodes = range(len(channel.nodes))
     mouths = (("start", 0.0), ("end", channel.length))
     return (
         *(_on_wall(channel, node, side) for node in nodes for side in sides),
@@ -38,17 +38,10 @@ def pairs(channel: Channel) -> tuple[FaceContact, ...]:
 
 def pair_sides(channel: Channel) -> tuple[float, ...]:
     """Side of the link on which each pair touches it: +1 upper, -1 lower, 0 held on the axis."""
-    count = 2 * (len(channel.rods) + 1) + 4 * len(channel.rods)
+    count = 2 * len(channel.nodes) + 4 * len(channel.rods)
     if channel.clearance > 0:
         return (UPPER, LOWER) * (count // 2)
     return (0.0,) * (count // 2)
-
-
-def node_anchor(channel: Channel, node: int) -> Anchor:
-    """Node i: the start of rod i, or the end of the last one."""
-    if node < len(channel.rods):
-        return Anchor(channel.rods[node], 0.0, 0.0)
-    return Anchor(channel.rods[-1], channel.lengths[-1], 0.0)
 
 
 def _at(channel: Channel, x: float, side: float) -> Anchor:
@@ -60,7 +53,7 @@ def _on_wall(channel: Channel, node: int, side: float) -> FaceContact:
     # The free side of the upper wall is to the right of its direction, along the guide.
     return FaceContact(
         f"{channel.name}: node {node + 1} on {_WALLS[side]}",
-        node_anchor(channel, node),
+        channel.nodes[node],
         _at(channel, 0.0, side),
         _at(channel, channel.length, side),
         -side,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import hypot, inf
 
 from exudyn_flexlink.curves import Curve
@@ -138,3 +139,15 @@ class Channel:
     lengths: tuple[float, ...]
     law: RestitutionPenalty
     friction: Friction | None
+
+    @cached_property
+    def nodes(self) -> tuple[Anchor, ...]:
+        """Starts of the rods, and the end of the last one."""
+        starts = tuple(Anchor(rod, 0.0, 0.0) for rod in self.rods)
+        return (*starts, Anchor(self.rods[-1], self.lengths[-1], 0.0))
+
+    @property
+    def anchors(self) -> tuple[tuple[Anchor, ...], tuple[Anchor, ...]]:
+        """Anchors of link and guide between which a wall may push."""
+        guide = self.guide
+        return self.nodes, (guide, Anchor(guide.part, guide.x + self.length, guide.y))

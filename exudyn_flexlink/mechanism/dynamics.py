@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.constraints import Constraints, constraint_rows
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
 from exudyn_flexlink.mechanism.kinematics import (
@@ -19,7 +18,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.model import Mechanism
-from exudyn_flexlink.mechanism.parts import GROUND, Anchor
+from exudyn_flexlink.mechanism.parts import GROUND
 from exudyn_flexlink.mechanism.sensing import force_at, size_at
 
 
@@ -104,34 +103,14 @@ def _moving(
 
 
 def contact_mass(
-    mechanism: Mechanism, contact: Contact, q: FloatArray, places: FloatArray
+    mechanism: Mechanism, contact: Contact | Channel, q: FloatArray, places: FloatArray
 ) -> float:
-    """Least mass in kg that the two bodies oppose to a contact anywhere along its face."""
-    return _least_mass(mechanism, contact.anchors, q, places)
+    """Least mass in kg that the two bodies oppose to a contact, wherever they may touch.
 
-
-def channel_mass(
-    mechanism: Mechanism, channel: Channel, q: FloatArray, places: FloatArray
-) -> float:
-    """Least mass in kg that any node of the link and the guide oppose to a contact between them."""
-    guide = channel.guide
-    end = Anchor(guide.part, guide.x + channel.length, guide.y)
-    nodes = tuple(node_anchor(channel, i) for i in range(len(channel.rods) + 1))
-    return _least_mass(mechanism, (nodes, (guide, end)), q, places)
-
-
-def _least_mass(
-    mechanism: Mechanism,
-    anchors: tuple[tuple[Anchor, ...], tuple[Anchor, ...]],
-    q: FloatArray,
-    places: FloatArray,
-) -> float:
-    """``1 / (largest mobility of the first body's anchors + that of the second's)``, kg.
-
-    With every joint kept, and whatever the direction: it bounds the duration of an impact from
-    below, hence the step.
+    ``1 / (largest mobility of the first body's anchors + that of the second's)``, with every joint
+    kept, and whatever the direction. It bounds the duration of an impact from below, so the step.
     """
-    first, second = anchors
+    first, second = contact.anchors
     rows = [anchor_jacobian(anchor, q) for anchor in (*first, *second)]
     found = _moving(mechanism, q, places).mobilities(rows)
     return 1.0 / max(max(found[: len(first)]) + max(found[len(first) :]), 1e-300)

@@ -10,7 +10,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Laps, ray_crossings
-from exudyn_flexlink.mechanism.channels import node_anchor
 from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
@@ -63,7 +62,7 @@ def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> Flo
 
 def slides_of(mechanism: Mechanism) -> list[Slide]:
     """Prismatic joints and sleeves; those with clearance as if there were none."""
-    in_channels = (Slide(c.name, c.guide, node_anchor(c, 0)) for c in mechanism.channels)
+    in_channels = (Slide(c.name, c.guide, c.nodes[0]) for c in mechanism.channels)
     return [*mechanism.slides, *in_channels]
 
 

@@ -8,7 +8,7 @@ from math import inf
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.assembly import Assembly
 from exudyn_flexlink.mechanism.contact_pairs import Channel, Contact
-from exudyn_flexlink.mechanism.dynamics import channel_mass, contact_mass
+from exudyn_flexlink.mechanism.dynamics import contact_mass
 from exudyn_flexlink.scene import Scene
 
 WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
@@ -50,7 +50,7 @@ def resolutions(scene: Scene, assembly: Assembly) -> list[Resolution]:
         for contact in mechanism.touching
         if isinstance(contact.law, RestitutionPenalty)
     ]
-    walls = [resolution_of_wall(wall_half_period(assembly, c), asked) for c in mechanism.channels]
+    walls = [resolution_of_wall(half_period(assembly, c), asked) for c in mechanism.channels]
     return strikes + walls
 
 
@@ -59,17 +59,10 @@ def contact_step(scene: Scene, assembly: Assembly) -> float:
     return min((own.step for own in resolutions(scene, assembly)), default=inf)
 
 
-def half_period(assembly: Assembly, contact: Contact) -> float:
-    """Half the period of the contact's stiffness with the least mass behind it, s; inf if rigid."""
+def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
+    """Half the period of a stiffness with the least mass behind it, s; inf of a rigid contact."""
     if isinstance(contact.law, Impulse):
         return inf
     state = assembly.state
     mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
     return contact.law.half_period(mass)
-
-
-def wall_half_period(assembly: Assembly, channel: Channel) -> float:
-    """Half the period of the walls' stiffness with the least mass on it, s."""
-    state = assembly.state
-    mass = channel_mass(assembly.mechanism, channel, state.q, state.places)
-    return channel.law.half_period(mass)

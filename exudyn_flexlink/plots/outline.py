@@ -21,7 +21,6 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
-    node_anchor,
 )
 from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
@@ -158,8 +157,7 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
 
 def link_line(channel: Channel) -> Line:
     """The link in a guide, through its nodes."""
-    nodes = range(len(channel.rods) + 1)
-    return through(channel.name, *(node_anchor(channel, node) for node in nodes))
+    return through(channel.name, *channel.nodes)
 
 
 def curved(model: Mechanism) -> list[Slot | CurveContact]:

@@ -17,7 +17,6 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     anchor_position,
     build_mechanism,
-    node_anchor,
     pairs,
 )
 from exudyn_flexlink.observables import (
@@ -180,10 +179,10 @@ def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index:
     for side in (1, -1):
         y = side * channel.clearance * factor
         axes.plot([0, channel.length * factor], [y, y], color=GREY, linewidth=3, label="walls")
-    nodes = [node_anchor(channel, i) for i in range(len(channel.rods) + 1)]
-    line = np.array([_from_guide(channel, q, anchor_position(node, q)) for node in nodes])
+    places = [_from_guide(channel, q, anchor_position(node, q)) for node in channel.nodes]
+    line = np.array(places)
     axes.plot(*(factor * line).T, color=BLUE, marker=".", markersize=4, label="link, its nodes")
-    if nodes[0] in [slot.anchor for slot in model.slots]:
+    if channel.nodes[0] in [slot.anchor for slot in model.slots]:
         style: dict[str, Any] = {"color": BLACK, "mfc": "white", "markersize": 7, "zorder": 5}
         axes.plot(*(factor * line[0]), "o", label="in the slot", **style)
     axes.axhline(0, color=GREY, linewidth=0.6, linestyle=":")

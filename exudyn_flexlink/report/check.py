@@ -16,10 +16,10 @@ from exudyn_flexlink.mechanism import (
     contact_step,
     end_of_run,
     formulation,
+    half_period,
     pairs,
     resolutions,
     turn_goal,
-    wall_half_period,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
 from exudyn_flexlink.report.drives import drive_lines
@@ -250,7 +250,7 @@ def _contact_duration(assembly: Assembly, contact: Contact) -> str:
 
 
 def _wall_duration(assembly: Assembly, channel: Channel) -> str:
-    half = f"{number(wall_half_period(assembly, channel))} s"
+    half = f"{number(half_period(assembly, channel))} s"
     if channel.clearance > 0:
         return f"a contact with a wall lasts about {half} or longer, on the lightest node"
     return f"the lightest node swings on its axis with half a period of {half}"

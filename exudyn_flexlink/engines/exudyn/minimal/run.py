@@ -42,7 +42,6 @@ from exudyn_flexlink.mechanism import (
     pairs,
     sample_times,
     turn_goal,
-    wall_half_period,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.observables import Watched
@@ -71,7 +70,7 @@ def prepare(
     accuracy = scene.accuracy
     halves = [half_period(assembly, contact) for contact in mechanism.touching]
     for channel in mechanism.channels:
-        halves += [wall_half_period(assembly, channel)] * len(pairs(channel))
+        halves += [half_period(assembly, channel)] * len(pairs(channel))
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     goal = _goal(scene, assembly, layout)
     problem = MinimalProblem(model, recorder, goal, halves, end, accuracy.step)

@@ -32,12 +32,12 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
     end_of_run,
+    half_period,
     pairs,
     resolution_of_strike,
     resolution_of_wall,
     sample_times,
     turn_goal,
-    wall_half_period,
 )
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Event
@@ -98,7 +98,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
         resolution = resolution_of_strike(half, contact.law, asked)
         contacts.append(ContactItem(system, contact, i, resolution))
     for channel in assembly.mechanism.channels:
-        resolution = resolution_of_wall(wall_half_period(assembly, channel), asked)
+        resolution = resolution_of_wall(half_period(assembly, channel), asked)
         for k, pair in enumerate(pairs(channel), start=len(contacts)):
             contacts.append(ContactItem(system, pair, k, resolution))
             contacts[-1].channel = channel
