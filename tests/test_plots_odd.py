@@ -12,9 +12,11 @@ from matplotlib.text import Text
 from exudyn_flexlink import storage
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.intervals import Intervals
-from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import between_samples
 from exudyn_flexlink.plots import energy, figures, forces
+from exudyn_flexlink.plots.sketch import Posed
 
 
 @pytest.fixture(scope="module")
@@ -152,3 +154,17 @@ def test_of_contacts_that_never_act_all_are_named(rigid):
     idle = {"strike": without_force(rigid.contacts["strike"])}
     figure = forces(replace(rigid, contacts=idle))
     assert "strike" in "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_a_picture_has_room_for_a_cam_that_turns():
+    """A disc of 30 mm, 10 mm beside its shaft, reaches 40 mm to every side in a turn."""
+    scene = load_scene(results.MODEL.parent / "textbook" / "cam_follower.yaml")
+    cam = build_mechanism(scene).parts_of("cam")[0]
+    poses = np.tile(assemble_scene(scene).state.q, (9, 1, 1))
+    for pose, angle in zip(poses, np.linspace(0.0, 2 * np.pi, 9), strict=True):
+        c, s = np.cos(angle), np.sin(angle)
+        x, y = pose[cam, :2]
+        pose[cam] += [c * x - s * y - x, s * x + c * y - y, angle]
+    low, high = Posed(scene, poses).box
+    assert low[0] < -0.04
+    assert high[0] > 0.04

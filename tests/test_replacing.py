@@ -59,6 +59,14 @@ def test_a_folder_without_manifest_is_left_alone(summary, ends, capsys):
     assert "trajectory_rod.end.csv" in tree("o")  # of the pendulum: no manifest says whose it is
 
 
+@pytest.mark.parametrize("command", ["compare", "accuracy", "stability"])
+def test_every_study_tells_what_would_write_it(command, capsys):
+    mine("o/thesis.tex")
+    assert main([command, NO_CLEARANCE, "--out=o"]) == 2
+    assert capsys.readouterr().err.endswith("hint: '--force' forces it\n")
+    assert tree("o") == {"thesis.tex": b"mine"}
+
+
 def test_a_file_that_the_user_changed_is_not_replaced(ends, capsys):
     assert simulate() == 0
     changed = Path("o/trajectory_link.end.csv")
