@@ -30,11 +30,9 @@ ZSH = """\
 """
 
 
-def completes(action: argparse.Action, what: str) -> argparse.Action:
+def completes(action: argparse.Action, what: str) -> None:
     """Say what an argument is completed with: one of those above."""
-    function = PREFIX + what
-    action.complete = dict.fromkeys(SHELLS, function)  # type: ignore[attr-defined]
-    return action
+    action.complete = dict.fromkeys(SHELLS, PREFIX + what)  # type: ignore[attr-defined]
 
 
 def completion_command(options: argparse.Namespace) -> int:
