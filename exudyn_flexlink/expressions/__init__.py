@@ -1,5 +1,6 @@
 """Formulas of a model file: of time, and of angles, speeds and places."""
 
-from exudyn_flexlink.expressions.expression import Expression, NoValueError
+from exudyn_flexlink.expressions.expression import Addend, Expression, NoValueError
 from exudyn_flexlink.expressions.parsing import in_words, looks_like_expression, parse_expression
+from exudyn_flexlink.expressions.ranges import Bounds
 from exudyn_flexlink.expressions.tokens import ExpressionError, Sensed

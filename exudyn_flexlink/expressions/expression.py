@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.expressions.ranges import Bounds, ranges
 from exudyn_flexlink.expressions.tape import TIME, Program, Tape
 from exudyn_flexlink.expressions.tokens import Sensed
 from exudyn_flexlink.units import Powers
@@ -37,6 +38,22 @@ class Plan(NamedTuple):
     tape: Tape
     result: int
     switches: Sequence[int]
+
+
+class Addend:
+    """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
+
+    def __init__(self, tape: Tape, result: int) -> None:
+        self._tape, self._result = tape, result
+        self._value = Program(tape, [result])
+
+    def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
+        """Values (n,) at instants (n,) s and values (n,) of what is sensed; NaN where none is."""
+        return np.asarray(self._value.run(time, state)[0], dtype=float)
+
+    def ranges(self, time: Bounds, state: Sequence[Bounds]) -> Bounds:
+        """Between which bounds (n,) it stays where t (s) and what is sensed do so."""
+        return ranges(self._tape, self._result, time, state)
 
 
 class Expression:
@@ -149,6 +166,19 @@ class Expression:
     def _slopes(self) -> Program:
         slopes = [self._tape.slope(self._result, k) for k in range(len(self.sensed))]
         return Program(self._tape, slopes)
+
+    @cached_property
+    def addends(self) -> list[Addend]:
+        """The terms whose sum it is."""
+        found, left = [], [self._result]
+        while left:
+            one = left.pop()
+            name, takes, _ = self._tape.operations[one]
+            if name in ("add", "sub", "neg"):
+                left += takes
+            elif self._tape.variables(one):
+                found.append(Addend(self._tape, one))
+        return found
 
     # --- bends --------------------------------------------------------------------------------
 

@@ -55,6 +55,12 @@ class HybridProblem(Problem, Followed, Protocol):
     def slipped(self, step: Step) -> float:
         """How far (m) a coordinate that is not solved for ended from where its speed takes it."""
 
+    def overlooked(self, step: Step, allowed: float) -> float:
+        """Part of a step after which a force is not what its stages tell; 1 if nowhere.
+
+        `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the step.
+        """
+
     def on_singularity(self) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried fell on a singularity.
 
@@ -173,13 +179,18 @@ class ImplicitStepper:
                 h *= self.knots.part(step)
             else:
                 factor = self.control.factor(h, step.error)
-                if self.control.passes(step.error) or self._rounded(step):
+                good = self.control.passes(step.error) or self._rounded(step)
+                part = self.problem.overlooked(step, self.knots.allowed) if good else 1.0
+                if part < 1:
+                    h, first = h * part, False
+                elif good:
                     if self.problem.on_singularity()[0]:
                         self.rounded.append(self.time)
                     self.control.note(h, step.error)
                     self.h = h * (factor if first else min(factor, 1.0))
                     return step
-                h, first = h * min(factor, 0.9), False
+                else:
+                    h, first = h * min(factor, 0.9), False
 
     def _fitted(self, h: float, left: float) -> float:
         """Length of a step so that what is `left` (s) ends with a step, and knots end steps, too.

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions import Expression
+from exudyn_flexlink.expressions import Addend, Expression
 from exudyn_flexlink.mechanism.antiderivative import Antiderivative
 
 
@@ -109,6 +109,16 @@ class Formula:
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
         return self._integral(time + self._clock) - self._before
+
+    @property
+    def addends(self) -> list[Addend]:
+        """The terms whose sum it is; their t is that of the formula."""
+        return self._expression.addends
+
+    @property
+    def clock(self) -> float:
+        """What t is as the run begins, s."""
+        return self._clock
 
     @cached_property
     def _integral(self) -> Antiderivative:

@@ -24,10 +24,11 @@ from exudyn_flexlink.mechanism import (
     TorqueMotor,
     Turning,
 )
+from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.mechanism.tree import TreeLayout, slide_link
 
 
-class _Now(NamedTuple):
+class Now(NamedTuple):
     """Instants (n,) s: coordinates and speeds (n, links), where the links are."""
 
     t: FloatArray
@@ -36,16 +37,24 @@ class _Now(NamedTuple):
     places: Places
 
 
+class Given(NamedTuple):
+    """A formula, what it senses (n,), and what a unit of it is on the coordinates (n, links)."""
+
+    formula: Formula
+    sensed: list[FloatArray]
+    unit: FloatArray
+
+
 class _Linear:
     """A sum of coordinates, or its speed: an angle between two parts, or a slide of the tree."""
 
     def __init__(self, row: FloatArray, rest: float, is_speed: bool) -> None:
         self._row, self._rest, self._is_speed = row, rest, is_speed
 
-    def value(self, now: _Now) -> FloatArray:
+    def value(self, now: Now) -> FloatArray:
         return np.asarray(now.v @ self._row if self._is_speed else now.x @ self._row + self._rest)
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:  # noqa: ARG002
+    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:  # noqa: ARG002
         """Derivatives (links,) by coordinates and by speeds, at one instant."""
         none = np.zeros_like(self._row)
         return (none, self._row) if self._is_speed else (self._row, none)
@@ -66,18 +75,18 @@ class _Length:
         frame = layout.frame(slide.first.part)
         self._base, self._turn = frame.link, complex(np.exp(1j * (frame.angle + slide.direction)))
 
-    def value(self, now: _Now) -> FloatArray:
+    def value(self, now: Now) -> FloatArray:
         if self._is_speed:
             return np.asarray(np.sum(self._rows(now) * now.v, axis=1))
         first, second = self._points.places(now.places).T
         return np.asarray((self._back(now) * (second - first)).real)
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         """Derivatives (links,) by coordinates and by speeds, at one instant."""
         row = self._rows(now)[0]
         return (self._row_rates(now)[0], row) if self._is_speed else (row, np.zeros(len(row)))
 
-    def _back(self, now: _Now) -> ComplexArray:
+    def _back(self, now: Now) -> ComplexArray:
         return np.asarray((now.places.axis[:, self._base] * self._turn).conj())
 
     def _spun(self, points: ComplexArray, moves: ComplexArray) -> ComplexArray:
@@ -86,13 +95,13 @@ class _Length:
         between = (points[:, 1] - points[:, 0])[:, None]
         return np.asarray(moves[:, 1] - moves[:, 0] - 1j * between * turning)
 
-    def _rows(self, now: _Now) -> FloatArray:
+    def _rows(self, now: Now) -> FloatArray:
         """Derivatives (n, links) of the length."""
         points = self._points.places(now.places)
         moves = self._kinematics.moves(now.places, self._points.links, points)
         return np.asarray((self._back(now)[:, None] * self._spun(points, moves)).real)
 
-    def _row_rates(self, now: _Now) -> FloatArray:
+    def _row_rates(self, now: Now) -> FloatArray:
         """Time derivatives of those."""
         at, links = now.places, self._points.links
         rates = self._kinematics.rates(at, now.x, now.v)
@@ -110,11 +119,11 @@ class _Place:
         self._points = Points(layout, [sense.point])
         self._kinematics, self._axis = kinematics, sense.axis
 
-    def value(self, now: _Now) -> FloatArray:
+    def value(self, now: Now) -> FloatArray:
         place = self._points.places(now.places)[:, 0]
         return place.imag if self._axis else place.real
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         """Derivatives (links,) by coordinates and by speeds, at one instant."""
         points = self._points.places(now.places)
         moved = self._kinematics.moves(now.places, self._points.links, points)[0, 0]
@@ -142,11 +151,20 @@ class _Size:
         self._applied = size.value
         self._senses = [_sensor(layout, kinematics, sense) for sense in size.senses]
 
-    def value(self, now: _Now) -> FloatArray:
+    def value(self, now: Now) -> FloatArray:
         """Sizes (n,), N m or N; ArithmeticError where there is none."""
-        return self._applied.values(now.t, [sense.value(now) for sense in self._senses])
+        return self._applied.values(now.t, self.sensed(now))
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+    @property
+    def formula(self) -> Formula | None:
+        """The formula that gives it; None if it is a number or a table."""
+        return self._applied if isinstance(self._applied, Formula) else None
+
+    def sensed(self, now: Now) -> list[FloatArray]:
+        """What it senses (n,), in order."""
+        return [sense.value(now) for sense in self._senses]
+
+    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         """Derivatives (links,) by coordinates and by speeds, at one instant."""
         by_place, by_speed = np.zeros((2, now.x.shape[1]))
         seen = [float(sense.value(now)[0]) for sense in self._senses]
@@ -165,10 +183,14 @@ class _Torque:
         self._row = layout.turning_row(motor.first, motor.second)
         self._size = _Size(layout, kinematics, motor.size)
 
-    def push(self, now: _Now) -> FloatArray:
+    def push(self, now: Now) -> FloatArray:
         return self._size.value(now)[:, None] * self._row
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+    def units(self, now: Now) -> list[tuple[_Size, FloatArray]]:
+        """Size, and what a unit of it is on the coordinates (n, links)."""
+        return [(self._size, np.broadcast_to(self._row, now.x.shape))]
+
+    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         by_place, by_speed = self._size.slopes(now)
         return np.outer(self._row, by_place), np.outer(self._row, by_speed)
 
@@ -186,23 +208,28 @@ class _Force:
         self._turned_by[layout.hinges(force.axes)] = 1.0
         self._sizes = [_Size(layout, kinematics, size) for size in force.sizes]
 
-    def _direction(self, now: _Now) -> ComplexArray:
+    def _direction(self, now: Now) -> ComplexArray:
         """Where the x-axis of the force's axes points (n,)."""
         return np.asarray(now.places.axis[:, self._axes] * self._turn)
 
-    def _moved(self, now: _Now) -> ComplexArray:
+    def _moved(self, now: Now) -> ComplexArray:
         """Derivatives (n, links) of the point."""
         points = self._points.places(now.places)
         return np.asarray(self._kinematics.moves(now.places, self._points.links, points)[:, 0])
 
-    def _force(self, now: _Now) -> ComplexArray:
+    def _force(self, now: Now) -> ComplexArray:
         x, y = (size.value(now) for size in self._sizes)
         return np.asarray(self._direction(now) * (x + 1j * y))
 
-    def push(self, now: _Now) -> FloatArray:
+    def units(self, now: Now) -> list[tuple[_Size, FloatArray]]:
+        """Sizes, and what a unit of each is on the coordinates (n, links)."""
+        along = np.conj(self._direction(now))[:, None] * self._moved(now)
+        return list(zip(self._sizes, (along.real, along.imag), strict=True))
+
+    def push(self, now: Now) -> FloatArray:
         return np.asarray((np.conj(self._force(now))[:, None] * self._moved(now)).real)
 
-    def slopes(self, now: _Now) -> tuple[FloatArray, FloatArray]:
+    def slopes(self, now: Now) -> tuple[FloatArray, FloatArray]:
         (x_by_place, x_by_speed), (y_by_place, y_by_speed) = (
             size.slopes(now) for size in self._sizes
         )
@@ -239,6 +266,7 @@ class Loads:
             *(size for force in mechanism.forces for size in force.sizes),
         ]
         self.any = bool(self._all)
+        self.by_formula = [size for size in sizes if isinstance(size.value, Formula)]
         self.stiff = bool(mechanism.forces) or any(size.senses for size in sizes)
 
     def push(self, t: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
@@ -249,14 +277,14 @@ class Loads:
 
         """
         found = np.zeros(x.shape)
-        now = self._now(t, x, v)
+        now = self.now(t, x, v)
         for load in self._all:
             found += load.push(now)
         return found
 
     def slopes(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How forces fall (links, links) with coordinates, and with speeds."""
-        now = self._now(np.array([t]), x[None], v[None])
+        now = self.now(np.array([t]), x[None], v[None])
         stiffness, damping = np.zeros((2, len(x), len(x)))
         for load in self._all:
             by_place, by_speed = load.slopes(now)
@@ -264,5 +292,15 @@ class Loads:
             damping -= by_speed
         return stiffness, damping
 
-    def _now(self, t: FloatArray, x: FloatArray, v: FloatArray) -> _Now:
-        return _Now(t, x, v, self._kinematics.places(x))
+    def formulas(self, now: Now) -> list[Given]:
+        """Every torque and component of a force that a formula gives."""
+        return [
+            Given(size.formula, size.sensed(now), unit)
+            for load in self._all
+            for size, unit in load.units(now)
+            if size.formula is not None
+        ]
+
+    def now(self, t: FloatArray, x: FloatArray, v: FloatArray) -> Now:
+        """Where links are at instants (n,) s, from coordinates and speeds (n, links)."""
+        return Now(t, x, v, self._kinematics.places(x))

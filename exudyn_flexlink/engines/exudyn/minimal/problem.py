@@ -36,6 +36,7 @@ from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.instability import Instability
 from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
@@ -78,6 +79,7 @@ class MinimalProblem:
             if contact.touch(x, v).gap < -NOTHING:
                 contact.side = Side.BEHIND
         self._lasting = LastingErrors(self.model, self.end)
+        self._overlooked = Overlooked(self.model, self.end)
         self.instability = Instability(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = Finder(self.model, self.goal, x, v)
@@ -133,8 +135,7 @@ class MinimalProblem:
         self.model.coordinates.resume()
         q, v = self.model.coordinates.state()
         at = self.model.evaluate(time, q, v)
-        held: Held = at.kept.held
-        self.model.look(held.x, held.reach)
+        self.model.look(at.kept.held.x, at.kept.held.reach)
         if self._rigid.changed:
             self._rigid.changed = False
             self.recorder.keep_again(at)
@@ -192,20 +193,20 @@ class MinimalProblem:
             for contact, touch in self._contacts()
             if contact.acts and isinstance(contact, PenaltyContact)
         ]
-        return min([near, *rests, *self._limits_given()], default=inf)
-
-    def _limits_given(self) -> list[float]:
-        """Longest steps (s) of contacts that act, where the user gave a step."""
         if self.given is None:
-            return []
+            return min([near, *rests], default=inf)
         acting = [*(contact.acts for contact in self.model.contacts), *self.model.walls.touching]
-        halves = zip(self.half_periods, acting, strict=True)
-        return [IN_CONTACT * half for half, acts in halves if acts]
+        halves = np.array(self.half_periods)[acting].tolist()
+        return min([near, *rests, *(IN_CONTACT * half for half in halves)], default=inf)
 
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""
         stages, begin = step.stages.kept.held, step.begin.kept.held
         return self.model.coordinates.slipped(step.h, WEIGHTS, stages, begin)
+
+    def overlooked(self, step: Step, allowed: float) -> float:
+        """Part of a step after which a formula is not what it is at the stages; 1 if nowhere."""
+        return self._overlooked.part(step, allowed)
 
     def on_singularity(self) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step fell on a dead centre."""
@@ -275,8 +276,7 @@ class MinimalProblem:
             return contact.side is Side.APART and touch.inside >= 0 and not meets(touch, step.end)
         if not contact.acts or step.h < SHORTEST_LOOK * self.half_periods[k]:
             return False
-        off = FARTHEST_OFF * contact.peak / contact.law.stiffness
-        return touch.inside >= 0 and touch.gap > off
+        return touch.inside >= 0 and touch.gap > FARTHEST_OFF * contact.peak / contact.law.stiffness
 
     def cross(self, event: Event) -> float:
         """Change the equations; return how long (s) the next step may be."""
