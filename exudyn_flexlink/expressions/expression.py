@@ -170,7 +170,21 @@ class Expression:
     @cached_property
     def addends(self) -> list[Addend]:
         """The terms whose sum it is."""
-        found, left = [], [self._result]
+        return self._addends_of(self._result)
+
+    @cached_property
+    def rate_addends(self) -> list[Addend]:
+        """Those of its first derivative by time."""
+        return self._addends_of(self._tape.slope(self._result, TIME))
+
+    @cached_property
+    def bend_addends(self) -> list[Addend]:
+        """Those of its second derivative by time."""
+        rate = self._tape.slope(self._result, TIME)
+        return self._addends_of(self._tape.slope(rate, TIME))
+
+    def _addends_of(self, result: int) -> list[Addend]:
+        found, left = [], [result]
         while left:
             one = left.pop()
             name, takes, _ = self._tape.operations[one]

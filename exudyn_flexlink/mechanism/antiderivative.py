@@ -2,7 +2,8 @@
 
 Pieces are halved until the last coefficients of the function on them are rounding, as in Chebfun
 (Z. Battles and L. N. Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). They are made as they are
-needed and kept: a step asks for the same instants again and again.
+needed and kept: a step asks for the same instants again and again. What a piece's values do not
+show, such as a pulse between them, is told from outside.
 """
 
 from __future__ import annotations
@@ -25,10 +26,19 @@ SHORTEST = 1e-6  # of the time, or of the first piece: what bends there adds no 
 
 
 class Antiderivative:
-    """Integral of `function` from 0 on; it may bend at `knots` (s) without being halved there."""
+    """Integral of `function` from 0 on; it may bend at `knots` (s) without being halved there.
 
-    def __init__(self, function: Callable[[float], float], knots: Sequence[float] = ()) -> None:
-        self._function = function
+    `hides` tells whether between two instants (s) it does what its values at instants (n,) s, from
+    which polynomials are taken, do not show. It is told the largest coefficient.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[float], float],
+        knots: Sequence[float] = (),
+        hides: Callable[[float, float, FloatArray, float], bool] | None = None,
+    ) -> None:
+        self._function, self._hides = function, hides
         self._knots = sorted(time for time in knots if time > 0)
         self._ends = [0.0]
         self._sums = [0.0]
@@ -56,7 +66,8 @@ class Antiderivative:
             self._largest = max(self._largest, float(np.abs(coefficients).max()))
             tail = float(np.abs(coefficients[-TAIL:]).max())
             short = end - begin <= SHORTEST * max(begin, FIRST)
-            if short or tail <= RESOLVED * (self._largest + self._blur(coefficients, begin, end)):
+            rounding = RESOLVED * (self._largest + self._blur(coefficients, begin, end))
+            if short or (tail <= rounding and not self._hidden(begin, end)):
                 break
             end = begin + (end - begin) / 2
         self._length = 2 * (end - begin)
@@ -65,6 +76,11 @@ class Antiderivative:
         self._ends.append(end)
         self._sums.append(self._sums[-1] + _clenshaw(self._pieces[-1], 1.0))
 
+    def _hidden(self, begin: float, end: float) -> bool:
+        if self._hides is None:
+            return False
+        return self._hides(begin, end, _places(begin, end), self._largest)
+
     def _blur(self, coefficients: FloatArray, begin: float, end: float) -> float:
         """How much the function changes with a time that is rounded, over that rounding."""
         steepest = float(np.abs(chebyshev.chebder(coefficients)).sum()) * 2 / (end - begin)
@@ -72,8 +88,12 @@ class Antiderivative:
 
     def _interpolated(self, begin: float, end: float) -> FloatArray:
         """Coefficients of the polynomial through the function's values within a piece."""
-        places = (begin + end) / 2 + (end - begin) / 2 * NODES
-        return np.asarray(FROM_VALUES @ [self._function(time) for time in places.tolist()])
+        places = _places(begin, end).tolist()
+        return np.asarray(FROM_VALUES @ [self._function(time) for time in places])
+
+
+def _places(begin: float, end: float) -> FloatArray:
+    return (begin + end) / 2 + (end - begin) / 2 * NODES
 
 
 def _clenshaw(coefficients: Sequence[float], x: float) -> float:

@@ -8,10 +8,13 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions import Addend, Expression
+from exudyn_flexlink.expressions import LITTLE, Addend, Expression, Stretch, strays
 from exudyn_flexlink.mechanism.antiderivative import Antiderivative
+
+HIDDEN = 1e-6  # of a speed: what a term of it adds between instants, and may be left out
 
 
 class Applied(Protocol):
@@ -116,13 +119,31 @@ class Formula:
         return self._expression.addends
 
     @property
+    def rate_addends(self) -> list[Addend]:
+        """Those of its first time derivative."""
+        return self._expression.rate_addends
+
+    @property
+    def bend_addends(self) -> list[Addend]:
+        """Those of its second time derivative."""
+        return self._expression.bend_addends
+
+    @property
     def clock(self) -> float:
         """What t is as the run begins, s."""
         return self._clock
 
     @cached_property
     def _integral(self) -> Antiderivative:
-        return Antiderivative(self._expression.at, self._expression.linear_bends)
+        expression = self._expression
+        return Antiderivative(expression.at, expression.linear_bends, self._hides)
+
+    def _hides(self, begin: float, end: float, known: FloatArray, largest: float) -> bool:
+        """Tell whether a term does between two of t (s) what its values at `known` do not show.
+
+        What is small beside the `largest` value of the sum does not count.
+        """
+        return any(_hides(one, begin, end, known, largest) for one in self._expression.addends)
 
     @cached_property
     def _before(self) -> float:
@@ -132,6 +153,15 @@ class Formula:
         """Instants before `end` (s) at which the value, or a derivative, jumps."""
         found = self._expression.bends(end + self._clock)
         return [time - self._clock for time in found if time > self._clock]
+
+
+def _hides(addend: Addend, begin: float, end: float, known: FloatArray, largest: float) -> bool:
+    values = addend.values(known, [])
+    least = max(LITTLE * float(np.abs(values).max()), HIDDEN * largest)
+    through = Chebyshev.fit(known, values, len(known) - 1, [begin, end])
+    stretch = Stretch(begin, end)
+    found = strays(addend, stretch, lambda part: through(stretch.time(part)), lambda _: least)
+    return found is not None
 
 
 class Tabled(OfTime):

@@ -1,14 +1,13 @@
 """Whether a step has overlooked what a formula does between its stages, such as a short pulse.
 
-A step knows torques and forces at its stages alone, and so does the estimate of its error: a pulse
-between two of them, in time or along the way, is in neither. Here each term of a formula is bounded
-over parts of the step, by interval arithmetic. Where it may leave the polynomial through the
-stages, it is looked at, in ever shorter parts, until it is found to do so or can't do so by enough
-to matter.
+A step knows torques, forces and prescribed motions at its stages alone, and so does the estimate
+of its error: a pulse between two of them, in time or along the way, is in neither. So each term of
+a formula is looked at over the whole step: see `expressions.strays`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,19 +15,19 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.loads import Given, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.expressions import Addend, Bounds
+from exudyn_flexlink.expressions import LITTLE, Addend, Bounds, strays
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, C
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.window import Window
+from exudyn_flexlink.mechanism.prescribed import Formula, SpeedOf
 
-PARTS = 8  # of a step that are looked at first
-MOST_PARTS = 32  # looked at together: a formula that takes the same thing twice has wide bounds
-HALVINGS = 40  # of these parts: then rounding of the time is near
 SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
-LITTLE = 0.02  # of the largest value at any stage so far: less is left to the estimate of the error
-POWERS = np.arange(PARTS + 1)
-ON_WAY = np.linspace(0.0, 1.0, PARTS + 1)
+LITTLE_DRIVEN = 1e-3  # likewise as LITTLE, where nothing is free and no error is estimated
+DEGREE = 8  # of the polynomials by which what is sensed is followed
+POWERS = np.arange(DEGREE + 1)
+ON_WAY = np.linspace(0.0, 1.0, DEGREE + 1)
+AT_STAGES = np.array([0.0, *C])
 THROUGH = np.linalg.inv(ON_WAY[:, None] ** POWERS)  # coefficients of the polynomial through these
 
 
@@ -65,6 +64,9 @@ class Overlooked:
         self._model = model
         self._shortest = SHORTEST * end
         self._senses = any(size.senses for size in model.loads.by_formula)
+        free = len(model.coordinates.state()[0])
+        self._little = LITTLE if free else LITTLE_DRIVEN
+        self._drives = list(_driven(model))
         self._largest: dict[Addend, float] = {}
 
     def part(self, step: Step, allowed: float) -> float:
@@ -72,32 +74,33 @@ class Overlooked:
 
         `allowed` is how far (m/s^2) anything's acceleration may be off, on average over the step.
         """
+        earliest = 1.0
+        for addends, clock, reach in self._drives:
+            course = _Course(step.t, step.h, self._model.window, clock, np.zeros((0, DEGREE + 1)))
+            earliest = min(earliest, self._earliest(addends, course, [], allowed / reach))
         if not self._model.loads.by_formula or not len(step.start.q):
-            return 1.0
+            return earliest
         try:
             known = self._at_stages(step)
             within = self._within(step) if self._senses else known
         except (ValueError, ArithmeticError):  # no place within: the step itself was good
-            return 1.0
-        earliest = 1.0
+            return earliest
         for at, on_way in zip(known, within, strict=True):
             moved = self._moved(step.begin, at.unit[0])
             if moved == 0:
                 continue
-            coefficients = np.zeros((len(at.sensed), PARTS + 1))
+            coefficients = np.zeros((len(at.sensed), DEGREE + 1))
             if at.sensed:
                 coefficients[:] = np.array(on_way.sensed) @ THROUGH.T
             window, clock = self._model.window, at.formula.clock
             course = _Course(step.t, step.h, window, clock, coefficients)
-            times = course.time(np.array([0.0, *C]))
-            for addend in at.formula.addends:
-                values = addend.values(times, at.sensed)
-                earliest = min(earliest, self._earliest(addend, course, values, allowed / moved))
+            found = self._earliest(at.formula.addends, course, at.sensed, allowed / moved)
+            earliest = min(earliest, found)
         return earliest
 
     def _at_stages(self, step: Step) -> list[Given]:
         begin, stages = step.begin.kept.held, step.stages.kept.held
-        t = self._model.window.all_inside(step.t + step.h * np.array([0.0, *C]))
+        t = self._model.window.all_inside(step.t + step.h * AT_STAGES)
         x, v = np.vstack([begin.x, stages.x]), np.vstack([begin.v, stages.v])
         return self._model.loads.formulas(self._model.loads.now(t, x, v))
 
@@ -115,27 +118,41 @@ class Overlooked:
         return self._model.size(np.linalg.solve(begin.mass, reach.T @ unit))
 
     def _earliest(
-        self, addend: Addend, course: _Course, known: FloatArray, allowed: float
+        self,
+        addends: Sequence[Addend],
+        course: _Course,
+        sensed: Sequence[FloatArray],
+        allowed: float,
     ) -> float:
-        """As `part`, of one term; `known` are its values at the start and the stages."""
+        """As `part`, of terms that sense so at the start and the stages."""
+        found = [self._of_one(addend, course, sensed, allowed) for addend in addends]
+        return min(found, default=1.0)
+
+    def _of_one(
+        self, addend: Addend, course: _Course, sensed: Sequence[FloatArray], allowed: float
+    ) -> float:
+        known = addend.values(course.time(AT_STAGES), sensed)
         largest = max(self._largest.get(addend, 0.0), float(np.abs(known).max()))
         self._largest[addend] = largest
-        polynomial, powers = NODES @ known, np.arange(STAGES + 1)
-        begin, width = np.arange(PARTS) / PARTS, 1.0 / PARTS
-        for _ in range(HALVINGS):
-            middle = begin + width / 2
-            ends = np.array([begin, middle, begin + width])
-            expected = (ends[..., None] ** powers) @ polynomial
-            enough = max(LITTLE * largest, allowed / width)
-            off = np.abs(addend.values(course.time(middle), course.state(middle)) - expected[1])
-            if (off > enough).any():
-                first = float(middle[off > enough].min())
-                return first if first * course.h > self._shortest else 1.0
-            low, high = addend.ranges(*course.bounds(begin, width))
-            beyond = np.maximum(high - expected.max(0), expected.min(0) - low)
-            left = np.flatnonzero(beyond > enough)
-            if not len(left):
-                return 1.0
-            left = left[np.argsort(beyond[left])[-MOST_PARTS:]]
-            begin, width = np.sort(np.concatenate([begin[left], middle[left]])), width / 2
-        return 1.0
+        coefficients, powers = NODES @ known, np.arange(STAGES + 1)
+        found = strays(
+            addend,
+            course,
+            lambda part: (part[:, None] ** powers) @ coefficients,
+            lambda width: max(self._little * largest, allowed / width),
+        )
+        return 1.0 if found is None or found * course.h <= self._shortest else found
+
+
+def _driven(model: MinimalModel) -> Iterator[tuple[list[Addend], float, float]]:
+    """Of drives that prescribe by formulas: the terms of the acceleration, clock, and a length.
+
+    Over that length (m) an angular acceleration moves what turns; 1 along a line.
+    """
+    mechanism = model.assembly.mechanism
+    for motor in mechanism.speed_motors:
+        reach = 1.0 if motor.slide else max(part.reach for part in mechanism.parts)
+        if isinstance(motor.speed, Formula):
+            yield motor.speed.rate_addends, motor.speed.clock, reach
+        elif isinstance(motor.speed, SpeedOf) and isinstance(motor.speed.motion, Formula):
+            yield motor.speed.motion.bend_addends, motor.speed.motion.clock, reach
