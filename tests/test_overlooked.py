@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi, sin, sqrt
+from math import cos, pi, sin, sqrt
 
 import pytest
 
@@ -29,6 +29,21 @@ drives:
 initial: {speeds: {wheel: 1}}
 run: {duration: 2}
 accuracy: {tolerance: 1.0e-6}
+"""
+
+
+LED = """title: a block is led along a line, and a mass on a spring hangs on it
+bodies:
+  block: {{type: rigid, mass: 2, inertia: 1, points: {{b: [0, 0]}}}}
+  load: {{type: rigid, mass: 1, inertia: 1, points: {{c: [0, 0]}}}}
+joints:
+  way: {{type: prismatic, points: [ground, block.b], at: [0, 0], axis: [1, 0]}}
+  shelf: {{type: prismatic, points: [block.b, load.c], axis: [1, 0]}}
+springs: {{s: {{type: linear, joint: shelf, stiffness: 25, length: 0}}}}
+drives: {{lead: {{type: {drive}, joint: way, value: "{value}"}}}}
+initial: {{along: {{shelf: 0}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-6}}
 """
 
 
@@ -77,3 +92,30 @@ def test_a_pulse_too_weak_to_matter_costs_no_steps() -> None:
     """A force of 1e-9 N that swings a million times: 1e-16 m at most."""
     found = run(BLOCK.format(force="1e-9*sin(1e6*t)", speed=1, lasts=1))
     assert found.checks.steps < 100
+
+
+@pytest.mark.parametrize(
+    ("drive", "value"),
+    [
+        ("speed", "10*exp(-((t - 0.5003)/1e-5)**2)"),
+        ("motion", "1e-4*sqrt(pi)*0.5*(1 + tanh((t - 0.5003)/1e-5))"),
+    ],
+)
+def test_no_pulse_of_a_prescribed_motion_is_overlooked(drive: str, value: str) -> None:
+    """The block jumps by 0.18 mm, and the mass swings about its new place with omega = 5 rad/s."""
+    found = run(LED.format(drive=drive, value=value))
+    jump = 1e-4 * sqrt(pi)
+    assert found.poses[-1, 0, 0] == pytest.approx(jump, abs=TOLERANCE)
+    load = jump * (1 - cos(5 * (1 - 0.5003)))
+    assert found.poses[-1, 1, 0] == pytest.approx(load, abs=TOLERANCE)
+
+
+def test_the_energy_of_a_drive_in_a_pulse_is_summed_up() -> None:
+    """Where nothing is free: at its end the block is as fast as before, so that none is left."""
+    text = BLOCK.format(force="0*t", speed=1, lasts=1)
+    text = text.replace("type: force, point: block.b", "type: speed, joint: way")
+    text = text.replace('["0*t", 0]', '"1 + 10*exp(-((t - 0.5003)/1e-4)**2)"')
+    found = run(text.replace(", speeds_along: {way: 1}", ""))
+    assert found.poses[-1, 0, 0] == pytest.approx(1 + 1e-3 * sqrt(pi), abs=TOLERANCE)
+    largest = MASS / 2 * 11**2
+    assert found.energy.supplied[-1] == pytest.approx(0, abs=1e-5 * largest)
