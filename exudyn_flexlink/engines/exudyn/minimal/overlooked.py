@@ -114,8 +114,8 @@ class Overlooked:
 
     def _moved(self, begin: Evaluation, unit: FloatArray) -> float:
         """How much (m/s^2) anything accelerates by a unit of a torque or force."""
-        reach = self._model.reach(begin.kept.held)
-        return self._model.size(np.linalg.solve(begin.mass, reach.T @ unit))
+        push = begin.kept.held.reach.rows(unit)
+        return self._model.size(np.linalg.solve(begin.mass, push))
 
     def _earliest(
         self,
