@@ -21,6 +21,7 @@ from shutil import rmtree
 from types import ModuleType
 from typing import Any, Literal, TypeVar, cast
 
+from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.integrate import clock, collocation, control
 
 if sys.platform != "win32":
@@ -40,6 +41,7 @@ SELDOM = (100_000, 50, 50)  # objects between looks, looks between larger ones, 
 _BY_ADDRESS: set[Callable[..., Any]] = set()  # compiled by this process, or read from disk
 
 R = TypeVar("R", bound=tuple[Any, ...])
+A = TypeVar("A", FloatArray, IntArray)
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -88,6 +90,25 @@ def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable
     return kind, made
 
 
+def _itself(array: A) -> A:
+    """Return the array: Python's counting of who keeps it costs next to nothing."""
+    return array
+
+
+def _borrowed(_typing: Any, array: Any) -> Any:
+    """View of an array in a compiled function, which does not keep it: something else must.
+
+    To count up and down who keeps an array is half of what equations of motion would take.
+    """
+
+    def code(context: Any, builder: Any, _signature: Any, given: Any) -> Any:
+        view = context.make_array(array)(context, builder, given[0])
+        view.meminfo, view.parent = (part.type(None) for part in (view.meminfo, view.parent))
+        return view._getvalue()
+
+    return array(array), code
+
+
 def by_address(function: F, signature: Any) -> F:
     """Compile a function, of numba's signature, for itself: compiled ones are given it to call.
 
@@ -104,6 +125,9 @@ def by_address(function: F, signature: Any) -> F:
 def compiling() -> bool:
     """Tell whether functions are compiled: numba is installed, and not switched off."""
     return numba is not None and not numba.config.DISABLE_JIT
+
+
+borrowed = import_module("numba.extending").intrinsic(_borrowed) if compiling() else _itself
 
 
 def type_of(value: Any) -> Any:

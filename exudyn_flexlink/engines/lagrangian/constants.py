@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import borrowed, by_reference, compiled, inner
 
 
 class Constants(NamedTuple):
@@ -46,7 +46,8 @@ def packed(c: Constants) -> FloatArray:
 
 @inner
 def unpacked(data: FloatArray) -> Constants:
-    """Constants as views into the array of `packed`."""
+    """Constants as views into the array of `packed`, which the caller must keep."""
+    data = borrowed(data)
     n, count, contacts, walls = int(data[0]), int(data[1]), int(data[2]), int(data[3])
     squared = count * count
     sizes = (n * n, n, 1, count, squared, squared, count, 2 * count, 2, 12 * contacts,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
@@ -97,12 +96,12 @@ def eliminate(matrix: FloatArray, vector: FloatArray) -> None:
 
 
 @inner
-def factorise(matrix: FloatArray, first: int) -> None:
+def factorise(matrix: FloatArray, first: int, scaled: FloatArray) -> None:
     """Factors L D L^T, in place, of a positive definite matrix from row and column `first` on.
 
-    Only the lower half is written.
+    Only the lower half is written; `scaled` (N,) is room to work in.
     """
-    scaled, last = np.empty(len(matrix)), _coupled(matrix, first)
+    last = _coupled(matrix, first)
     for j in range(first, last):
         pivot = matrix[j, j]
         for k in range(first, j):

@@ -36,15 +36,15 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
+from exudyn_flexlink.engines.lagrangian.compiled import borrowed, compiled, inlined
 from exudyn_flexlink.engines.lagrangian.constants import Constants, chain_of, unpacked
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
+from exudyn_flexlink.engines.lagrangian.mass import Turned, fill_axes, fill_mass
 from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 
-Turned = tuple[FloatArray, FloatArray]
 # How each contact acts, which pairs of a sleeve touch, and what adds the forces of these pairs.
 Acting = tuple[IntArray, IntArray, Callable[..., float]]
 # The same, with all functions that are called by address.
@@ -71,43 +71,6 @@ class Drive(NamedTuple):
     torques: FloatArray
 
 
-@inner
-def turned(q: FloatArray) -> Turned:
-    """Cosines and sines of angles."""
-    cosines, sines = np.empty(len(q)), np.empty(len(q))
-    for j in range(len(q)):
-        cosines[j], sines[j] = np.cos(q[j]), np.sin(q[j])
-    return cosines, sines
-
-
-@compiled
-def mass_matrix(q: FloatArray, point: TrackPoint, c: Constants) -> FloatArray:
-    """Mass matrix M (N, N)."""
-    return _mass(turned(q), point, c)
-
-
-@inner
-def _mass(axes: Turned, point: TrackPoint, c: Constants) -> FloatArray:
-    """As `mass_matrix`, from cosines and sines of the coordinates."""
-    n, p, count = len(c.firsts), int(c.track_coordinate), len(axes[0])
-    begin = int(c.rods[0])  # the rods' coordinates follow one another
-    cosines, sines = axes[0][begin : begin + n], axes[1][begin : begin + n]
-    mass = np.zeros((count, count))
-    couplings, firsts, inertias = c.couplings, c.firsts, c.inertias
-    for i in range(n):
-        cosine, sine = cosines[i], sines[i]
-        for h in range(n):
-            mass[begin + i, begin + h] = couplings[i, h] * (cosine * cosines[h] + sine * sines[h])
-    for i in range(n):
-        slip = firsts[i] * (point[3] * cosines[i] - point[2] * sines[i])
-        mass[p, begin + i] += slip
-        mass[begin + i, p] += slip
-    for j in range(count):
-        mass[j, j] += inertias[j]
-    mass[p, p] += c.mass * (point[2] * point[2] + point[3] * point[3])
-    return mass
-
-
 @inlined
 def take_quadratic_terms(
     axes: Turned, v: FloatArray, point: TrackPoint, c: Constants, right: FloatArray
@@ -117,29 +80,29 @@ def take_quadratic_terms(
     n, p, begin = len(firsts), int(c.track_coordinate), int(c.rods[0])
     cosines, sines = axes[0][begin : begin + n], axes[1][begin : begin + n]
     moved = v[p] * v[p]
-    along, across = np.empty(n), np.empty(n)
+    turning = np.empty((2, n))
     for h in range(n):
         square = v[begin + h] * v[begin + h]
-        along[h], across[h] = cosines[h] * square, sines[h] * square
-        right[p] += firsts[h] * (point[2] * along[h] + point[3] * across[h])
+        along, across = cosines[h] * square, sines[h] * square
+        right[p] += firsts[h] * (point[2] * along + point[3] * across)
+        turning[0, h], turning[1, h] = along, across
     for i in range(n):
         pulled, pushed = 0.0, 0.0
         for h in range(n):
-            pulled += couplings[i, h] * along[h]
-            pushed += couplings[i, h] * across[h]
+            pulled += couplings[i, h] * turning[0, h]
+            pushed += couplings[i, h] * turning[1, h]
         right[begin + i] -= sines[i] * pulled - cosines[i] * pushed
         right[begin + i] -= firsts[i] * (point[5] * cosines[i] - point[4] * sines[i]) * moved
     right[p] -= c.mass * (point[2] * point[4] + point[3] * point[5]) * moved
 
 
 @inlined
-def _torques(state: State, axes: Turned, c: Constants) -> FloatArray:
-    """Generalised forces Q (N,) of springs, dampers and weight."""
+def _fill_torques(state: State, axes: Turned, c: Constants, torques: FloatArray) -> None:
+    """Fill in generalised forces Q (N,) of springs, dampers and weight."""
     q, v, point = state
     cosines, sines = axes
     stiffness, damping, preload = c.stiffness, c.damping, c.preload
     count, gx, gy = len(q), c.gravity[0], c.gravity[1]
-    torques = np.empty(count)
     for j in range(count):
         torque = preload[j]
         for k in range(count):
@@ -154,17 +117,18 @@ def _torques(state: State, axes: Turned, c: Constants) -> FloatArray:
         for i in range(len(firsts)):
             j = int(rods[i])
             torques[j] += firsts[i] * (gy * cosines[j] - gx * sines[j])
-    return torques
 
 
 @inlined
-def _solve_free(mass: FloatArray, right: FloatArray, first: int, result: FloatArray) -> None:
+def _solve_free(
+    mass: FloatArray, right: FloatArray, first: int, result: FloatArray, scratch: FloatArray
+) -> None:
     """Fill in accelerations from the first free one on, where no contact lasts."""
     for j in range(first, len(right)):
         result[j] = right[j]
         if first == 1:
             result[j] -= mass[j, 0] * result[0]
-    factorise(mass, first)
+    factorise(mass, first, scratch)
     substitute(mass, first, result)
 
 
@@ -262,11 +226,15 @@ def accelerations(
     drive's torque.
     """
     acting, touching, add_wall_forces = holding
-    contacts = len(acting)
-    forces, drags, powers = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
-    axes = turned(state.q)
-    mass = _mass(axes, state.point, c)
-    right = _torques(state, axes, c)
+    count, contacts = len(state.q), len(acting)
+    # Two arrays are made, not ten; what is returned of both keeps them to the end.
+    kept, pushes = np.empty((count + 5, count)), np.zeros((3, contacts))
+    room = borrowed(kept)
+    axes, right, result, mass = (room[0], room[1]), room[2], room[3], room[5:]
+    forces, drags, powers = borrowed(pushes[0]), borrowed(pushes[1]), borrowed(pushes[2])
+    fill_axes(state.q, axes)
+    fill_mass(axes, state.point, c, mass)
+    _fill_torques(state, axes, c, right)
     take_quadratic_terms(axes, state.v, state.point, c, right)
     for j in range(len(right)):
         right[j] += drive.torques[j]
@@ -274,12 +242,11 @@ def accelerations(
     walled = 0.0
     if len(touching) > 0:
         walled = add_wall_forces((state.q, state.v, state.point), touching, chain_of(c), right)
-    result = np.zeros(len(right))
     if drive.first == 1:
         result[0] = drive.alpha
     rows = _lasting(acting)
     if len(rows) == 0:
-        _solve_free(mass, right, drive.first, result)
+        _solve_free(mass, right, drive.first, result, room[4])
     else:
         _solve(mass, right, (states, gradients), rows, (result, forces, drive.first))
     motor = 0.0
@@ -292,7 +259,7 @@ def accelerations(
                 motor -= forces[k] * gradients[k, 0]
     for k in range(len(states)):
         powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
-    return result, motor, forces, powers, walled
+    return kept[3], motor, pushes[0], pushes[2], walled
 
 
 @compiled
@@ -323,7 +290,8 @@ def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> No
     count, contacts = len(c.inertias), len(holding[0])
     free = (len(y) - 2 - 2 * contacts) // 2
     first = count - free
-    q, v = np.empty(count), np.empty(count)
+    kept = np.empty((2, count))
+    q, v = borrowed(kept[0]), borrowed(kept[1])
     q[0], v[0] = guide[0], guide[1]
     for j in range(free):
         q[first + j], v[first + j] = y[j], y[free + j]
@@ -334,13 +302,13 @@ def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> No
     )
     for j in range(free):
         rate[j], rate[free + j] = v[first + j], found[first + j]
+    at = 2 * free
+    for k in range(contacts):
+        rate[at + 2 + k] = forces[k]
+        rate[at + 2 + contacts + k] = powers[k]
     supplied, damping = motor * v[0], c.damping
     for j in range(count):
         supplied += torques[j] * v[j]
         for k in range(count):
-            lost += v[j] * damping[j, k] * v[k]
-    at = 2 * free
+            lost += kept[1, j] * damping[j, k] * kept[1, k]  # keeps q and v so long
     rate[at], rate[at + 1] = lost, supplied
-    for k in range(contacts):
-        rate[at + 2 + k] = forces[k]
-        rate[at + 2 + contacts + k] = powers[k]

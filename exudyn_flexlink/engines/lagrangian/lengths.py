@@ -8,7 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inner
-from exudyn_flexlink.engines.lagrangian.equations import turned
+from exudyn_flexlink.engines.lagrangian.mass import turned
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 
 

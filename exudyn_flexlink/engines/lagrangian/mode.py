@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.compiled import by_reference, compiled, inner
+from exudyn_flexlink.engines.lagrangian.compiled import borrowed, by_reference, compiled, inner
 from exudyn_flexlink.engines.lagrangian.constants import Constants, unpacked
 from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.equations import fill_rate
@@ -55,8 +55,18 @@ class Equations(NamedTuple):
 
 @inner
 def equations_of(mode: Mode) -> Equations:
-    """Equations of a mode."""
-    return Equations(mode, unpacked(mode.data))
+    """Equations of a mode, which the caller must keep."""
+    lent = mode_of(
+        borrowed(mode.data),
+        borrowed(mode.piece),
+        borrowed(mode.centre),
+        borrowed(mode.drive),
+        borrowed(mode.motors),
+        borrowed(mode.acting),
+        borrowed(mode.touching),
+        mode.functions,
+    )
+    return Equations(lent, unpacked(mode.data))
 
 
 class Instant(NamedTuple):

@@ -12,8 +12,9 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
 from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
-from exudyn_flexlink.engines.lagrangian.equations import PENALTY, mass_matrix
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
+from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
@@ -43,7 +44,7 @@ def slopes(
             (q, v, point), pressing[contacts:], chain_of(c), (springs, dampers)
         )
     mass = mass_matrix(q, point, c)
-    factorise(mass, first)
+    factorise(mass, first, np.empty(count))
     return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
 
 
@@ -110,7 +111,7 @@ def accelerated_by(
     mode, c = equations
     first = int(mode.drive[0])
     mass = mass_matrix(q, point, c)
-    factorise(mass, first)
+    factorise(mass, first, np.empty(len(q)))
     found: FloatArray = forces.copy()
     substitute(mass, first, found)
     return found[first:]
