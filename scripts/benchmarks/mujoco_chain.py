@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,8 +57,7 @@ def end(link: Link, joints: FloatArray) -> FloatArray:
 
 def ring(weight: float, count: int, every: int, integrator: Any) -> FloatArray:
     """S (count + 1, 2) from P, m, every millisecond, with `every` steps in each."""
-    link = Link()
-    chain = model(weight, link)
+    link, chain = _made_once(weight)
     chain.opt.timestep = 1e-3 / every
     chain.opt.integrator = integrator
     data = mujoco.MjData(chain)
@@ -66,6 +66,13 @@ def ring(weight: float, count: int, every: int, integrator: Any) -> FloatArray:
         mujoco.mj_step(chain, data, every)
         joints[i + 1] = data.qpos
     return end(link, joints)
+
+
+@cache
+def _made_once(weight: float) -> tuple[Link, Any]:
+    """Chain and its model, made once as our scene is loaded once: what is repeated is the run."""
+    link = Link()
+    return link, model(weight, link)
 
 
 def mass_matrix(link: Link) -> FloatArray:
