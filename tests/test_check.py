@@ -1,5 +1,6 @@
 """What `check` says of sleeves, and of the effects that a scene has."""
 
+from dataclasses import replace
 from math import pi, sqrt
 from pathlib import Path
 
@@ -217,6 +218,8 @@ def test_the_start_tells_places_along_slides_and_no_rounding(tmp_path: Path) -> 
     (tmp_path / "model.yaml").write_text(CART)
     scene = load_scene(tmp_path / "model.yaml")
     assembly = assemble_scene(scene)
-    assembly.state.q[0, 2] = -1e-19
+    turned = assembly.state.q.copy()
+    turned[0, 2] = -1e-19
+    assembly = replace(assembly, state=replace(assembly.state, q=turned))
     start = check_text(scene, assembly).partition("\nStart\n")[2].splitlines()
     assert [line.strip() for line in start[:2]] == ["cart 0 deg", "along way 0.1 m"]
