@@ -7,7 +7,7 @@ import pytest
 from test_physics_tools import TRAMMEL, angle, run, run_model, scene, where
 
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
-from exudyn_flexlink.engines.exudyn.minimal.loads import _Length, _Now, _sensor
+from exudyn_flexlink.engines.exudyn.minimal.loads import Now, _Length, _sensor
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Sliding
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -225,9 +225,9 @@ def test_slopes_of_what_a_formula_senses_of_a_way(text, joint, is_speed, across)
     x, v = np.random.default_rng(3).normal(size=(2, 1, count))
 
     def sees(x, v):
-        return float(sensor.value(_Now(np.zeros(1), x, v, kinematics.places(x)))[0])
+        return float(sensor.value(Now(np.zeros(1), x, v, kinematics.places(x)))[0])
 
-    by_place, by_speed = sensor.slopes(_Now(np.zeros(1), x, v, kinematics.places(x)))
+    by_place, by_speed = sensor.slopes(Now(np.zeros(1), x, v, kinematics.places(x)))
     for k, step in enumerate(1e-6 * np.eye(count)):
         difference = (sees(x + step, v) - sees(x - step, v)) / 2e-6
         assert by_place[k] == pytest.approx(difference, abs=1e-7)
