@@ -1,6 +1,8 @@
-"""Machine code of the Lagrangian where no folder can be written: a container, say."""
+"""Machine code of the Lagrangian: where it is kept, and by how many processes it is made."""
 
 import gc
+import json
+import os
 import shutil
 import subprocess
 import sys
@@ -11,8 +13,10 @@ from threading import Event, Thread
 import pytest
 from cli_runs import BARE, MODELS, ROOT
 
-from exudyn_flexlink.engines.lagrangian import compiled
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.lagrangian import compiled, parallel_compiling
 from exudyn_flexlink.engines.lagrangian.compiled import seldom_collecting
+from exudyn_flexlink.loading import load_scene
 
 NO_CLEARANCE = str(MODELS / "no_clearance.yaml")
 
@@ -44,6 +48,23 @@ for walled in (False, True):
     print(walled, len(walls.look.signatures))
 """
 
+BRIEF = "run={duration: 10 ms, sample: 1 ms}"
+
+IN_PARALLEL = """
+import sys
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.lagrangian import parallel_compiling
+from exudyn_flexlink.loading import load_scene
+parallel_compiling.cores = lambda: 2
+take_over = parallel_compiling.take_over
+def told(part, folder):
+    print(*(index.name.split("-")[0].split(".")[-1] for index in part.rglob("*.nbi")))
+    take_over(part, folder)
+parallel_compiling.take_over = told
+result = simulate(load_scene(sys.argv[1], [sys.argv[2]]), "lagrangian", measure=False)
+print("compile" in result.timings, result.poses.tobytes().hex())
+"""
+
 
 @pytest.fixture
 def read_only(tmp_path: Path) -> dict[str, str]:
@@ -56,11 +77,11 @@ def read_only(tmp_path: Path) -> dict[str, str]:
     return {**BARE, "HOME": str(home), "PYTHONPATH": str(package.parent)}
 
 
-def python(where: Path, environment: dict[str, str], *arguments: str) -> str:
+def python(where: Path, environment: dict[str, str], *arguments: str, within: int = 120) -> str:
     """Output of a script; its stderr, too."""
     ran = subprocess.run(
         [sys.executable, "-c", *arguments], cwd=where, env=environment,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=120,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=within,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stdout
     return ran.stdout
@@ -101,7 +122,7 @@ def test_a_run_says_that_it_will_compile_again(tmp_path, read_only):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has other locks")
 def test_who_comes_second_waits_for_what_the_first_keeps(tmp_path, monkeypatch):
-    monkeypatch.setattr(compiled, "_FOLDER", tmp_path)
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
     entered = Event()
 
     def second():
@@ -114,3 +135,74 @@ def test_who_comes_second_waits_for_what_the_first_keeps(tmp_path, monkeypatch):
         assert not entered.wait(0.2)
     assert entered.wait(60)
     other.join()
+
+
+def test_what_two_processes_compile_is_whole_and_gives_the_same_motion(tmp_path):
+    pytest.importorskip("numba")
+    kept = tmp_path / "kept"
+    # In all but the folder as here: rounding in numpy depends on the environment.
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(kept), "PYTHONPATH": str(ROOT)}
+    by_second, told = python(
+        tmp_path, environment, IN_PARALLEL, NO_CLEARANCE, BRIEF, within=600
+    ).splitlines()
+    assert {"accelerations", "coordinates_at"} < set(by_second.split())
+    files = {file: file.stat().st_mtime_ns for file in kept.rglob("*.nb?")}
+    again = python(tmp_path, environment, IN_PARALLEL, NO_CLEARANCE, BRIEF)
+    assert files == {file: file.stat().st_mtime_ns for file in kept.rglob("*.nb?")}
+    by_one = simulate(load_scene(NO_CLEARANCE, [BRIEF]), "lagrangian", measure=False)
+    poses = by_one.poses.tobytes().hex()
+    assert (told, again) == (f"True {poses}", f"False {poses}\n")
+
+
+def test_code_of_another_process_is_taken_over_where_there_is_none(tmp_path):
+    part, folder = tmp_path / "part", tmp_path / "numba-1"
+    theirs, ours = part / "numba-1" / "room", folder / "room"
+    for place, names in ((theirs, ("both-1", "new-2")), (ours, ("both-1",))):
+        place.mkdir(parents=True)
+        for name in names:
+            for ending in ("nbi", "1.nbc", "2.nbc"):
+                (place / f"{name}.py.{ending}").write_text(place.parts[-2])
+    (theirs / "not_finished-3.py.1.nbc").touch()
+    (ours / "both-1.py.1.nbc").write_text("ours")
+    parallel_compiling.take_over(part, folder)
+    files = [f"{name}.py" for name in ("both-1", "new-2")]
+    assert {file.name for file in ours.iterdir()} == {
+        f"{file}.{ending}" for file in files for ending in ("nbi", "1.nbc", "2.nbc")
+    }
+    assert (ours / "both-1.py.1.nbc").read_text() == "ours"
+
+
+def test_a_process_that_fails_costs_nothing_but_time(tmp_path, monkeypatch):
+    pytest.importorskip("numba")
+    done = list[str]()
+    units = [
+        parallel_compiling.Unit(function, lambda name=function.__name__: done.append(name))
+        for function in (parallel_compiling.cores, parallel_compiling.units)
+    ]
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    monkeypatch.setattr(parallel_compiling, "cores", lambda: 2)
+    monkeypatch.setattr(parallel_compiling, "units", lambda *_: units)
+    monkeypatch.setattr(parallel_compiling, "HELPER", "raise SystemExit(1)")
+    parallel_compiling.compile_in_parallel(False, False)
+    assert done == ["cores", "units"]
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_ends_the_processes(tmp_path):
+    idle = [sys.executable, "-c", "import time; time.sleep(3600)"]
+    with (
+        suppress(KeyboardInterrupt),
+        parallel_compiling.processes(idle, [tmp_path, tmp_path]) as helpers,
+    ):
+        raise KeyboardInterrupt
+    assert all(helper.returncode is not None for helper in helpers)
+
+
+def test_a_process_that_helps_ends_with_its_parent(tmp_path):
+    pytest.importorskip("numba")
+    given = json.dumps([sys.path, False, False, [0], str(tmp_path)])
+    helper = [sys.executable, "-c", parallel_compiling.HELPER, given]
+    with parallel_compiling.processes(helper, [tmp_path / "part"]) as (process,):
+        process.stdin.close()
+        assert process.wait(timeout=120) == 1
+        process.stdin = None

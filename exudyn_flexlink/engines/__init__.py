@@ -111,7 +111,7 @@ def formulations(scene: Scene, engine: str) -> tuple[str, ...]:
 
 
 def compiles(scene: Scene, engine: str) -> Literal["none", "once", "every run"]:
-    """Tell whether an engine will begin by compiling, for about half a minute.
+    """Tell whether an engine will begin by compiling, for up to half a minute.
 
     It does so once after it was installed; in every run where it can't keep the code on disk.
 

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -56,25 +56,18 @@ class Unit(NamedTuple):
 def compile_in_parallel(walled: bool, knots: bool) -> None:
     """Compile what is not yet on disk for mechanisms with walls, with knots, or without.
 
-    Do nothing where there is but one core, or where no folder can be written.
+    Do nothing where there is but one core, where no folder can be written, or where this is no
+    Python that could be started once more.
     """
-    if compiled.FOLDER is None or not compiling() or not sys.executable:
+    frozen = not sys.executable or getattr(sys, "frozen", False)
+    if compiled.FOLDER is None or not compiling() or frozen:
         return
     left = [k for k, unit in enumerate(units(walled, knots)) if _is_left(unit)]
     count = min(cores(), MOST, len(left)) - 1
     if count < 1:
         return
-    with TemporaryDirectory(
-        prefix="parts-", dir=compiled.FOLDER, ignore_cleanup_errors=True
-    ) as place:
-        parts = [Path(place) / f"part-{number}" for number in range(count)]
-        given = json.dumps([sys.path, walled, knots, left, place])
-        with _processes([sys.executable, "-c", HELPER, given], parts) as helpers:
-            _compile(walled, knots, left, Path(place))
-            for helper in helpers:
-                helper.wait()
-        for part in parts:
-            take_over(part, compiled.FOLDER)
+    with suppress(OSError):  # too little room, or too many processes: then it is done later
+        _share(count, walled, knots, left, compiled.FOLDER)
 
 
 def help_compiling(walled: bool, knots: bool, left: list[int], place: str) -> None:
@@ -143,8 +136,21 @@ def _taken(sign: Path) -> bool:
     return True
 
 
+def _share(count: int, walled: bool, knots: bool, left: list[int], folder: Path) -> None:
+    """Compile the units that are left, with so many helpers."""
+    with TemporaryDirectory(prefix="parts-", dir=folder, ignore_cleanup_errors=True) as place:
+        parts = [Path(place) / f"part-{number}" for number in range(count)]
+        given = json.dumps([sys.path, walled, knots, left, place])
+        with processes([sys.executable, "-c", HELPER, given], parts) as helpers:
+            _compile(walled, knots, left, Path(place))
+            for helper in helpers:
+                helper.wait()
+        for part in parts:
+            take_over(part, folder)
+
+
 @contextmanager
-def _processes(command: list[str], parts: list[Path]) -> Iterator[list[subprocess.Popen[bytes]]]:
+def processes(command: list[str], parts: list[Path]) -> Iterator[list[subprocess.Popen[bytes]]]:
     """Processes that keep their code in the parts of a folder; all have ended afterwards."""
     helpers: list[subprocess.Popen[bytes]] = []
     try:

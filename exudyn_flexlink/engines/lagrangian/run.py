@@ -111,7 +111,7 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
 def compiles(scene: Scene) -> Compilation:
     """Tell whether a run will begin by compiling the implicit method.
 
-    That takes about half a minute. If so, whether the code is then kept for later runs.
+    That takes up to half a minute. If so, whether the code is then kept for later runs.
 
     Raises:
         SceneError: the scene can't be put together.

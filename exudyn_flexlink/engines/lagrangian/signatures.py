@@ -22,9 +22,11 @@ from exudyn_flexlink.engines.lagrangian.event_functions import EventData
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, ScaleByReference
 from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, Mode, ModeByReference
 from exudyn_flexlink.engines.lagrangian.radau import work_for
-from exudyn_flexlink.engines.lagrangian.sampling import Motions
 from exudyn_flexlink.engines.lagrangian.step_control import Buffer, Control
-from exudyn_flexlink.engines.lagrangian.step_functions import StepFunctions, StepFunctionsByReference
+from exudyn_flexlink.engines.lagrangian.step_functions import (
+    StepFunctions,
+    StepFunctionsByReference,
+)
 from exudyn_flexlink.engines.lagrangian.wall_events import Step
 from exudyn_flexlink.integrate.collocation import RADAU
 
@@ -172,8 +174,8 @@ def _tuple(*fields: Any) -> Any:
 
 @cache
 def _arrays() -> _Arrays:
-    lines = [type_of(np.zeros((1,) * dimensions)) for dimensions in (1, 2, 3)]
-    return _Arrays(lines[0].dtype, *lines, type_of(np.zeros(1, np.int64)))
+    line, square, cube = (type_of(np.zeros((1,) * dimensions)) for dimensions in (1, 2, 3))
+    return _Arrays(line.dtype, line, square, cube, type_of(np.zeros(1, np.int64)))
 
 
 def _types() -> Any:
