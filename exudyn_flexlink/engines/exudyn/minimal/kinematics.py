@@ -45,6 +45,7 @@ class Rates(NamedTuple):
 
     angle: FloatArray
     origin: ComplexArray
+    spin: ComplexArray  # i times that of the angle
 
 
 class LinkKinematics:
@@ -80,17 +81,19 @@ class LinkKinematics:
     def rates(self, at: Places, x: FloatArray, v: FloatArray) -> Rates:
         """First derivatives at speeds (..., links)."""
         angle = v @ self.turning
-        turned = (1j * angle * at.axis).take(self._parent, axis=-1) * self._offset
-        slid = at.slide * (v + 1j * angle[..., :-1] * x)
-        return Rates(angle, (turned + slid) @ self._above)
+        spin = 1j * angle
+        turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
+        slid = at.slide * (v + spin[..., :-1] * x)
+        return Rates(angle, (turned + slid) @ self._above, spin)
 
     def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
         """Second derivatives at accelerations (..., links)."""
         angle = a @ self.turning
-        spin = 1j * angle - rates.angle**2
+        turning = 1j * angle
+        spin = turning - rates.angle**2
         turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
         slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
-        return Rates(angle, (turned + slid) @ self._above)
+        return Rates(angle, (turned + slid) @ self._above, turning)
 
     def moves(self, at: Places, links: IndexArray, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) by the coordinates of points carried by `links`."""
@@ -101,7 +104,7 @@ class LinkKinematics:
     ) -> ComplexArray:
         """Time derivatives of `moves`, of points with the velocities `moving` (..., points)."""
         by_hinge = 1j * (moving[..., None] - rates.origin[..., None, :-1])
-        by_slide = (1j * rates.angle[..., :-1] * at.slide)[..., None, :]
+        by_slide = (rates.spin[..., :-1] * at.slide)[..., None, :]
         found = np.where(self.hinge, by_hinge, by_slide)
         return np.asarray(np.where(self.moved_by[links], found, 0.0))
 
@@ -126,12 +129,12 @@ class Points:
 
     def rates(self, at: Places, rates: Rates) -> ComplexArray:
         """First derivatives (..., points)."""
-        turned = (1j * rates.angle * at.axis).take(self.links, axis=-1) * self._own
+        turned = (rates.spin * at.axis).take(self.links, axis=-1) * self._own
         return np.asarray(rates.origin.take(self.links, axis=-1) + turned)
 
     def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
         """Second derivatives (..., points)."""
-        turned = ((1j * bends.angle - rates.angle**2) * at.axis).take(self.links, axis=-1)
+        turned = ((bends.spin - rates.angle**2) * at.axis).take(self.links, axis=-1)
         return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._own)
 
 
@@ -141,11 +144,12 @@ class Reaches:
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, reach: list[float]) -> None:
         self._kinematics = kinematics
         self._ends = Points(layout, [Anchor(part, x, 0.0) for part, x in enumerate(reach)])
+        self._moved = kinematics.moved_by[self._ends.links].astype(float)
 
     def moves(self, x: FloatArray) -> ComplexArray:
         """Derivatives (links, parts) of all ends, at coordinates (links,)."""
         at = self._kinematics.places(x)
-        return np.asarray(self._kinematics.moves(at, self._ends.links, self._ends.places(at)).T)
+        return np.asarray((self._moved * self._kinematics.carries(at, self._ends.places(at))).T)
 
     def lengths(self, x: FloatArray) -> FloatArray:
         """How far (m) a unit of each coordinate (links,) moves any end, at coordinates (links,)."""

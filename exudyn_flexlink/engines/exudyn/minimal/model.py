@@ -272,7 +272,8 @@ class MinimalModel:
 
     def size(self, change: FloatArray) -> float:
         """How far (m) changes (..., independent) move the end of any part, at most."""
-        return float(np.abs(change @ self._moves).max(initial=0.0))
+        moved = (change @ self._moves).view(complex)
+        return float(np.abs(moved).max(initial=0.0))
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
@@ -286,7 +287,8 @@ class MinimalModel:
     def look(self, x: FloatArray, reach: Reach) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
         moves = self._reaches.moves(x)
-        self._moves = reach.rows(moves.T).T
+        # Real and imaginary parts side by side: real numbers are multiplied sooner.
+        self._moves = np.ascontiguousarray(reach.rows(moves.T).T).view(float)
 
     def accelerations(self, at: Evaluation) -> FloatArray:
         """Those of the independent coordinates."""

@@ -89,18 +89,17 @@ class WallWatch:
 
     def first(self, step: Step, end: Held) -> tuple[float, int] | None:
         """Instant (s) and pair of the first event within a step; None if there is none."""
-        at_once = self.changed()
-        if len(at_once):
-            return step.t, int(at_once[0])
         x, v = step.stages.kept.held[:2]
         x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
         stages = self.walls.faces.look(x, v)
-        self._ahead = end, Seen(*(column[-1] for column in stages))
-        both = zip(self.seen, stages, strict=True)
-        path = self._open(Seen(*(np.concatenate([one[None], after]) for one, after in both)))
+        self._ahead = end, stages.pick(-1)
+        path = self._open(self.seen.then(stages))
         restless = np.flatnonzero(~self._calm(path, step.h))
         if not len(restless):
             return None
+        at_once = self.changed()
+        if len(at_once):
+            return step.t, int(at_once[0])
         found = self._first_of(restless, path, step.h)
         return None if found is None else (step.t + found[0] * step.h, found[1])
 
@@ -110,15 +109,19 @@ class WallWatch:
         Between two nodes a cubic through values and rates strays from them by less than a sixth of
         the way that the larger rate covers; the margin is sixfold.
         """
-        inside = np.minimum(path.place, self._lengths - path.place)
+        inside, parts = np.minimum(path.place, self._lengths - path.place), h * PARTS
         gap_rate, slip = np.abs(path.gap_rate), np.abs(path.place_rate)
-        deep = h * PARTS * np.maximum(gap_rate[:-1], gap_rate[1:])
-        far = h * PARTS * np.maximum(slip[:-1], slip[1:])
+        deep = parts * np.maximum(gap_rate[:-1], gap_rate[1:])
+        far = parts * np.maximum(slip[:-1], slip[1:])
         before, after = path.gap[:-1], path.gap[1:]
-        low, high = np.minimum(inside[:-1], inside[1:]), np.maximum(inside[:-1], inside[1:])
-        apart = (np.minimum(before, after) > deep) | (high < -far)
-        pressed = (np.maximum(before, after) < -deep) & (low > far)
-        return np.asarray(np.where(self.walls.touching, pressed, apart).all(axis=0))
+        beside = np.maximum(inside[:-1], inside[1:]) < -far
+        calm = np.asarray(((np.minimum(before, after) > deep) | beside).all(axis=0))
+        which = self.walls.which
+        if len(which):
+            within = np.minimum(inside[:-1, which], inside[1:, which]) > far[:, which]
+            pressed = np.maximum(before[:, which], after[:, which]) < -deep[:, which]
+            calm[which] = (pressed & within).all(axis=0)
+        return calm
 
     def _first_of(self, which: IndexArray, path: Seen, h: float) -> tuple[float, int] | None:
         gaps, places = (

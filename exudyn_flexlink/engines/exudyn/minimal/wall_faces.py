@@ -32,6 +32,15 @@ class Seen(NamedTuple):
     gap_rate: FloatArray
     place_rate: FloatArray
 
+    def pick(self, which: int) -> Seen:
+        """Return them at one of several instants."""
+        return Seen(*[column[which] for column in self])
+
+    def then(self, others: Seen) -> Seen:
+        """Return them at one instant, followed by those at several others."""
+        both = zip(self, others, strict=True)
+        return Seen(*[np.concatenate([one[None], after]) for one, after in both])
+
 
 class Gradients(NamedTuple):
     """Derivatives of gaps and of places by the coordinates, (..., pairs, links) each."""
@@ -80,9 +89,8 @@ class WallFaces:
         links, bases = self._links, self._bases
         arms, back, moved = self._between(at)
         moving = rates.origin.take(links, axis=-1) - rates.origin.take(bases, axis=-1)
-        spin = 1j * rates.angle
-        moving += spin.take(links, axis=-1) * arms
-        rate = back * moving - spin.take(bases, axis=-1) * moved
+        moving += rates.spin.take(links, axis=-1) * arms
+        rate = back * moving - rates.spin.take(bases, axis=-1) * moved
         return self._seen(moved - self._start, rate)[0]
 
     def look_and_gradients(self, x: FloatArray, v: FloatArray) -> tuple[Seen, Gradients]:
