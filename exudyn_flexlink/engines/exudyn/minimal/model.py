@@ -185,9 +185,10 @@ class MinimalModel:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
         data, solver, mbs = self._data, self._solver, self._mbs
         mass, force = np.empty((*x.shape, x.shape[1])), np.empty(x.shape)
-        for i in range(len(x)):
-            data.SetODE2Coordinates(x[i])
-            data.SetODE2Coordinates_t(v[i])
+        # Exudyn takes lists sooner than arrays.
+        for i, (places, speeds) in enumerate(zip(x.tolist(), v.tolist(), strict=True)):
+            data.SetODE2Coordinates(places)
+            data.SetODE2Coordinates_t(speeds)
             solver.ComputeMassMatrix(mbs)
             solver.ComputeODE2RHS(mbs)
             mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()

@@ -30,6 +30,7 @@ NODES = np.array([0.0, *C])
 TINY = 1e-300
 PARTS = np.diff(NODES)[:, None]
 POLYNOMIAL = StepPolynomial(NODES)
+TO_LOOKS = POLYNOMIAL.to_values(LOOKS)
 
 
 class WallWatch:
@@ -130,10 +131,9 @@ class WallWatch:
         )
         best: tuple[float, int] | None = None
         way = np.where(self.walls.touching[which], -1.0, 1.0)[:, None]
-        parts = np.broadcast_to(LOOKS, (len(which), len(LOOKS)))
         lengths = self._lengths[which, None]
 
-        gap, place = POLYNOMIAL.value(gaps, parts), POLYNOMIAL.value(places, parts)
+        gap, place = gaps @ TO_LOOKS, places @ TO_LOOKS
         beyond = np.maximum(-place, place - lengths)
         looks = way * np.maximum(gap, beyond)
         looks[:, 0] = np.maximum(looks[:, 0], 0.0)  # nothing happens at the start

@@ -102,11 +102,13 @@ class Walls:
         """
         elastic, lossy, transition, coefficient, slip = self._of_acting
         depth, rising = np.maximum(-at.gap, 0.0), np.tanh(-at.gap_rate / transition)
-        rubbed = np.tanh(at.slip / slip)
         spring = elastic + lossy * rising
         damper = depth * lossy * (1 - rising * rising) / transition
+        normal = at.normal @ reach
+        if not self._any_friction:
+            return (normal.T * spring) @ normal, (normal.T * damper) @ normal
+        along, rubbed = at.along @ reach, np.tanh(at.slip / slip)
         drag = coefficient * depth * spring * (1 - rubbed * rubbed) / slip
-        normal, along = at.normal @ reach, at.along @ reach
         pushed = (normal - (coefficient * rubbed)[:, None] * along).T
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping
