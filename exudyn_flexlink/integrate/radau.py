@@ -43,6 +43,7 @@ from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
 MIDDLE = STAGES // 2  # stage at whose guess the matrices are made
+FARTHEST = 8.0  # lengths of the last step: its polynomial tells nothing of what is beyond
 MOST_ITERATIONS = 8
 NEWTON = 1e-3  # of the error allowed: what the iteration may leave
 LASTING = 0.03  # of what slow motions make of it: what the iteration leaves falls to either side
@@ -126,7 +127,10 @@ class Radau:
         if residual is None:
             return None
         # A round of the iteration costs more than new matrices, with which it needs fewer.
-        matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
+        try:
+            matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
+        except np.linalg.LinAlgError:  # the guess is far off
+            return None
         w = self._solve(times, state, matrices, allowed, (guess, residual))
         if w is None:
             return None
@@ -154,9 +158,10 @@ class Radau:
     def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step solved.
 
-        That is the step before, or a longer one from the same instant.
+        That is the step before, or a longer one from the same instant. Zero if there is none, or
+        only a far shorter one, such as one that ended at an event.
         """
-        if self._last is None:
+        if self._last is None or t - self._last[0] + h > FARTHEST * self._last[1]:
             return np.zeros((STAGES, len(v)))
         begin, before, speeds = self._last
         ahead = ((t - begin + C * h) / before)[:, None] ** DEGREES
