@@ -192,3 +192,17 @@ def test_what_the_last_round_left_of_the_force_is_no_error_of_the_next_step():
     stale = at._replace(force=at.force * (1 + 1e-3))
     first, second = (radau.step(0.0, 1e-3, start, state, 1e-12) for start in (at, stale))
     assert second.error == pytest.approx(first.error, rel=1e-9)
+
+
+def test_a_step_far_longer_than_the_last_is_not_guessed_from_it():
+    """As after a step that ended at an event: its polynomial tells nothing so far beyond it."""
+    problem, h = Oscillator([1.0], [9.0], [0.2]), 0.1
+    radau = Radau(problem, LASTING, np.zeros((1, 1)))
+    state = State(np.ones(1), np.zeros(1), np.array([-9.0]))
+    tiny = radau.step(0.0, 1e-9, problem.evaluate(0.0, state.q, state.v), state, 1e-12)
+    began = radau.iterations
+    start = problem.evaluate(1e-9, tiny.finish.q, tiny.finish.v)
+    step = radau.step(1e-9, h, start, tiny.finish, 1e-12)
+    assert step is not None
+    assert radau.iterations - began == 2
+    assert step.finish.q[0] == pytest.approx(exact(1e-9 + h, 3.0, 0.2), abs=1e-11)
