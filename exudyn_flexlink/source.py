@@ -13,19 +13,6 @@ from typing import Any
 from exudyn_flexlink.shipped import model_file
 from exudyn_flexlink.yaml_reader import KeyPath, Place, Problem, read_yaml, split_lines
 
-__all__ = [
-    "Document",
-    "HintedError",
-    "KeyPath",
-    "Mistake",
-    "Place",
-    "SceneError",
-    "did_you_mean",
-    "dotted",
-    "load_document",
-    "parse_document",
-]
-
 WIDEST_EXCERPT = 100
 MOST_SHOWN = 50  # mistakes: more than anybody mends before the next check
 LARGEST_FILE = 1_000_000  # bytes: some seconds of reading

@@ -13,17 +13,3 @@ from exudyn_flexlink.animation.writing import (
     is_animation,
     usual_formats,
 )
-
-__all__ = [
-    "Film",
-    "FilmError",
-    "Filming",
-    "Slow",
-    "Take",
-    "film_bytes",
-    "film_of",
-    "is_animation",
-    "page",
-    "player",
-    "usual_formats",
-]

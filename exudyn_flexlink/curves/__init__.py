@@ -7,25 +7,3 @@ from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegmen
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
 from exudyn_flexlink.curves.spline import Spline, SplinePiece
-
-__all__ = [
-    "Arc",
-    "CircleArc",
-    "Closest",
-    "Curve",
-    "CurveError",
-    "EllipseArc",
-    "Evaluator",
-    "Joined",
-    "Knots",
-    "Laps",
-    "LineSegment",
-    "Spline",
-    "SplinePiece",
-    "evaluator",
-    "foot",
-    "intersect_ray",
-    "lap_number",
-    "pieces_of_laps",
-    "ray_crossings",
-]

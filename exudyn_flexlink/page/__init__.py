@@ -5,5 +5,3 @@ say where each stands; nothing is computed in them.
 """
 
 from exudyn_flexlink.page.rendering import PAGE, is_page, page_of, write_page
-
-__all__ = ["PAGE", "is_page", "page_of", "write_page"]

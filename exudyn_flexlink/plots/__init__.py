@@ -23,34 +23,6 @@ from exudyn_flexlink.plots.sweep import sweep
 from exudyn_flexlink.plots.verification import differences
 from exudyn_flexlink.result import Result
 
-__all__ = [
-    "ENGINE_COLOURS",
-    "FORMATS",
-    "PRINT",
-    "SCREEN",
-    "STYLES",
-    "Style",
-    "bifurcation",
-    "comparison",
-    "coordinates",
-    "differences",
-    "energy",
-    "figure_bytes",
-    "figures",
-    "forces",
-    "guide_contact",
-    "is_figure",
-    "lever",
-    "mechanism",
-    "polar",
-    "save_figure",
-    "save_figures",
-    "stability",
-    "start",
-    "sweep",
-    "work_precision",
-]
-
 _FIGURES = {
     "coordinates": coordinates,
     "polar": polar,

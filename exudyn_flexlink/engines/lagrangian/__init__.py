@@ -4,5 +4,3 @@ An implicit method of order 9 keeps the scene's tolerance; for the rest there is
 """
 
 from exudyn_flexlink.engines.lagrangian.run import compiles, run
-
-__all__ = ["compiles", "run"]
