@@ -164,6 +164,9 @@ def test_code_of_another_process_is_taken_over_where_there_is_none(tmp_path):
                 (place / f"{name}.py.{ending}").write_text(place.parts[-2])
     (theirs / "not_finished-3.py.1.nbc").touch()
     (ours / "both-1.py.1.nbc").write_text("ours")
+    of_other_sources = part / "numba-2" / "room"
+    of_other_sources.mkdir(parents=True)
+    (of_other_sources / "newer-4.py.nbi").touch()
     parallel_compiling.take_over(part, folder)
     files = [f"{name}.py" for name in ("both-1", "new-2")]
     assert {file.name for file in ours.iterdir()} == {
@@ -172,8 +175,25 @@ def test_code_of_another_process_is_taken_over_where_there_is_none(tmp_path):
     assert (ours / "both-1.py.1.nbc").read_text() == "ours"
 
 
+def test_what_is_not_yet_taken_over_is_still_to_be_compiled(tmp_path, monkeypatch):
+    """Parts of another process at work, or of one that was killed, are no code to begin with."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    index = "dense.never_called-1.py311.nbi"
+
+    def never_called():
+        """Is in no memory."""
+
+    for room, expected in (("parts-x/part-0/numba-1/room", "once"), ("room", "none")):
+        (tmp_path / room).mkdir(parents=True)
+        (tmp_path / room / index).touch()
+        assert compiled.compilation(never_called) == expected
+
+
 def test_a_process_that_fails_costs_nothing_but_time(tmp_path, monkeypatch):
     pytest.importorskip("numba")
+    # What is no text is passed over by imports, and some put it there.
+    monkeypatch.setattr(sys, "path", [*sys.path, tmp_path])
     done = list[str]()
     units = [
         parallel_compiling.Unit(function, lambda name=function.__name__: done.append(name))

@@ -169,7 +169,8 @@ def compilation(*functions: Callable[..., Any]) -> Compilation:
         return "none"
     if FOLDER is None:
         return "every run"
-    kept = (any(FOLDER.rglob(f"*.{function.__name__}-*.nbi")) for function in functions)
+    # One folder for each of the sources; deeper ones are parts that another process has made.
+    kept = (any(FOLDER.glob(f"*/*.{function.__name__}-*.nbi")) for function in functions)
     return "none" if all(kept) else "once"
 
 

@@ -96,8 +96,9 @@ def cores() -> int:
 
 def take_over(part: Path, folder: Path) -> None:
     """Move the code of all functions of which a folder has none; an index goes after its code."""
-    for index in part.rglob("*.nbi"):
-        there = folder / index.relative_to(part).relative_to(folder.name)
+    own = part / folder.name  # of the same sources: others may have been installed meanwhile
+    for index in own.rglob("*.nbi"):
+        there = folder / index.relative_to(own)
         if there.exists():
             continue
         there.parent.mkdir(parents=True, exist_ok=True)
@@ -140,7 +141,8 @@ def _share(count: int, walled: bool, knots: bool, left: list[int], folder: Path)
     """Compile the units that are left, with so many helpers."""
     with TemporaryDirectory(prefix="parts-", dir=folder, ignore_cleanup_errors=True) as place:
         parts = [Path(place) / f"part-{number}" for number in range(count)]
-        given = json.dumps([sys.path, walled, knots, left, place])
+        paths = [path for path in sys.path if isinstance(path, str)]  # imports pass over others
+        given = json.dumps([paths, walled, knots, left, place])
         with processes([sys.executable, "-c", HELPER, given], parts) as helpers:
             _compile(walled, knots, left, Path(place))
             for helper in helpers:
