@@ -11,8 +11,10 @@ from results import scene_from
 
 from exudyn_flexlink.engines import formulations, simulate
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.mechanism import formulation
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -277,3 +279,19 @@ def test_a_loop_of_which_no_step_was_tried_is_at_no_dead_centre() -> None:
     assembly = assemble_scene(load_scene(MODELS / "benchmarks" / "n_four_bar.yaml"))
     tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
     assert tree.coordinates.on_dead_centre() == (False, False)
+
+
+def test_a_look_that_fails_leaves_a_step_in_its_way_of_closing_a_loop() -> None:
+    """The rod of a slider-crank turns by 3 rad in one step; the slider may be on either side."""
+    model = MODELS / "textbook" / "free_slider_crank.yaml"
+    assembly = assemble_scene(load_scene(model))
+    coordinates = MinimalModel(assembly, tree_layout(assembly.mechanism), []).coordinates
+    z, v = coordinates.state()
+    turn, t, speeds = np.array([3.0, 0.0]), 0.01 * C, np.tile(v, (len(C), 1))
+    for part in np.linspace(0, 1, 21):  # rounds of an iteration lead there
+        coordinates.hold_stages(t, z + part * C[:, None] * turn, speeds)
+    end = t[-1:], z[None] + turn, v[None]
+    before = coordinates.hold(*end)
+    with pytest.raises(DeadCentreError):
+        coordinates.hold(t[-1:], np.full((1, len(z)), np.nan), v[None])
+    np.testing.assert_allclose(coordinates.hold(*end).x, before.x, rtol=0, atol=1e-12)

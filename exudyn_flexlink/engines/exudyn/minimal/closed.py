@@ -181,7 +181,11 @@ class ClosedCoordinates:
 
     def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
         """As `hold`, at the stages of a step that is tried: what is searched next is near them."""
-        placed = self._placed(t, z)
+        try:
+            placed = self._placed(t, z)
+        except DeadCentreError:
+            self._last = None  # a shorter step, guessed from this one, would fail likewise
+            raise
         self._last = t, z, placed
         lengths = self._scale(self._y)[self._split.dependent]
         self._gains = np.abs(placed.inverse * lengths[:, None]).max((1, 2), initial=0.0)
@@ -267,11 +271,9 @@ class ClosedCoordinates:
                 raise DeadCentreError(NOT_CLOSED) from error
             before, size = size, float(np.abs(change * lengths).max(initial=0.0))
             if not size < 2 * before or not np.isfinite(size):
-                self._last = None
                 raise DeadCentreError(NOT_CLOSED)
             y[:, split.dependent] -= change
         if np.abs(residual * self._row_scale).max(initial=0.0) > OPEN * max(1.0, self._size):
-            self._last = None
             raise DeadCentreError(NOT_CLOSED)
         return y, at
 
