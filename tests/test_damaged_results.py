@@ -69,7 +69,9 @@ def test_a_summary_that_was_changed_since(change, capsys):
     """Whatever was changed: the SHA-256 of all of it is among its entries."""
     file = Path("rigid/summary.json")
     file.write_text(json.dumps(SUMMARIES[change](json.loads(file.read_text()))))
-    refused(capsys, "summary.json")
+    said = refused(capsys, "summary.json")
+    why = "no 'summary.json' in it" if change == "no seal" else "it is not what was written"
+    assert said == f"{file} is damaged: {why}; run the model again\n"
 
 
 def test_a_summary_that_was_only_laid_out_anew_is_the_same():

@@ -41,7 +41,8 @@ def _load(folder: Path) -> Result:
         records = Records(_read_arrays(folder / ARRAYS, written[ARRAYS]), names)
         result: Result = records.record(Result, scene=_scene(summary["scene"], file), **told)
     except (KeyError, TypeError) as error:
-        raise StorageError(f"{file} is damaged: {error}; {AGAIN}") from error
+        why = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+        raise StorageError(f"{file} is damaged: {why}; {AGAIN}") from error
     return result
 
 
@@ -53,7 +54,8 @@ def _require_written(file: Path, found: str, written: str) -> None:
 
     """
     if found != written:
-        what = f"it is not what was written, or not the one that belongs to {SUMMARY}"
+        other = "" if file.name == SUMMARY else f", or not the one that belongs to {SUMMARY}"
+        what = f"it is not what was written{other}"
         raise StorageError(f"{file} is damaged: {what}; {AGAIN}")
 
 
