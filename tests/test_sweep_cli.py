@@ -139,6 +139,14 @@ def test_bad_options_are_told_and_nothing_is_written(
     assert not Path("out").exists()
 
 
+def test_a_model_that_comes_with_the_program_is_no_study(capsys: Capture) -> None:
+    assert main(["sweep", "textbook/whitworth", "--out", "out"]) == 2
+    told = capsys.readouterr().err
+    assert "this is a model, no study" in told
+    assert "'--vary path=values'" in told
+    assert not Path("out").exists()
+
+
 def test_the_same_command_again_says_how_to_go_on(capsys: Capture) -> None:
     main([*SWEEP, "--no-plots", "--quiet"])
     journal = Path("out/journal.jsonl")

@@ -69,10 +69,13 @@ def read_study(file: Path, settings: Iterable[str] = (), allow_outside: bool = F
         SceneError: the file or the model has mistakes.
 
     """
+    no_study = "this is a model, no study"
+    hint = "vary its values with '--vary path=values', or let a study name it: 'model: ...'"
+    if not file.suffix and model_file(file.as_posix()) and not file.exists():
+        raise SceneError(Document(str(file)), [Mistake((), no_study, hint)])
     document = load_document(file)
     if "bodies" in document.data:
-        hint = "vary its values with '--vary path=values', or let a study name it: 'model: ...'"
-        raise SceneError(document, [Mistake(("bodies",), "this is a model, no study", hint, True)])
+        raise SceneError(document, [Mistake(("bodies",), no_study, hint, True)])
     try:
         found = TypeAdapter(StudyFile).validate_python(document.data)
     except ValidationError as error:
