@@ -253,9 +253,9 @@ def simulate(
     """Simulate a scene with ``"exudyn"`` or ``"lagrangian"``; a run that fails is a Result, too.
 
     Its `outcome` says whether it ran to its end. `progress` is called with the part that is done, 0
-    to 1. Where contacts multiply errors a second run tells how large they are, unless `measure` is
-    False. A run whose own numbers are doubtful warns, and is made again up to `retries` times, each
-    time ten times as accurate. Ctrl-C raises KeyboardInterrupt: signals are left alone.
+    to 1. Where errors multiply, a second run tells how large they are, unless `measure` is False. A
+    run whose own numbers are doubtful warns, and is made again up to `retries` times, each time ten
+    times as accurate. Ctrl-C raises KeyboardInterrupt: signals are left alone.
 
     Raises:
         NotRepresentableError: the engine can't represent a part of the scene.

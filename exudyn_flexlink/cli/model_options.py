@@ -45,7 +45,7 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
         "--horizon",
         action=argparse.BooleanOptionalAction,
         help="make a second, more accurate run, and say up to when points can be trusted; "
-        "without this option: make one only where contacts multiply errors, and warn if these "
+        "without this option: make one only where errors multiply, and warn if these "
         "exceed the tolerance; --no-horizon: make none",
     )
     add_retries(parser)
@@ -192,7 +192,7 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
         "--no-horizon",
         dest="measure",
         action="store_false",
-        help="make no second run where contacts multiply errors: errors are not known then",
+        help="make no second run where errors multiply: they are not known then",
     )
     add_retries(parser)
     parser.add_argument(

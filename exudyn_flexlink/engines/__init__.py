@@ -53,9 +53,9 @@ def simulate(
 
     So is one that is asked to end while it is solved (see `interrupts`). A run whose own numbers
     are doubtful says so in its warnings, and is made again up to `retries` times, each time ten
-    times as accurate. Where steps alone do not keep the tolerance, since contacts multiply errors
-    or the method only aims at it, a second run tells how large the error is (see `measured`),
-    unless `measure` is False.
+    times as accurate. Where steps alone do not keep the tolerance, since errors multiply or the
+    method only aims at it, a second run tells how large the error is (see `measured`), unless
+    `measure` is False.
 
     Raises:
         LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
