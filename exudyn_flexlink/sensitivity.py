@@ -9,6 +9,7 @@ it vibrates there, extremes, parts of the time in contact.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -43,15 +44,21 @@ class Sensitivity:
 
     Its horizon is where a point differs by more than `limit` (m) first; where one run stopped
     before, its end; None if they never part. `growth` (1/s) is the rate of the exponential parting
-    before it, None if there is nothing to fit; `vibrations` are those of both runs; `room` (m) is 0
-    if no point moves, so that none tells anything.
+    before it, None if there is nothing to fit; `room` (m) is 0 if no point moves, so that none
+    tells anything.
     """
 
     compared: Comparison
     limit: float
     growth: float | None
-    vibrations: tuple[Vibration, Vibration]
     room: float
+
+    @cached_property
+    def vibrations(self) -> tuple[Vibration, Vibration]:
+        """Vibrations of both runs, up to the end of the shorter one."""
+        both, end = (self.compared.first, self.compared.second), self.compared.time[-1]
+        one, other = (vibration(seen.result, end=end) for seen in both)
+        return one, other
 
 
 def sensitivity(first: Result, second: Result, limit: float | None = None) -> Sensitivity:
@@ -66,7 +73,6 @@ def sensitivity(first: Result, second: Result, limit: float | None = None) -> Se
         replace(compared, horizon=found),
         limit,
         growth_rate(time, apart, limit),
-        (vibration(first, end=time[-1]), vibration(second, end=time[-1])),
         max(room(run, compared.judged_by) for run in (first, second)),
     )
 

@@ -79,6 +79,13 @@ def test_runs_that_do_not_part_have_no_horizon():
     assert found.compared.distances.max() == 0.0
 
 
+def test_spectra_are_made_only_where_statistics_are_told(monkeypatch):
+    made = []
+    monkeypatch.setattr("exudyn_flexlink.sensitivity.vibration", lambda *_, **__: made.append(1))
+    assert "can be trusted to the end" in sensitivity_text(sensitivity(parting(), parting()))
+    assert not made
+
+
 def test_a_constant_difference_does_not_grow():
     time = np.linspace(0, 1, 101)
     assert growth_rate(time, np.full(101, 1e-5), 1e-4) is None
