@@ -69,6 +69,21 @@ def test_a_swing_below_the_horizontal_lets_no_error_grow() -> None:
     assert found.error is None
 
 
+def test_a_bar_that_turns_over_its_top_wins_what_it_lost() -> None:
+    """Between bottom and top its speed changes by 1.4: so do errors, lap after lap."""
+    found = run(SWING.replace("{bar: -10 deg}}", "{bar: -90 deg}, speeds: {bar: 15}}"))
+    slowest = np.sqrt(15**2 - 4 * 9.81 * 0.5 / (0.1 + 0.5**2))
+    assert found.checks.e_folds == pytest.approx(np.log(15 / slowest), rel=0.2)
+    assert found.error is None
+
+
+def test_a_bar_that_leaves_its_top_is_measured() -> None:
+    """It starts at rest, 1e-4 rad off: its fall makes that ten thousand times as large."""
+    found = run(SWING.replace("-10 deg", f"{np.pi / 2 - 1e-4} rad"))
+    assert found.checks.e_folds > np.log(1e4)
+    assert found.error is not None
+
+
 def double_pendulum(instants: FloatArray) -> FloatArray:
     """Lower end (n, 2) of two bars of 1 m and 1 kg, let go from the horizontal."""
 

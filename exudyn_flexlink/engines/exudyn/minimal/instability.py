@@ -6,6 +6,10 @@ coordinates and speeds. Where an eigenvalue of that has a positive real part, er
 its inverse. Summed up over the run that is at least what they grow by where the motion is slow
 against it; what grows in one place and shrinks in the next counts as well, so that it may be much
 more than they do. A neighbouring run then tells.
+
+A mechanism with one independent coordinate that nothing drives follows one path, and two motions
+along it part as its own speed and acceleration change: what it loses in one place it wins in the
+next. There that ratio bounds the growth, as of a rod that turns over its top again and again.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from exudyn_flexlink.integrate.radau import Step
 EVALUATIONS = 2000  # of the equations in a run: where this was chosen, less than a tenth of it
 MOST_LOOKS = 64
 SHIFT = 1e-5  # of the largest part: changes of places that derivatives are taken from
+TINY = 1e-300  # m/s: stands for rest, whose logarithm is none
 ROUNDED = 1e-5  # of the largest eigenvalue: what rounding makes of one that is zero, twice over
 
 
@@ -30,8 +35,20 @@ class Instability:
         mechanism = model.assembly.mechanism
         # With play the error is measured in any case: touches multiply it.
         self._idle = bool(mechanism.channels or mechanism.bearings)
-        self._next, self._rate = 0.0, 0.0
-        self.e_folds = 0.0
+        driven = mechanism.speed_motors or mechanism.torque_motors or model.loads.any
+        self._on_one_path = len(model.coordinates.state()[0]) == 1 and not driven
+        self._next, self._rate, self._fastest = 0.0, 0.0, 0.0
+        self._sum = 0.0
+        self._paces: list[tuple[float, float]] = []  # speeds (m/s), accelerations (m/s^2)
+
+    @property
+    def e_folds(self) -> float:
+        """By how many factors e errors may have grown so far."""
+        if self._sum == 0 or not self._on_one_path:
+            return self._sum
+        speed, acceleration = np.array(self._paces).T
+        own = np.log(np.maximum(np.hypot(speed, acceleration / self._fastest), TINY))
+        return min(self._sum, float((own - np.minimum.accumulate(own)).max()))
 
     def follow(self, step: Step) -> None:
         """Go along a step that is accepted, before its end is the model's present state."""
@@ -41,7 +58,11 @@ class Instability:
             self._rate = self._growth(step)
             count = EVALUATIONS // (4 * len(step.start.q))
             self._next = step.t + self._end / max(1, min(MOST_LOOKS, count))
-        self.e_folds += self._rate * step.h
+            self._fastest = max(self._fastest, self._rate)
+        self._sum += self._rate * step.h
+        if self._on_one_path:
+            size, start = self._model.size, step.start
+            self._paces.append((float(size(start.v)), float(size(start.a))))
 
     def _growth(self, step: Step) -> float:
         """Rate (1/s) at which errors grow at the start of a step; 0 where none do."""
