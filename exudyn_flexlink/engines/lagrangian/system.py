@@ -14,18 +14,10 @@ from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.contacts import SIDES, Contact, Side
 from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.equations import state_rate
-from exudyn_flexlink.engines.lagrangian.event_functions import (
-    SEEN,
-    EventData,
-)
+from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
-from exudyn_flexlink.engines.lagrangian.mode import (
-    Mode,
-    drive_numbers,
-    mode_made,
-    motor_numbers,
-)
+from exudyn_flexlink.engines.lagrangian.mode import Mode, drive_numbers, mode_made, motor_numbers
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
