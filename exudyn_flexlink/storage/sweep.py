@@ -38,7 +38,7 @@ JOURNAL, TABLE, SERIES = "journal.jsonl", "table", "series"
 
 
 class Journal:
-    """Rows of a sweep in a file without a buffer; `known` are those before, by their points' ids."""
+    """Rows of a sweep in a file without a buffer; `known` are those before, by their ids."""
 
     def __init__(self, stream: IO[bytes], known: Mapping[str, Row]) -> None:
         self._stream = stream
