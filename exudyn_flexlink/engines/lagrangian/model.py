@@ -21,9 +21,8 @@ from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Assembly, FaceContact, Mechanism
 from exudyn_flexlink.scene import Scene
 
-AT_ONCE = (
-    8192  # coordinates that poses are made of at once: arrays of 64 kB, as they fit into cache
-)
+# Coordinates that poses are made of at once: arrays of 64 kB, as they fit into a core's cache.
+AT_ONCE = 8192
 
 
 @dataclass(frozen=True)

@@ -100,7 +100,8 @@ class MinimalProblem:
     @property
     def left(self) -> float | None:
         """Angle still to turn, rad; None where time ends the run."""
-        return 0.0 if self.reached else self.goal and self.goal(self._finder.x)
+        left = None if self.goal is None else self.goal(self._finder.x)
+        return 0.0 if self.reached else left
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -177,8 +178,7 @@ class MinimalProblem:
     def _end_of(self, step: Step) -> Held:
         """All coordinates at the end of a step, found once."""
         if self._ended is None or self._ended[0] is not step:
-            end = self.model.whole(step.end, step.finish.q, step.finish.v)
-            self._ended = step, end
+            self._ended = step, self.model.whole(step.end, step.finish.q, step.finish.v)
         return self._ended[1]
 
     def _contacts(self) -> list[tuple[MinimalContact, Touch]]:
@@ -193,11 +193,11 @@ class MinimalProblem:
             for contact, touch in self._contacts()
             if contact.acts and isinstance(contact, PenaltyContact)
         ]
-        if self.given is None:
-            return min([near, *rests], default=inf)
-        acting = [*(contact.acts for contact in self.model.contacts), *self.model.walls.touching]
-        halves = np.array(self.half_periods)[acting].tolist()
-        return min([near, *rests, *(IN_CONTACT * half for half in halves)], default=inf)
+        limits = [near, *rests]
+        if self.given is not None:  # no error is controlled then: contacts that act ask for steps
+            acting = [*(one.acts for one in self.model.contacts), *self.model.walls.touching]
+            limits += (IN_CONTACT * np.array(self.half_periods)[acting]).tolist()
+        return min(limits)
 
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""

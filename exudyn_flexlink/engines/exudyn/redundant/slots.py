@@ -100,9 +100,8 @@ class SlotItems:
         self._lengths = [float(piece.length()) for piece in self.curve.pieces]
         self._along = 0.0
         self._u_rate = 0.0  # 1/s, of the parameter u
-        self.jumped = (
-            False  # the acceleration along the curve, as a new piece began with the last step
-        )
+        # Whether the acceleration along the curve jumped, as a new piece began with the last step.
+        self.jumped = False
         self.at_end = False  # of an open curve: the run can't go on
 
     # --- items ------------------------------------------------------------------------------
