@@ -165,7 +165,7 @@ class Checks:
     largest_step: float  # s
     steps_per_contact: float  # in the shortest half period; inf: no contact, or steps by error
     largest_penetration: float  # m
-    # By how many factors e unstable motion may have multiplied errors; of minimal coordinates.
+    # By how many factors e unstable motion may have multiplied errors; 0 by steps of order 2.
     e_folds: float = 0.0
 
     @property

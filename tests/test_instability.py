@@ -10,7 +10,9 @@ from scipy.integrate import solve_ivp
 
 from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.integrate.growth import Growth
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.observables import positions
 from exudyn_flexlink.result import Result
@@ -52,6 +54,14 @@ initial: {positions: {mass: [-2, 1.0e-4]}, velocities: {mass: [3, 0]}, angles: {
 run: {duration: 3}
 accuracy: {tolerance: 1.0e-6}
 """
+# A link whose hinges hold next to nothing, so that it swings as a chain.
+LIMP = [
+    "bodies.link.rods=4",
+    "bodies.link.hinges={stiffness: 1.0e-6, damping: 0}",
+    "gravity=[0, -9.81]",
+    "drives.motor.value=4",
+    "run.turns=1",
+]
 
 
 def run(text: str) -> Result:
@@ -118,4 +128,37 @@ def test_passing_the_foot_of_a_spring_is_told() -> None:
     """The place at which the mass passes decides on where the spring throws it."""
     found = run(PAST_A_FOOT)
     assert found.checks.e_folds > 3
+    assert any("unstable motion" in line for line in found.warnings)
+
+
+def test_growth_is_that_of_the_fastest_solution_that_grows() -> None:
+    """Of x'' = k x - c x' and, beside it, y'' = -y: by e in 1/(sqrt(c^2/4 + k) - c/2)."""
+    k, c, between = 4.0, 3.0, 0.5
+    growth = Growth(between)
+    shifts = np.full(2, 1e-5), np.full(2, 1e-5)
+
+    def accelerations(q: FloatArray, v: FloatArray) -> FloatArray:
+        return np.column_stack([k * q[:, 0] - c * v[:, 0], -q[:, 1]])
+
+    growth.look(0.0, (np.array([0.3, 0.1]), np.zeros(2)), shifts, accelerations)
+    growth.go(0.2)
+    assert growth.e_folds == pytest.approx(0.2 * (np.sqrt(c**2 / 4 + k) - c / 2), rel=1e-6)
+    assert not growth.due(0.9 * between)
+    assert growth.due(between)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
+    def limp(tolerance: float, measure: bool) -> Result:
+        changed = [*LIMP, f"accuracy.tolerance={tolerance}"]
+        scene = idealise(load_scene(MODELS / "no_clearance.yaml", changed), ["impact"])
+        return simulate(scene, engine if measure else "lagrangian", measure=measure)
+
+    found, exact = limp(1e-6, True), limp(1e-10, False)
+    ends = (positions(each, ["link.end"], exact.time)[:, 0] for each in (found, exact))
+    apart = np.hypot(*np.subtract(*ends).T)
+    assert apart.max() > 1e-4
+    assert found.error is not None
+    assert found.error.largest >= apart.max() / 2  # of the order of the link, once all is lost
+    assert found.error.exceeds_from <= exact.time[apart > 1e-6][0]
     assert any("unstable motion" in line for line in found.warnings)

@@ -134,7 +134,9 @@ def _sleeves(prepared: Prepared, forces: Forces) -> dict[str, SleeveHistory]:
 def _checks(prepared: Prepared) -> Checks:
     recorder = prepared.recorder
     deepest = float(recorder.seeker.deepest.max(initial=0.0))
-    return checks(prepared.stepper, recorder, max(recorder.largest_penetration, deepest))
+    deepest = max(recorder.largest_penetration, deepest)
+    e_folds = prepared.problem.instability.e_folds
+    return checks(prepared.stepper, recorder, deepest, e_folds)
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

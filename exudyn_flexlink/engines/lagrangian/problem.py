@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.lagrangian.instability import Instability
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.sampling import Block
 from exudyn_flexlink.engines.lagrangian.system import System
@@ -37,6 +38,7 @@ class LagrangianProblem:
 
     system: System
     recorder: Recorder
+    instability: Instability
     time: float = 0.0
     state: FloatArray = field(default_factory=lambda: np.zeros(0))
 
@@ -89,6 +91,7 @@ class LagrangianProblem:
 
     def accept_block(self, block: Block) -> None:
         """Go to the end of steps in which nothing happened, and record them."""
+        self.instability.follow(block.times, block.states, block.places)
         self.time, self.state = float(block.times[-1]), block.states[-1].copy()
         self.system.track.at_rest(float(block.places[-1]))
         self.recorder.take(block)
@@ -111,7 +114,13 @@ class LagrangianProblem:
 
     def accept(self, end: float, dense: Dense, event: Event | None) -> None:
         """Go to the end of a step, where something may happen, and record it."""
+        self._follow(end)
         self.recorder.before(end, dense)
         self.time, self.state = end, np.array(dense(end))
         if event is None:
             self.recorder.after(end, self.state, False)
+
+    def _follow(self, end: float) -> None:
+        """Hand a single step on."""
+        times, place = np.array([self.time, end]), np.array([self.system.track.u])
+        self.instability.follow(times, self.state[None], place)

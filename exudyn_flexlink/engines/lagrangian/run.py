@@ -23,6 +23,7 @@ from exudyn_flexlink.engines.lagrangian.addresses import own_functions
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation, one_at_a_time
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
+from exudyn_flexlink.engines.lagrangian.instability import Instability
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
@@ -90,7 +91,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     seeker = ExtremeSeeker(watched, mechanism.contacts, nodes)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     recorder.explicit = by_explicit
-    problem = LagrangianProblem(system, recorder)
+    problem = LagrangianProblem(system, recorder, Instability(system, end))
     tolerance = resolving(scene.accuracy.tolerance or WITHOUT_TOLERANCE, mechanism)
     stepper: CompiledStepper | ExplicitStepper
     if by_explicit:
