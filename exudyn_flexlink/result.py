@@ -167,6 +167,7 @@ class Checks:
     largest_penetration: float  # m
     # By how many factors e unstable motion may have multiplied errors; 0 by steps of order 2.
     e_folds: float = 0.0
+    ringing: float = 0.0  # likewise, over how many steps vibrations last of over a radian a step
 
     @property
     def relative_energy_residual(self) -> float:

@@ -60,8 +60,8 @@ class Verdict:
     told: str = ""
 
 
-def draw(rng: np.random.Generator) -> list[str]:
-    """Settings that change the model."""
+def draw(rng: np.random.Generator, undamped: bool) -> list[str]:
+    """Settings that change the model; `undamped`: nothing damps the link."""
 
     def spread(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -90,6 +90,8 @@ def draw(rng: np.random.Generator) -> list[str]:
         "contacts.strike.law.restitution": f"{returned:.6g}",
         "run.turns": f"{rng.uniform(0.8, 2):.3g}",
     }
+    if undamped:
+        settings["bodies.link.hinges.damping"] = "0"
     return [f"{key}={value}" for key, value in settings.items()]
 
 
@@ -144,15 +146,15 @@ def _off(exact: Result, found: Result) -> tuple[float, ...]:
     return deviation.largest / TOLERANCE, lever * deviation.largest_angle / TOLERANCE
 
 
-def verdicts_of(number: int, seed: int) -> list[Verdict]:
+def verdicts_of(number: int, seed: int, undamped: bool) -> list[Verdict]:
     """Draw a scene by its number, and judge it."""
-    return judge(draw(np.random.default_rng([seed, number])))
+    return judge(draw(np.random.default_rng([seed, number]), undamped))
 
 
-def verdicts(numbers: list[int], seed: int, jobs: int) -> Iterator[list[Verdict]]:
+def verdicts(numbers: list[int], seed: int, undamped: bool, jobs: int) -> Iterator[list[Verdict]]:
     """Judge scenes side by side."""
     with ProcessPoolExecutor(jobs) as pool:
-        yield from pool.map(partial(verdicts_of, seed=seed), numbers)
+        yield from pool.map(partial(verdicts_of, seed=seed, undamped=undamped), numbers)
 
 
 def table(found: list[Verdict]) -> Iterator[str]:
@@ -174,18 +176,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=250)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--undamped", action="store_true", help="nothing damps the link")
     parser.add_argument("--only", type=int, help="number of one scene, with its settings")
     parser.add_argument("--jobs", type=int, default=2, help="runs at once")
     options = parser.parse_args()
     numbers = list(range(options.count)) if options.only is None else [options.only]
     if options.only is not None:
-        settings = draw(np.random.default_rng([options.seed, options.only]))
+        settings = draw(np.random.default_rng([options.seed, options.only]), options.undamped)
         print(*(f"--set '{setting}'" for setting in settings), sep="\n")
     found: list[Verdict] = []
     with progress_bar(False, "judging") as progress:
-        for number, pair in zip(
-            numbers, verdicts(numbers, options.seed, options.jobs), strict=True
-        ):
+        judged = verdicts(numbers, options.seed, options.undamped, options.jobs)
+        for number, pair in zip(numbers, judged, strict=True):
             found += pair
             for one in pair:
                 if one.kind != RIGHT or options.only is not None:

@@ -1,4 +1,4 @@
-"""Motion in which errors grow by themselves: how fast is told, and errors are measured."""
+"""Motion in which errors grow by themselves, or do not die out: they are measured."""
 
 from __future__ import annotations
 
@@ -61,6 +61,13 @@ LIMP = [
     "gravity=[0, -9.81]",
     "drives.motor.value=4",
     "run.turns=1",
+]
+RINGING = [
+    "bodies.link.rods=6",
+    "bodies.link.hinges={stiffness: 0.0091, damping: 0}",
+    "gravity=[0, -9.81]",
+    "drives.motor.value=2.5",
+    "run.turns=2",
 ]
 
 
@@ -147,18 +154,40 @@ def test_growth_is_that_of_the_fastest_solution_that_grows() -> None:
     assert growth.due(between)
 
 
+def moving(settings: list[str], tolerance: float, engine: str, measure: bool) -> Result:
+    changed = [*settings, f"accuracy.tolerance={tolerance}"]
+    scene = idealise(load_scene(MODELS / "no_clearance.yaml", changed), ["impact"])
+    return simulate(scene, engine, measure=measure)
+
+
+def distances(found: Result, exact: Result) -> FloatArray:
+    """How far S (n,) is off at the samples of the exact run that both have, m."""
+    times = exact.time[np.isin(exact.time, found.time)]
+    ends = (positions(each, ["link.end"], times)[:, 0] for each in (found, exact))
+    return np.hypot(*np.subtract(*ends).T)
+
+
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
-    def limp(tolerance: float, measure: bool) -> Result:
-        changed = [*LIMP, f"accuracy.tolerance={tolerance}"]
-        scene = idealise(load_scene(MODELS / "no_clearance.yaml", changed), ["impact"])
-        return simulate(scene, engine if measure else "lagrangian", measure=measure)
-
-    found, exact = limp(1e-6, True), limp(1e-10, False)
-    ends = (positions(each, ["link.end"], exact.time)[:, 0] for each in (found, exact))
-    apart = np.hypot(*np.subtract(*ends).T)
+    found = moving(LIMP, 1e-6, engine, measure=True)
+    exact = moving(LIMP, 1e-10, "lagrangian", measure=False)
+    apart = distances(found, exact)
     assert apart.max() > 1e-4
     assert found.error is not None
     assert found.error.largest >= apart.max() / 2  # of the order of the link, once all is lost
     assert found.error.exceeds_from <= exact.time[apart > 1e-6][0]
     assert any("unstable motion" in line for line in found.warnings)
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_vibrations_that_nothing_damps_say_that_they_are_off(engine: str) -> None:
+    """What single steps lose of them adds up: to more than the tolerance, after 550 steps."""
+    found = moving(RINGING, 1e-5, engine, measure=True)
+    exact = moving(RINGING, 1e-10, "lagrangian", measure=False)
+    apart = distances(found, exact)
+    assert apart.max() > 1e-5
+    assert found.error is not None
+    assert found.error.largest >= apart.max()
+    assert any("vibrations that last" in line for line in found.warnings)
+    damped = [line.replace("damping: 0", "damping: 2.0e-5") for line in RINGING]
+    assert moving(damped, 1e-5, engine, measure=True).error is None

@@ -6,6 +6,9 @@ coordinates and speeds. Where an eigenvalue of that has a positive real part, er
 its inverse. Summed up over the run that is at least what they grow by where the motion is slow
 against it; what grows in one place and shrinks in the next counts as well, so that it may be much
 more than they do. A neighbouring run then tells.
+
+Vibrations that nothing damps keep the errors of all steps, and add them up. Of fast ones, of more
+than a radian a step, that is more than the estimate of one step's error foresees.
 """
 
 from __future__ import annotations
@@ -14,12 +17,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray
 
 # Accelerations (m, n) at rows (m, n) of coordinates and speeds.
 Accelerations = Callable[[FloatArray, FloatArray], FloatArray]
 
 ROUNDED = 1e-5  # of the largest eigenvalue: what rounding makes of one that is zero, twice over
+FAST = 1.0  # rad a step: of slower vibrations steps of order 9 make no error to speak of
 
 
 class Growth:
@@ -33,6 +37,7 @@ class Growth:
         self._next, self._rate = 0.0, 0.0
         self.fastest = 0.0  # 1/s, the largest rate so far
         self.e_folds = 0.0
+        self._spectra: list[ComplexArray] = []
 
     def due(self, t: float) -> bool:
         """Tell whether to look at the equations at t (s)."""
@@ -60,20 +65,30 @@ class Growth:
             by_place, by_speed = _derivatives((q, v), shifts, accelerations)
         except (ValueError, ArithmeticError):  # beyond what the joints, or a force, allow
             return
-        self._rate = _fastest(by_place, by_speed)
+        spectrum = _spectrum(by_place, by_speed)
+        self._spectra.append(spectrum)
+        fastest = float(spectrum.real.max())
+        self._rate = fastest if fastest > ROUNDED * float(np.abs(spectrum).max()) else 0.0
         self.fastest = max(self.fastest, self._rate)
 
     def go(self, h: float) -> None:
         """Go on by h (s)."""
         self.e_folds += self._rate * h
 
+    def ringing(self, time: float, steps: int) -> float:
+        """How many steps of a run fast vibrations last over: of so many steps in a time (s)."""
+        if not self._spectra or not steps:
+            return 0.0
+        found, h = np.concatenate(self._spectra), time / steps
+        fast = found[np.abs(found.imag) * h > FAST]
+        slowest = float(np.maximum(-fast.real, 1 / time).min(initial=np.inf))
+        return 1 / (slowest * h)
 
-def _fastest(by_place: FloatArray, by_speed: FloatArray) -> float:
-    """Rate (1/s) at which errors grow, of derivatives (n, n) of accelerations; 0 if they do not."""
+
+def _spectrum(by_place: FloatArray, by_speed: FloatArray) -> ComplexArray:
+    """Eigenvalues (2 n,), 1/s, of derivatives (n, n) of accelerations."""
     one, none = np.eye(len(by_place)), np.zeros_like(by_place)
-    found = np.linalg.eigvals(np.block([[none, one], [by_place, by_speed]]))
-    fastest = float(found.real.max())
-    return fastest if fastest > ROUNDED * float(np.abs(found).max()) else 0.0
+    return np.asarray(np.linalg.eigvals(np.block([[none, one], [by_place, by_speed]])))
 
 
 def _derivatives(

@@ -31,6 +31,10 @@ class Instability:
         """By how many factors e errors may have grown so far."""
         return self._growth.e_folds
 
+    def ringing(self, time: float, steps: int) -> float:
+        """How many steps of a run fast vibrations last over: of so many steps in a time (s)."""
+        return self._growth.ringing(time, steps)
+
     def follow(self, times: FloatArray, states: FloatArray, places: FloatArray) -> None:
         """Go along m steps from `times` (m,) to the next of `times` (m + 1,), s.
 

@@ -135,8 +135,11 @@ def _checks(prepared: Prepared) -> Checks:
     recorder = prepared.recorder
     deepest = float(recorder.seeker.deepest.max(initial=0.0))
     deepest = max(recorder.largest_penetration, deepest)
-    e_folds = prepared.problem.instability.e_folds
-    return checks(prepared.stepper, recorder, deepest, e_folds)
+    stepper, growing = prepared.stepper, prepared.problem.instability
+    # Explicit steps are far more accurate than asked.
+    explicit = isinstance(stepper, ExplicitStepper)
+    ringing = 0.0 if explicit else growing.ringing(prepared.problem.time, stepper.steps)
+    return checks(stepper, recorder, deepest, growing.e_folds, ringing)
 
 
 def _outcome(prepared: Prepared, complaint: str) -> Outcome:

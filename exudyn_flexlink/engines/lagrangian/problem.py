@@ -121,6 +121,8 @@ class LagrangianProblem:
             self.recorder.after(end, self.state, False)
 
     def _follow(self, end: float) -> None:
-        """Hand a single step on."""
+        """Hand a single step on, which an event may have left no length."""
+        if end <= self.time:
+            return
         times, place = np.array([self.time, end]), np.array([self.system.track.u])
         self.instability.follow(times, self.state[None], place)

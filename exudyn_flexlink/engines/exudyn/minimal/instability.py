@@ -45,6 +45,10 @@ class Instability:
         own = np.log(np.maximum(own, TINY))
         return min(found, float((own - np.minimum.accumulate(own)).max()))
 
+    def ringing(self, time: float, steps: int) -> float:
+        """How many steps of a run fast vibrations last over: of so many steps in a time (s)."""
+        return self._growth.ringing(time, steps)
+
     def follow(self, step: Step) -> None:
         """Go along a step that is accepted, before its end is the model's present state."""
         if self._idle or any(contact.acts for contact in self._model.contacts):

@@ -115,7 +115,7 @@ class _Reading:
 
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
         poses, rates = self.moved.poses, self.moved.rates
-        recorder = self.run.recorder
+        recorder, growing = self.run.recorder, self.run.problem.instability
         energies = recorder.energies(poses, rates, self.totals, self.pressed)
         written, count = self._written(), len(self.mechanism.contacts)
         histories = [self._history(k, written) for k in range(len(self.mechanism.touching))]
@@ -148,7 +148,8 @@ class _Reading:
                 self.run.stepper,
                 recorder,
                 float(recorder.seeker.deepest.max(initial=0.0)),
-                self.run.problem.instability.e_folds,
+                growing.e_folds,
+                growing.ringing(self.run.stepper.time, self.run.stepper.steps),
             ),
             warnings=warnings,
             outcome=outcome,
