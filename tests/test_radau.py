@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines.coasting import SWING
 from exudyn_flexlink.integrate.collocation import WEIGHTS, A, C
+from exudyn_flexlink.integrate.contact_share import ContactShare
 from exudyn_flexlink.integrate.problem import Evaluation, Pressing, State
 from exudyn_flexlink.integrate.radau import Lasting, Radau
 
@@ -129,6 +130,18 @@ def test_a_force_that_leaps_is_solved_for():
     assert state.v[0] > 0 > v[0]
     assert abs(state.q[0] - exact_end[0]) < steps[0].error
     assert state.v[0] == pytest.approx(exact_end[1], rel=0.05)
+
+
+def test_a_step_fails_whose_contacts_are_too_stiff_to_be_solved_for(monkeypatch):
+    """A shorter one is tried then: a ball on a floor of 2e14 N/m made such a system singular."""
+
+    def singular(*_):
+        raise np.linalg.LinAlgError
+
+    problem, q, v = Pressed([1e-3], [0.0], [0.0]), np.array([-1e-4]), np.array([-2e-2])
+    radau, at = Radau(problem, LASTING, np.zeros((1, 1))), problem.evaluate(0.0, q, v)
+    monkeypatch.setattr(ContactShare, "share", singular)
+    assert radau.step(0.0, 2e-5, at, State(q, v, at.force / 1e-3), 1e-12) is None
 
 
 def test_what_a_contact_no_longer_damps_counts_as_error():

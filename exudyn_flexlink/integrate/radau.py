@@ -129,9 +129,9 @@ class Radau:
         # A round of the iteration costs more than new matrices, with which it needs fewer.
         try:
             matrices = self._factorised(h, start, self._stages.pick(MIDDLE))
-        except np.linalg.LinAlgError:  # the guess is far off
+            w = self._solve(times, state, matrices, allowed, (guess, residual))
+        except np.linalg.LinAlgError:  # a guess far off, or a contact so stiff that all else rounds
             return None
-        w = self._solve(times, state, matrices, allowed, (guess, residual))
         if w is None:
             return None
         speeds, pushes = state.v + w, (B @ w) / h
