@@ -4,6 +4,7 @@ Usage:
   .venv/bin/python scripts/random_strikes.py             250 scenes, two at once, ten minutes or so
   .venv/bin/python scripts/random_strikes.py --count 20 --seed 7
   .venv/bin/python scripts/random_strikes.py --only 137  one of them, with its settings
+  .venv/bin/python scripts/random_strikes.py --undamped  links that nothing damps
 
 The paper's mechanism without clearance, of 1 to 12 rods, strikes a lever at 2 to 60 rad/s, with
 contacts of 1e3 to 1e6 N/m that return anything from nothing to all. S and the lever's tip of each
@@ -60,7 +61,7 @@ class Verdict:
     told: str = ""
 
 
-def draw(rng: np.random.Generator, undamped: bool) -> list[str]:
+def draw(rng: np.random.Generator, undamped: bool = False) -> list[str]:
     """Settings that change the model; `undamped`: nothing damps the link."""
 
     def spread(low: float, high: float) -> float:
