@@ -19,6 +19,8 @@ from exudyn_flexlink.observables.answers import ANGLE, Turned, answer_of
 from exudyn_flexlink.result import Result
 
 NO_SPEED = 1e-300  # m/s: a point that stands as it slides off; only divided by
+# Of a touch: a sample so near to its end tells the force of that instant; else the peak bounds it.
+JUST_BEFORE = 0.1
 
 
 @dataclass(frozen=True)
@@ -69,10 +71,13 @@ def _of_contact(result: Result, mechanism: Mechanism, face: FaceContact) -> Iter
         if not touch.slides_off or touch.lasts:
             continue
         last = int(np.searchsorted(result.time, touch.end)) - 1  # sample before the end
-        creep = abs(touch.end_place - touch.place) / max(touch.end - touch.begin, NO_SPEED)
+        length = touch.end - touch.begin
+        creep = abs(touch.end_place - touch.place) / max(length, NO_SPEED)
         force = touch.peak_force
         if result.time[last] >= touch.begin:
-            creep, force = abs(float(at.slip[last])), float(history.force[last])
+            creep = abs(float(at.slip[last]))
+        if result.time[last] >= touch.end - JUST_BEFORE * length:
+            force = float(history.force[last])
         opening = at.gap_rate[last + 1 :][result.time[last + 1 :] < following]
         closing = np.flatnonzero(opening < 0)
         fastest = float(opening[: closing[0] if len(closing) else None].max(initial=0.0))
