@@ -59,6 +59,7 @@ class Verdict:
     tip: float = 0.0
     steps: int = 0
     told: str = ""
+    shown: float = np.inf  # error that the run tells, over that which it has
 
 
 def draw(rng: np.random.Generator, undamped: bool = False) -> list[str]:
@@ -135,7 +136,9 @@ def _verdict(engine: str, found: Result, exact: Result, sure: bool) -> Verdict:
         kind = TOLD if told else OPEN
     else:
         kind = TOLD if told else SILENT
-    return Verdict(engine, kind, point, tip, steps, told[0] if told else "")
+    measured = found.error is not None and not found.error.missing
+    shown = found.error.largest / max(point, tip) / TOLERANCE if measured else np.inf
+    return Verdict(engine, kind, point, tip, steps, told[0] if told else "", shown)
 
 
 def _off(exact: Result, found: Result) -> tuple[float, ...]:
@@ -161,15 +164,17 @@ def verdicts(numbers: list[int], seed: int, undamped: bool, jobs: int) -> Iterat
 def table(found: list[Verdict]) -> Iterator[str]:
     """Lines that count the verdicts of each engine."""
     kinds = [RIGHT, TOLD, SILENT, STOPPED, OPEN, CRASHED]
-    yield f"| engine | {' | '.join(kinds)} | largest of the right | steps |"
-    yield "|---" * (len(kinds) + 3) + "|"
+    measures = "largest of the right | error told over made, at least | steps"
+    yield f"| engine | {' | '.join(kinds)} | {measures} |"
+    yield "|---" * (len(kinds) + 4) + "|"
     for engine in ENGINES:
         own = [verdict for verdict in found if verdict.engine == engine]
         counts = Counter(verdict.kind for verdict in own)
         right = [max(verdict.point, verdict.tip) for verdict in own if verdict.kind == RIGHT]
         numbers = " | ".join(str(counts[kind]) for kind in kinds)
         steps = sum(verdict.steps for verdict in own)
-        yield f"| {engine} | {numbers} | {max(right, default=0.0):.2g} | {steps} |"
+        least = min(verdict.shown for verdict in own)
+        yield f"| {engine} | {numbers} | {max(right, default=0.0):.2g} | {least:.2g} | {steps} |"
 
 
 def main() -> int:

@@ -15,7 +15,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.integrate.growth import Growth
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.observables import positions
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import MeasuredError, Result
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -154,40 +154,37 @@ def test_growth_is_that_of_the_fastest_solution_that_grows() -> None:
     assert growth.due(between)
 
 
-def moving(settings: list[str], tolerance: float, engine: str, measure: bool) -> Result:
+def moving(settings: list[str], tolerance: float, engine: str, measure: bool = True) -> Result:
     changed = [*settings, f"accuracy.tolerance={tolerance}"]
     scene = idealise(load_scene(MODELS / "no_clearance.yaml", changed), ["impact"])
     return simulate(scene, engine, measure=measure)
 
 
-def distances(found: Result, exact: Result) -> FloatArray:
-    """How far S (n,) is off at the samples of the exact run that both have, m."""
+def told(
+    settings: list[str], tolerance: float, engine: str, why: str
+) -> tuple[MeasuredError, FloatArray, FloatArray]:
+    """Error that a run tells for a reason; how far S is off (n,), m, at instants (n,), s."""
+    found = moving(settings, tolerance, engine)
+    exact = moving(settings, 1e-10, "lagrangian", measure=False)
     times = exact.time[np.isin(exact.time, found.time)]
     ends = (positions(each, ["link.end"], times)[:, 0] for each in (found, exact))
-    return np.hypot(*np.subtract(*ends).T)
+    assert any(why in line for line in found.warnings)
+    assert found.error is not None
+    return found.error, np.hypot(*np.subtract(*ends).T), times
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
-    found = moving(LIMP, 1e-6, engine, measure=True)
-    exact = moving(LIMP, 1e-10, "lagrangian", measure=False)
-    apart = distances(found, exact)
+    error, apart, times = told(LIMP, 1e-6, engine, "unstable motion")
     assert apart.max() > 1e-4
-    assert found.error is not None
-    assert found.error.largest >= apart.max() / 2  # of the order of the link, once all is lost
-    assert found.error.exceeds_from <= exact.time[apart > 1e-6][0]
-    assert any("unstable motion" in line for line in found.warnings)
+    assert error.largest >= apart.max() / 2  # of the order of the link, once all is lost
+    assert error.exceeds_from <= times[apart > 1e-6][0]
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_vibrations_that_nothing_damps_say_that_they_are_off(engine: str) -> None:
     """What single steps lose of them adds up: to more than the tolerance, after 550 steps."""
-    found = moving(RINGING, 1e-5, engine, measure=True)
-    exact = moving(RINGING, 1e-10, "lagrangian", measure=False)
-    apart = distances(found, exact)
-    assert apart.max() > 1e-5
-    assert found.error is not None
-    assert found.error.largest >= apart.max()
-    assert any("vibrations that last" in line for line in found.warnings)
+    error, apart, _ = told(RINGING, 1e-5, engine, "vibrations that last")
+    assert error.largest >= apart.max() > 1e-5
     damped = [line.replace("damping: 0", "damping: 2.0e-5") for line in RINGING]
-    assert moving(damped, 1e-5, engine, measure=True).error is None
+    assert moving(damped, 1e-5, engine).error is None

@@ -9,8 +9,8 @@ from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.integrate.growth import Growth
 
-# A look at ten rods takes 0.2 ms, as long as five steps: all of them a sixth of a run of 120 steps,
-# a tenth of one of 1000. With fewer, two of 40 limp links were off in silence.
+# A look takes as long as some five steps. These are as many as short runs can afford: far fewer
+# overlook limp links whose motion changes within a few dozen steps.
 MOST_LOOKS = 16
 STEPS_APART = 12  # from one look to the next, at least
 SHIFT = 1e-5  # rad: changes of angles that derivatives are taken from
