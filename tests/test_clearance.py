@@ -164,3 +164,18 @@ def test_the_engines_agree(name):
         for key in judged:
             apart = np.abs(forces[key][at] - judged[key][there]).mean()
             assert apart < 0.1 * np.abs(judged[key]).mean() + 1e-6, key
+
+
+def test_a_link_at_rest_stays_there_where_it_ends_in_the_mouth_of_its_guide():
+    """Nothing pushes it: whether its end is inside or outside is decided by rounding."""
+    settings = (
+        "bodies.link.rods=3",
+        "joints.crank={type: weld, points: [ground, guide.start], at: [0.02, 0]}",
+        "drives=null",
+        "run={duration: 0.5}",
+        "solver.formulation=redundant",
+    )
+    result = simulate(load_scene(MODEL.with_name("supported.yaml"), settings), measure=False)
+    assert result.outcome.completed, result.outcome
+    assert path(result, "link.end").position[0] == pytest.approx([0.11, 0.0], abs=1e-15)
+    assert np.abs(result.poses - result.poses[0]).max() < 1e-12

@@ -29,6 +29,7 @@ from exudyn_flexlink.mechanism import (
     deepest_allowed,
 )
 
+EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
 # to step, and what a far shorter step leaves in them disturbs the next.
@@ -143,7 +144,7 @@ class ContactItem:
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
         until = inf
-        if touch.inside < inf and touch.slip != 0:
+        if touch.inside < inf and abs(touch.slip) * step > EDGE * self.geometry.length:
             left = self.geometry.length - touch.place if touch.slip > 0 else touch.place
             until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
@@ -179,7 +180,8 @@ class ContactItem:
 
     def _on_face(self, touch: Touch, at: float) -> bool:
         """Tell whether a place is on the face; circles have no ends."""
-        return touch.inside == inf or 0 <= at <= self.geometry.length
+        length = self.geometry.length
+        return touch.inside == inf or -EDGE * length <= at <= (1 + EDGE) * length
 
     def _can_meet(self, touch: Touch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
