@@ -233,7 +233,8 @@ def frequencies() -> Iterator[Row]:
         scene = scene_of(parse_document(text, "ring-down"))
         result = simulate(scene)
         measured = _frequency(result.time, path(result, "link.end").position[:, 1])
-        beam = euler_bernoulli_cantilever(beam_of(scene, "link"), 1)[0] / (2 * pi)
+        link = beam_of(scene, scene.bodies["link"])
+        beam = euler_bernoulli_cantilever(link, 1)[0] / (2 * pi)
         name = f"first frequency over a beam's, {layout}, n = {rods}"
         yield name, f"{expected:+.2%}", f"{measured / beam - 1:+.2%}"
 

@@ -370,7 +370,7 @@ accuracy: {{step: 4.0e-5}}
     signal = (sag - np.average(sag, weights=window)) * window
     response = abs(np.exp(-2j * pi * np.outer(spectrum_at, result.time)) @ signal)
     frequency = spectrum_at[np.argmax(response)]
-    beam = beam_of(result.scene, "strip")
+    beam = beam_of(result.scene, result.scene.bodies["strip"])
     exact = euler_bernoulli_cantilever(beam, 1)[0] / (2 * pi)
     error = errors[layout == "half_ends"]
     assert frequency == pytest.approx(exact * (1 + error / 100), rel=0.01)

@@ -1,12 +1,14 @@
-"""Sections and rods against integrals over the section."""
+"""Sections and what a mechanism makes of them, against integrals over the section."""
 
 import math
 
 import numpy as np
 import pytest
 
-from exudyn_flexlink import sections
+from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.mechanism import beam_of
 from exudyn_flexlink.scene.bodies import RectangleSection, RoundSection
+from exudyn_flexlink.shipped import model_file
 
 
 def integrate(width_at, half_height):
@@ -17,39 +19,34 @@ def integrate(width_at, half_height):
     return strip.sum(), (strip * y**2).sum()
 
 
-def section_of(spec):
-    return sections.Section(spec.area, spec.second_moment)
+def beam_with(section, slender="false"):
+    settings = (f"bodies.link.section={section}", f"bodies.link.slender={slender}")
+    scene = load_scene(model_file("no_clearance"), settings)
+    return beam_of(scene, scene.bodies["link"])
 
 
 def test_rectangle_is_its_integral():
-    section = section_of(RectangleSection(width=0.01, thickness=0.5e-3))
+    section = RectangleSection(width=0.01, thickness=0.5e-3)
     expected = integrate(lambda y: 0.01 + 0 * y, 0.25e-3)
     assert (section.area, section.second_moment) == pytest.approx(expected, rel=1e-6)
-    assert section.thickness == pytest.approx(0.5e-3)
 
 
 def test_round_bar_is_its_integral():
-    section = section_of(RoundSection(diameter=0.01))
+    section = RoundSection(diameter=0.01)
     expected = integrate(lambda y: 2 * np.sqrt(0.005**2 - y**2), 0.005)
     assert (section.area, section.second_moment) == pytest.approx(expected, rel=1e-6)
-    assert section.thickness == pytest.approx(0.01 * math.sqrt(3) / 2)
 
 
 def test_strip_of_the_paper():
     """Steel, 10 mm x 0.5 mm: EI = 2e11 * 1.0416667e-13 N m^2, rho A = 7850 * 5e-6 kg/m."""
-    section = section_of(RectangleSection(width=0.01, thickness=0.5e-3))
-    assert sections.bending_stiffness(2e11, section) == pytest.approx(0.0208333333)
-    assert sections.mass_per_length(7850, section) == pytest.approx(0.03925)
-    assert sections.rod_mass(7850, section, 0.07) == pytest.approx(2.7475e-3)
+    beam = beam_with("{width: 10 mm, thickness: 0.5 mm}")
+    assert beam.bending_stiffness == pytest.approx(0.0208333333)
+    assert beam.mass_per_length == pytest.approx(0.03925)
+    assert beam.rod(0.07).mass == pytest.approx(2.7475e-3)
 
 
-def test_rod_inertia_is_that_of_a_plate():
-    assert sections.rod_inertia(3.0, 2.0) == pytest.approx(1.0)
-    assert sections.rod_inertia(3.0, 2.0, 1.0) == pytest.approx(3.0 * (4 + 1) / 12)
-
-
-@pytest.mark.parametrize("bad", [0, -1e-3, math.nan, math.inf])
-def test_impossible_sizes_are_refused(bad):
-    for values in ((1, bad), (bad, 1)):
-        with pytest.raises(ValueError, match="positive"):
-            sections.Section(*values)
+def test_the_thickness_is_that_of_a_rectangle_with_the_same_second_moment():
+    assert beam_with("{width: 10 mm, thickness: 0.5 mm}").thickness == pytest.approx(0.5e-3)
+    round_bar = beam_with("{type: round, diameter: 10 mm}")
+    assert round_bar.thickness == pytest.approx(0.01 * math.sqrt(3) / 2)
+    assert beam_with("{type: round, diameter: 10 mm}", slender="true").thickness == 0

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, hypot
+from math import atan2, hypot, sqrt
 
-from exudyn_flexlink import sections
-from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise, halves
+from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise
 from exudyn_flexlink.mechanism.model import LinearSpring, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
 from exudyn_flexlink.scene import (
@@ -28,32 +27,25 @@ POINT = 1e-6  # of its reach: radius of gyration of a point mass, since equation
 STEEL = 7850.0  # kg/m^3: density of a body without any extent of its own
 
 
-def chain_of(scene: Scene, name: str) -> Chain:
-    """Rods and hinges of the flexible body `name`."""
-    body = _flexible(scene, name)
+def chain_of(scene: Scene, body: FlexibleBody) -> Chain:
+    """Rods and hinges of a flexible body."""
     return discretise(
-        beam_of(scene, name), body.rods, body.layout, body.hinges.stiffness, body.hinges.damping
+        beam_of(scene, body), body.rods, body.layout, body.hinges.stiffness, body.hinges.damping
     )
 
 
-def beam_of(scene: Scene, name: str) -> Beam:
-    """Length, mass per length and bending stiffness of the flexible body `name`."""
-    body = _flexible(scene, name)
-    material = scene.materials[body.material]
-    section = sections.Section(body.section.area, body.section.second_moment)
+def beam_of(scene: Scene, body: FlexibleBody | RodBody) -> Beam:
+    """Length, mass per length, bending stiffness and thickness of a uniform body.
+
+    Of whatever section, the thickness is that of the rectangle with its second moment and area.
+    """
+    material, section = scene.materials[body.material], body.section
     return Beam(
         body.length,
-        sections.mass_per_length(material.density, section),
-        sections.bending_stiffness(material.youngs_modulus, section),
-        None if body.slender else section.thickness,
+        material.density * section.area,
+        material.youngs_modulus * section.second_moment,
+        0.0 if body.slender else sqrt(12 * section.second_moment / section.area),
     )
-
-
-def _flexible(scene: Scene, name: str) -> FlexibleBody:
-    body = scene.bodies[name]
-    if not isinstance(body, FlexibleBody):
-        raise TypeError(f"'{name}' is not flexible")
-    return body
 
 
 def station(lengths: Sequence[float], place: float) -> tuple[int, float, float]:
@@ -133,18 +125,18 @@ class Bodies:
         body = self.scene.bodies[name]
         first = len(self.parts)
         if isinstance(body, FlexibleBody):
-            points = self._add_chain(name)
+            points = self._add_chain(name, body)
         elif isinstance(body, RodBody):
             points = self._add_rod(name, body)
         else:
             points = self._add_rigid(name, body)
         return _Body(first, len(self.parts) - 1, points)
 
-    def _add_chain(self, name: str) -> dict[str, tuple[int, float, float]]:
-        chain = chain_of(self.scene, name)
-        first = len(self.parts)
-        body = _flexible(self.scene, name)
-        rods = halves(beam_of(self.scene, name), chain) if body.stretch else chain.rods
+    def _add_chain(self, name: str, body: FlexibleBody) -> dict[str, tuple[int, float, float]]:
+        chain, beam = chain_of(self.scene, body), beam_of(self.scene, body)
+        first, rods = len(self.parts), chain.rods
+        if body.stretch:  # each rod gives way between its halves
+            rods = tuple(beam.rod(rod.length / 2) for rod in rods for _ in range(2))
         for i, rod in enumerate(rods, start=1):
             centre = (rod.length / 2, 0.0)
             label = f"{name} {i}"
@@ -175,13 +167,8 @@ class Bodies:
         self.linear_springs.append(LinearSpring(label, before, after, stiffness, 0.0, 0.0, True))
 
     def _add_rod(self, name: str, body: RodBody) -> dict[str, tuple[int, float, float]]:
-        section = sections.Section(body.section.area, body.section.second_moment)
-        density = self.scene.materials[body.material].density
-        mass = sections.rod_mass(density, section, body.length)
-        thickness = None if body.slender else section.thickness
-        inertia = sections.rod_inertia(mass, body.length, thickness)
-        half = body.length / 2
-        self.parts.append(RigidPart(name, name, mass, inertia, (half, 0.0), body.length))
+        rod, half = beam_of(self.scene, body).rod(body.length), body.length / 2
+        self.parts.append(RigidPart(name, name, rod.mass, rod.inertia, (half, 0.0), body.length))
         return {
             "start": (0, 0.0, 0.0),
             "end": (0, body.length, 0.0),

@@ -59,7 +59,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         freedom_lines(scene, assembly),
         start_lines(scene, assembly),
         *(
-            link_frequencies(scene, name)
+            link_frequencies(scene, name, body)
             for name, body in scene.bodies.items()
             if isinstance(body, FlexibleBody)
         ),

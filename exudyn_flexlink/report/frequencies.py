@@ -21,14 +21,14 @@ from exudyn_flexlink.scene import FlexibleBody, Scene
 MODES = 4
 
 
-def link_frequencies(scene: Scene, name: str) -> list[str]:
-    """Natural frequencies of a flexible link with its first rod clamped, against a beam's."""
-    chain = chain_of(scene, name)
+def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:
+    """Natural frequencies of a flexible body with its first rod clamped, against a beam's."""
+    chain = chain_of(scene, body)
     count = min(MODES, len(chain.hinges))
     if count == 0:
         return [f"Natural frequencies of {name}: none, one rod has no hinges"]
     rods = chain.cantilever_frequencies(count) / (2 * pi)
-    beam = euler_bernoulli_cantilever(beam_of(scene, name), count) / (2 * pi)
+    beam = euler_bernoulli_cantilever(beam_of(scene, body), count) / (2 * pi)
     rows = [["mode", "rods", "beam", "deviation"]]
     for i in range(count):
         deviation = f"{100 * (rods[i] / beam[i] - 1):+.2f} %"
@@ -36,13 +36,11 @@ def link_frequencies(scene: Scene, name: str) -> list[str]:
     return [
         f"Natural frequencies of {name}, first rod clamped, against an Euler-Bernoulli beam",
         *table(rows),
-        *_rule(scene, name),
+        *_rule(name, body),
     ]
 
 
-def _rule(scene: Scene, name: str) -> list[str]:
-    body = scene.bodies[name]
-    assert isinstance(body, FlexibleBody)  # its only caller has made a chain of it
+def _rule(name: str, body: FlexibleBody) -> list[str]:
     rule = body.hinges.stiffness
     if rule == "paper":
         return [

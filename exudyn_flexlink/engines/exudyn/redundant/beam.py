@@ -100,7 +100,7 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
     guide = slides[0].first.part
     if guide == GROUND or len(mechanism.parts_of(mechanism.parts[guide].body)) > 1:
         raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
-    beam = beam_of(scene, name)
+    beam = beam_of(scene, body)
     axial = scene.materials[body.material].youngs_modulus * body.section.area
     # A hinge with damping d takes d times the change of angle, which its cell of length l spreads:
     # the resistance of a beam to changing curvature is d l.
