@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
+from types import ModuleType
 
 from exudyn_flexlink.engines import NotRepresentableError
+from exudyn_flexlink.engines.exudyn import redundant
 from exudyn_flexlink.engines.exudyn.minimal import run as minimal
-from exudyn_flexlink.engines.exudyn.redundant import run as redundant
 from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
-from exudyn_flexlink.engines.exudyn.redundant.outcome import finish
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, formulation, formulation_mistakes, only_minimal
+from exudyn_flexlink.mechanism import Mechanism, formulation, only_minimal
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 
@@ -27,19 +27,12 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     """
     began = perf_counter()
     assembly = assemble_scene(scene)
-    if formulation(scene) == "minimal":
-        prepared = minimal.prepare(scene, assembly, progress)
-        ready = perf_counter()
-        complaint = minimal.solve(prepared)
-        solved = perf_counter()
-        result = minimal.finish(prepared, complaint)
-    else:
-        _refuse(scene)
-        assembled = redundant.prepare(scene, assembly, progress)
-        ready = perf_counter()
-        error, iterations = redundant.solve(assembled)
-        solved = perf_counter()
-        result = finish(assembled, error, iterations)
+    room: ModuleType = minimal if formulation(scene) == "minimal" else redundant
+    prepared = room.prepare(scene, assembly, progress)
+    ready = perf_counter()
+    complaint = room.solve(prepared)
+    solved = perf_counter()
+    result: Result = room.finish(prepared, complaint)
     timings = {
         "prepare": ready - began,
         "solve": solved - ready,
@@ -67,8 +60,3 @@ def _has_beams(scene: Scene, mechanism: Mechanism) -> bool:
         return bool(beams_of(scene, mechanism))
     except NotRepresentableError:
         return False
-
-
-def _refuse(scene: Scene) -> None:
-    for mistake in formulation_mistakes(scene):
-        raise NotRepresentableError(tuple(map(str, mistake.path)), mistake.message)

@@ -20,17 +20,12 @@ from exudyn_flexlink.mechanism import (
 )
 
 
-def add_loads(system: System) -> list[ArithmeticError]:
-    """Add all torques and forces; return where the errors of values that there are not gather.
-
-    Nothing may be raised through the solver.
-    """
-    errors: list[ArithmeticError] = []
+def add_loads(system: System) -> None:
+    """Add all torques and forces."""
     for motor in system.mechanism.torque_motors:
-        _add_torque(system, motor, errors)
+        _add_torque(system, motor)
     for force in system.mechanism.forces:
-        _add_force(system, force, errors)
-    return errors
+        _add_force(system, force)
 
 
 def sense(system: System) -> bool:
@@ -48,7 +43,7 @@ def _constant(size: Size) -> float | None:
     return ramp.value if isinstance(ramp, Ramp) and ramp.duration == 0 else None
 
 
-def _add_torque(system: System, motor: TorqueMotor, errors: list[ArithmeticError]) -> None:
+def _add_torque(system: System, motor: TorqueMotor) -> None:
     constant = _constant(motor.size)
     for part, sign in ((motor.second, 1.0), (motor.first, -1.0)):
         if part == GROUND:
@@ -58,7 +53,7 @@ def _add_torque(system: System, motor: TorqueMotor, errors: list[ArithmeticError
             try:
                 return sign * size_at(motor.size, system.window.inside(time), *_state(system, mbs))
             except ArithmeticError as error:
-                errors.append(error)
+                system.errors.append(error)
                 return nan
 
         load = {"loadUserFunction": torque} if constant is None else {"load": sign * constant}
@@ -66,7 +61,7 @@ def _add_torque(system: System, motor: TorqueMotor, errors: list[ArithmeticError
         system.mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, **load))
 
 
-def _add_force(system: System, force: PointForce, errors: list[ArithmeticError]) -> None:
+def _add_force(system: System, force: PointForce) -> None:
     x, y = (_constant(size) for size in force.sizes)
 
     def push(mbs: Any, time: float, _load: list[float]) -> list[float]:
@@ -75,7 +70,7 @@ def _add_force(system: System, force: PointForce, errors: list[ArithmeticError])
         try:
             return [*force_at(force, at, q[None], v[None])[0].tolist(), 0.0]
         except ArithmeticError as error:
-            errors.append(error)
+            system.errors.append(error)
             return [nan] * 3
 
     load: dict[str, Any] = {"loadVectorUserFunction": push}

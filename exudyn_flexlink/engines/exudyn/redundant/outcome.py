@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf, isfinite
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name
 from exudyn_flexlink.engines.exudyn.redundant.recording import just_before
+from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
+from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.engines.exudyn.reporting import (
     LOCKED_ADVICE,
     NO_SOLUTION,
@@ -22,6 +24,7 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 )
 from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import (
+    Assembly,
     angle_of,
     approach,
     force_at,
@@ -37,16 +40,22 @@ from exudyn_flexlink.result import (
     Outcome,
     Result,
 )
-from exudyn_flexlink.scene import PrismaticJoint
-
-if TYPE_CHECKING:
-    from exudyn_flexlink.engines.exudyn.redundant.run import Prepared
-
+from exudyn_flexlink.scene import PrismaticJoint, Scene
 
 ROUNDING = 1e-9  # rad: what the search for the end of a run's turns may leave
 
 
-def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
+@dataclass(frozen=True)
+class Prepared:
+    """Everything a solve needs, and what is left of it afterwards."""
+
+    scene: Scene
+    assembly: Assembly
+    system: System
+    loop: Loop
+
+
+def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its timings are still to come."""
     kept = {
         key: np.concatenate(value) for key, value in vars(prepared.loop.recorder.samples).items()
@@ -80,7 +89,7 @@ def finish(prepared: Prepared, complaint: str, iterations: int) -> Result:
         extremes=prepared.loop.recorder.seeker.extremes(),
         # A lap that begins as the run ends is none.
         laps=tuple(lap for lap in prepared.loop.events if lap.time < prepared.loop.end),
-        checks=_checks(prepared, iterations),
+        checks=_checks(prepared),
         warnings=tuple(_warnings(prepared)),
         outcome=_outcome(prepared, complaint),
     )
@@ -179,7 +188,7 @@ def _histories(
     return histories
 
 
-def _checks(prepared: Prepared, iterations: int) -> Checks:
+def _checks(prepared: Prepared) -> Checks:
     loop, recorder = prepared.loop, prepared.loop.recorder
     given = prepared.scene.accuracy.step
     per_contact = min((own.resolution.steps(given) for own in loop.contacts.all), default=inf)
@@ -188,7 +197,7 @@ def _checks(prepared: Prepared, iterations: int) -> Checks:
         largest_kinetic_energy=recorder.largest_kinetic_energy,
         constraint_error=recorder.constraint_error,
         steps=max(recorder.steps, 0),
-        newton_iterations=iterations,
+        newton_iterations=int(prepared.system.mbs.sys["dynamicSolver"].it.newtonStepsCount),
         smallest_step=loop.smallest_step if isfinite(loop.smallest_step) else 0.0,
         largest_step=loop.largest_step,
         steps_per_contact=per_contact,
@@ -239,7 +248,7 @@ def _plain(complaint: str) -> str:
 
 
 def _advice(prepared: Prepared, complaint: str) -> str:
-    if prepared.load_errors:
+    if prepared.system.errors:
         return NO_VALUE_ADVICE
     if "singular" in complaint:
         return LOCKED_ADVICE

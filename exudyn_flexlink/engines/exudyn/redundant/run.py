@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
 import numpy as np
 
+from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import HERMITE, ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.engine import Engine
@@ -16,6 +16,7 @@ from exudyn_flexlink.engines.exudyn.redundant.beam import beams_of
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.loads import add_loads, sense
+from exudyn_flexlink.engines.exudyn.redundant.outcome import Prepared
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import (
@@ -32,6 +33,7 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
     end_of_run,
+    formulation_mistakes,
     half_period,
     pairs,
     resolution_of_strike,
@@ -44,29 +46,21 @@ from exudyn_flexlink.result import Event
 from exudyn_flexlink.scene import Scene
 
 
-@dataclass
-class Prepared:
-    """Everything a solve needs, and what is left of it afterwards."""
-
-    scene: Scene
-    assembly: Assembly
-    system: System
-    loop: Loop
-    load_errors: list[ArithmeticError]
-
-
 def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] | None) -> Prepared:
     """Build the system, the loop and what records it.
 
     Raises:
-        NotRepresentableError: the scene asks for a beam that can't be.
+        NotRepresentableError: the scene asks for a beam that can't be, or for contacts that
+            Exudyn's own solver does not know.
 
     """
+    for mistake in formulation_mistakes(scene):
+        raise NotRepresentableError(tuple(map(str, mistake.path)), mistake.message)
     end = end_of_run(scene, assembly.mechanism)
     as_beam = scene.solver.formulation == "beam"
     beams = beams_of(scene, assembly.mechanism) if as_beam else ()
     system = build_system(assembly, beams)
-    errors = add_loads(system)
+    add_loads(system)
     events: list[Event] = []
     count = len(assembly.mechanism.slots)
     slots = [SlotItems(system, i, events) for i in range(count)]
@@ -82,7 +76,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     loop = Loop(chooser, slots, contacts, events, recorder, end, goal, progress)
     loop.knots, loop.window = assembly.mechanism.knots(end), system.window
-    return Prepared(scene, assembly, system, loop, errors)
+    return Prepared(scene, assembly, system, loop)
 
 
 def _contacts(scene: Scene, system: System) -> Contacts:
@@ -112,8 +106,8 @@ def _chooser(scene: Scene, system: System, end: float) -> StepChooser:
     return ErrorControl(tolerance, end, system.coordinates.weights)
 
 
-def solve(prepared: Prepared) -> tuple[str, int]:
-    """Run the solver; return its complaint (empty if there is none) and its Newton iterations."""
+def solve(prepared: Prepared) -> str:
+    """Run the solver; return its complaint, empty if there is none."""
     found = _solve(prepared)
     if prepared.loop.time < prepared.loop.end * (1 - 1e-9):
         prepared.loop.recorder.mark_last()  # stopped early: its last state is kept
@@ -121,7 +115,7 @@ def solve(prepared: Prepared) -> tuple[str, int]:
     return found
 
 
-def _solve(prepared: Prepared) -> tuple[str, int]:
+def _solve(prepared: Prepared) -> str:
     system, loop = prepared.system, prepared.loop
     q, v, a = system.coordinates.start()
     data = system.mbs.systemData
@@ -139,13 +133,13 @@ def _solve(prepared: Prepared) -> tuple[str, int]:
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
     if isinstance(loop.error, NoValueError):  # of a drive, as it goes on past a knot
-        prepared.load_errors.append(loop.error)
+        system.errors.append(loop.error)
         complaint = str(loop.error)
     elif loop.error is not None:
         raise loop.error
-    if prepared.load_errors and complaint:
-        complaint = str(prepared.load_errors[-1])
-    return complaint, int(system.mbs.sys["dynamicSolver"].it.newtonStepsCount)
+    if system.errors and complaint:
+        complaint = str(system.errors[-1])
+    return complaint
 
 
 def _settings(prepared: Prepared, first: float) -> Any:

@@ -53,6 +53,8 @@ class System:
     motors: dict[str, int] = field(default_factory=dict)  # speed motors
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
+    # Of values that drives do not have: nothing may be raised through the solver.
+    errors: list[ArithmeticError] = field(default_factory=list)
 
     @property
     def assembly(self) -> Assembly:
