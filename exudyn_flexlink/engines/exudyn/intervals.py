@@ -1,4 +1,4 @@
-"""The log of begins and ends as the intervals that a Result shows."""
+"""What contacts did: the log that the steps write, and the intervals that a Result shows."""
 
 from __future__ import annotations
 
@@ -7,10 +7,25 @@ from dataclasses import dataclass
 from math import inf
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.intervals import Interval, Intervals
 
 Totals = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One beginning or end of the contact `index` at `time` (s).
+
+    `peak_force` (N) is the largest that was noted, of what `engines.extremes` does not look at.
+    """
+
+    time: float
+    index: int
+    kind: str
+    touch: Touch
+    approach_speed: float
+    peak_force: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,14 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.ending import checks
+from exudyn_flexlink.engines.exudyn.histories import Histories, push_of
 from exudyn_flexlink.engines.exudyn.intervals import Written
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.reactions import reactions_of
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
-from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name, push_of
 from exudyn_flexlink.engines.exudyn.reporting import versions
-from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ImplicitStepper
 from exudyn_flexlink.laws import Impulse
@@ -33,7 +32,7 @@ from exudyn_flexlink.mechanism import (
     spring_force,
     turned,
 )
-from exudyn_flexlink.result import ContactHistory, EnergyHistory, Event, Outcome, Result
+from exudyn_flexlink.result import EnergyHistory, Event, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
 
@@ -73,16 +72,15 @@ class _Reading:
         )
         model = self.model
         self.moved: Motions = motions(model.layout, model.kinematics, self.x, self.v, self.a)
-        self.approaches = [
-            approach(contact, self.moved.poses, self.moved.rates)
-            for contact in self.mechanism.touching
-        ]
         self.pulls = {
             spring: spring_force(spring, self.moved.poses, self.moved.rates)
             for spring in self.mechanism.linear_springs
         }
         self.pressing = np.zeros(self.pressed.shape)
         self.on_points = self._pressing()
+        self.histories = Histories(
+            self.mechanism, self.moved.poses, self.moved.rates, self.pressing, self._written()
+        )
         self.forces = {
             force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
             for force in self.mechanism.forces
@@ -117,8 +115,6 @@ class _Reading:
         poses, rates = self.moved.poses, self.moved.rates
         recorder, growing = self.run.recorder, self.run.problem.instability
         energies = recorder.energies(poses, rates, self.totals, self.pressed)
-        written, count = self._written(), len(self.mechanism.contacts)
-        histories = [self._history(k, written) for k in range(len(self.mechanism.touching))]
         return Result(
             scene=self.run.scene,
             engine="exudyn",
@@ -138,9 +134,9 @@ class _Reading:
                 for spring, force in self.pulls.items()
                 if spring.name in self.run.scene.springs
             },
-            contacts=by_name(self.mechanism.contacts, histories[:count]),
-            bearings=by_name(self.mechanism.bearings, histories[count:]),
-            sleeves=sleeve_histories(self.mechanism, written, self.pressing),
+            contacts=self.histories.contacts(),
+            bearings=self.histories.bearings(),
+            sleeves=self.histories.sleeves(),
             energy=EnergyHistory(*energies.T),
             extremes=recorder.seeker.extremes(),
             laps=tuple(lap for lap in self.run.events if lap.time < self.run.problem.end),
@@ -154,10 +150,6 @@ class _Reading:
             warnings=warnings,
             outcome=outcome,
         )
-
-    def _history(self, k: int, written: Written) -> ContactHistory:
-        at, force = self.approaches[k], self.pressing[:, k]
-        return ContactHistory(at.gap, at.place, force, written.intervals(k))
 
     def _written(self) -> Written:
         entries, recorder = self.run.problem.entries, self.run.recorder
@@ -212,10 +204,7 @@ class _Reading:
                 forces[name] = force if second else -force
             elif name in self.reactions.forces:
                 forces[name] = self.reactions.forces[name]
-        of_bearings = bearing_forces(
-            self.mechanism, self.moved.poses, self.moved.rates, self.pressing
-        )
-        return forces | of_bearings
+        return forces | self.histories.bearing_forces()
 
     def _momentum_rate(self, part: int) -> FloatArray:
         """Mass times acceleration of a part's centre, less its weight, N."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from math import inf
 
 from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
-from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
+from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.pressing import (

@@ -7,7 +7,7 @@ from math import inf
 
 import numpy as np
 
-from exudyn_flexlink.engines.exudyn.contact_log import Entry
+from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BroadPhase
 from exudyn_flexlink.engines.exudyn.redundant.contact_item import AHEAD, ContactItem
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd

@@ -10,8 +10,8 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.ending import of_turns
+from exudyn_flexlink.engines.exudyn.histories import Histories
 from exudyn_flexlink.engines.exudyn.intervals import Written
-from exudyn_flexlink.engines.exudyn.pushes import bearing_forces, by_name
 from exudyn_flexlink.engines.exudyn.redundant.recording import just_before
 from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop
 from exudyn_flexlink.engines.exudyn.redundant.system import System
@@ -22,11 +22,9 @@ from exudyn_flexlink.engines.exudyn.reporting import (
     no_solution_advice,
     versions,
 )
-from exudyn_flexlink.engines.exudyn.sleeves import sleeve_histories
 from exudyn_flexlink.mechanism import (
     Assembly,
     angle_of,
-    approach,
     force_at,
     line_of,
     sizes_at,
@@ -35,7 +33,6 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.result import (
     INTERRUPTED,
     Checks,
-    ContactHistory,
     EnergyHistory,
     Outcome,
     Result,
@@ -61,7 +58,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         key: np.concatenate(value) for key, value in vars(prepared.loop.recorder.samples).items()
     }
     poses, rates, mechanism = kept["poses"], kept["rates"], prepared.assembly.mechanism
-    histories, count = _histories(prepared, poses, rates, kept["forces"]), len(mechanism.contacts)
+    histories = Histories(mechanism, poses, rates, kept["forces"], _written(prepared))
     return Result(
         scene=prepared.scene,
         engine="exudyn",
@@ -75,16 +72,16 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         drive_torques=_torques(prepared, kept),
         drive_forces=_drive_forces(prepared, kept),
         joint_forces=_joint_forces(prepared, poses, kept["multipliers"])
-        | bearing_forces(mechanism, poses, rates, kept["forces"]),
+        | histories.bearing_forces(),
         slot_forces=_slot_forces(prepared, poses, kept),
         spring_forces={
             spring.name: spring_force(spring, poses, rates)
             for spring in mechanism.linear_springs
             if spring.name in prepared.scene.springs
         },
-        contacts=by_name(mechanism.contacts, histories[:count]),
-        bearings=by_name(mechanism.bearings, histories[count:]),
-        sleeves=sleeve_histories(mechanism, _written(prepared), kept["forces"]),
+        contacts=histories.contacts(),
+        bearings=histories.bearings(),
+        sleeves=histories.sleeves(),
         energy=EnergyHistory(*kept["energies"].T),
         extremes=prepared.loop.recorder.seeker.extremes(),
         # A lap that begins as the run ends is none.
@@ -175,17 +172,6 @@ def _slot_forces(
         slot.slot.name: slot.force(kept["multipliers"], poses, kept["places"][:, k])
         for k, slot in enumerate(prepared.loop.slots)
     }
-
-
-def _histories(
-    prepared: Prepared, poses: FloatArray, rates: FloatArray, forces: FloatArray
-) -> list[ContactHistory]:
-    """Of the scene's contacts, then of its joints with clearance."""
-    histories, told = [], _written(prepared)
-    for k, contact in enumerate(prepared.assembly.mechanism.touching):
-        at = approach(contact, poses, rates)
-        histories.append(ContactHistory(at.gap, at.place, forces[:, k], told.intervals(k)))
-    return histories
 
 
 def _checks(prepared: Prepared) -> Checks:
