@@ -14,7 +14,6 @@ from exudyn_flexlink.mechanism import (
     CircleContact,
     Contact,
     FaceContact,
-    Mechanism,
     always_redundant,
     anchor_position,
     approach,
@@ -116,22 +115,18 @@ def value_mistake(scene: Scene, error: NoValueError) -> Mistake:
     return Mistake(path, str(error), "as the mechanism starts")
 
 
-def speed_mistake(mechanism: Mechanism, error: CannotMoveError) -> Mistake:
+def speed_mistake(error: CannotMoveError) -> Mistake:
     """A drive or a speed at the start that joints, or others before it, do not allow."""
-    if error.drive is not None:
+    if error.path[0] == "drives":
         return Mistake(
-            ("drives", error.drive),
+            error.path,
             "the mechanism can't follow this drive at the start: joints or other drives block it",
             "a dead centre, or two drives of one freedom; start at another angle",
         )
-    if error.part is None:
-        key, name = "speeds_along", str(error.slide)
-    else:
-        key, name = "speeds" if error.axis == 2 else "velocities", mechanism.parts[error.part].body
+    what = "velocity" if "velocities" in error.path else "speed"
     return Mistake(
-        ("initial", key, name),
-        f"this {'velocity' if key == 'velocities' else 'speed'} contradicts the joints, the drives "
-        "or the speeds above",
+        error.path,
+        f"this {what} contradicts the joints, the drives or the speeds above",
         "leave out what follows from others",
     )
 

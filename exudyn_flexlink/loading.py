@@ -156,7 +156,7 @@ def assemble_scene(scene: Scene) -> Assembly:
     except CannotAssembleError as error:
         raise SceneError(scene.document, [open_mistake(scene, error)]) from error
     except CannotMoveError as error:
-        raise SceneError(scene.document, [speed_mistake(mechanism, error)]) from error
+        raise SceneError(scene.document, [speed_mistake(error)]) from error
     mistakes = [
         *penetrations(assembly),
         *pressed_walls(assembly),

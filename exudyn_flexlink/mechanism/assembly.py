@@ -68,23 +68,12 @@ class Assembly:
 class CannotMoveError(ValueError):
     """A drive, or a speed at the start, contradicts the joints and those before it.
 
-    `drive` is its name, or `slide` that of the joint or slot along which the speed is, or None;
-    else `part` is the part, and `axis` 0 or 1 for its velocity along x or y and 2 for its angular
-    speed.
+    `path` leads to it in the scene.
     """
 
-    def __init__(
-        self,
-        drive: str | None = None,
-        slide: str | None = None,
-        part: int | None = None,
-        axis: int | None = None,
-    ) -> None:
-        super().__init__(f"the mechanism can't follow {drive or slide or part}")
-        self.drive = drive
-        self.slide = slide
-        self.part = part
-        self.axis = axis
+    def __init__(self, *path: str) -> None:
+        super().__init__(f"the mechanism can't follow {'.'.join(path)}")
+        self.path = path
 
 
 def assemble(mechanism: Mechanism, start: Start) -> Assembly:
@@ -221,17 +210,25 @@ def _with_speeds(
     of_parts = {(part, 2): speed for part, speed in start.speeds.items()}
     for part, velocity in start.velocities.items():
         of_parts |= {(part, axis): velocity[axis] for axis in (0, 1)}
+    keys = ("velocities", "velocities", "speeds")  # by axis
     rows = (
         joints.with_fixed(list(of_parts))
         .with_rows(*along_slides(slides, np.zeros(len(slides)), q))
         .with_rows(*along_slots(slots, q, places[slotted]))
     )
     wanted = [
-        (motor.speed.at(0.0), CannotMoveError(motor.name)) for motor in mechanism.speed_motors
+        (motor.speed.at(0.0), CannotMoveError("drives", motor.name))
+        for motor in mechanism.speed_motors
     ]
-    wanted += [(x, CannotMoveError(part=part, axis=axis)) for (part, axis), x in of_parts.items()]
-    names = (*sliding, *in_slots)
-    return rows, wanted + [(start.speeds_along[k], CannotMoveError(slide=k)) for k in names]
+    wanted += [
+        (speed, CannotMoveError("initial", keys[axis], mechanism.parts[part].body))
+        for (part, axis), speed in of_parts.items()
+    ]
+    wanted += [
+        (start.speeds_along[name], CannotMoveError("initial", "speeds_along", name))
+        for name in (*sliding, *in_slots)
+    ]
+    return rows, wanted
 
 
 def _least_velocities(

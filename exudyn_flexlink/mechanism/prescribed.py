@@ -84,58 +84,38 @@ class SpeedOf(OfTime):
 
 
 class Formula:
-    """An expression of the scene, whose t is `clock` (s) as the run begins."""
+    """An `expression` of the scene, whose t is `clock` (s) as the run begins."""
 
     def __init__(self, expression: Expression, clock: float = 0.0) -> None:
-        self._expression, self._clock = expression, clock
+        self.expression, self.clock = expression, clock
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed."""
-        return self._expression.at(time + self._clock, sensed)
+        return self.expression.at(time + self.clock, sensed)
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
         """Values (n,) at instants (n,) s and values sensed."""
-        return self._expression.values(time + self._clock, sensed)
+        return self.expression.values(time + self.clock, sensed)
 
     def rate(self, time: float) -> float:
         """First time derivative of the value."""
-        return self._expression.rate(time + self._clock)
+        return self.expression.rate(time + self.clock)
 
     def bend(self, time: float) -> float:
         """Second time derivative of the value."""
-        return self._expression.bend(time + self._clock)
+        return self.expression.bend(time + self.clock)
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
         """Derivatives by the values sensed."""
-        return self._expression.slopes(time + self._clock, sensed)
+        return self.expression.slopes(time + self.clock, sensed)
 
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
-        return self._integral(time + self._clock) - self._before
-
-    @property
-    def addends(self) -> list[Addend]:
-        """The terms whose sum it is; their t is that of the formula."""
-        return self._expression.addends
-
-    @property
-    def rate_addends(self) -> list[Addend]:
-        """Those of its first time derivative."""
-        return self._expression.rate_addends
-
-    @property
-    def bend_addends(self) -> list[Addend]:
-        """Those of its second time derivative."""
-        return self._expression.bend_addends
-
-    @property
-    def clock(self) -> float:
-        """What t is as the run begins, s."""
-        return self._clock
+        return self._integral(time + self.clock) - self._before
 
     @cached_property
     def _integral(self) -> Antiderivative:
-        expression = self._expression
+        expression = self.expression
         return Antiderivative(expression.at, expression.linear_bends, self._hides)
 
     def _hides(self, begin: float, end: float, known: FloatArray, largest: float) -> bool:
@@ -143,16 +123,16 @@ class Formula:
 
         What is small beside the `largest` value of the sum does not count.
         """
-        return any(_hides(one, begin, end, known, largest) for one in self._expression.addends)
+        return any(_hides(one, begin, end, known, largest) for one in self.expression.addends)
 
     @cached_property
     def _before(self) -> float:
-        return self._integral(self._clock)
+        return self._integral(self.clock)
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which the value, or a derivative, jumps."""
-        found = self._expression.bends(end + self._clock)
-        return [time - self._clock for time in found if time > self._clock]
+        found = self.expression.bends(end + self.clock)
+        return [time - self.clock for time in found if time > self.clock]
 
 
 def _hides(addend: Addend, begin: float, end: float, known: FloatArray, largest: float) -> bool:

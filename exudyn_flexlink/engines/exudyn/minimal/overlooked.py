@@ -94,7 +94,9 @@ class Overlooked:
                 coefficients[:] = np.array(on_way.sensed) @ THROUGH.T
             window, clock = self._model.window, at.formula.clock
             course = _Course(step.t, step.h, window, clock, coefficients)
-            found = self._earliest(at.formula.addends, course, at.sensed, allowed / moved)
+            found = self._earliest(
+                at.formula.expression.addends, course, at.sensed, allowed / moved
+            )
             earliest = min(earliest, found)
         return earliest
 
@@ -153,6 +155,6 @@ def _driven(model: MinimalModel) -> Iterator[tuple[list[Addend], float, float]]:
     for motor in mechanism.speed_motors:
         reach = 1.0 if motor.slide else max(part.reach for part in mechanism.parts)
         if isinstance(motor.speed, Formula):
-            yield motor.speed.rate_addends, motor.speed.clock, reach
+            yield motor.speed.expression.rate_addends, motor.speed.clock, reach
         elif isinstance(motor.speed, SpeedOf) and isinstance(motor.speed.motion, Formula):
-            yield motor.speed.motion.bend_addends, motor.speed.motion.clock, reach
+            yield motor.speed.motion.expression.bend_addends, motor.speed.motion.clock, reach
