@@ -16,7 +16,7 @@ from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import DONE, tell
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Assembly, formulation_mistakes
+from exudyn_flexlink.mechanism import Assembly, beyond_redundant, formulation
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.scene import Scene, json_schema
 from exudyn_flexlink.source import SceneError, did_you_mean
@@ -37,8 +37,8 @@ def check_command(options: argparse.Namespace) -> int:
     """Check a model without simulating it; returns the exit code."""
     scene = read_scene(options)
     assembly = assemble_scene(scene)
-    refused = formulation_mistakes(scene)
-    if refused:
+    refused = beyond_redundant(scene)
+    if refused and formulation(scene) != "minimal":
         raise SceneError(scene.document, refused)
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
     if options.figure is None:

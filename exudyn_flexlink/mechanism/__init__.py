@@ -76,8 +76,6 @@ from exudyn_flexlink.mechanism.resolution import (
     Resolution,
     contact_step,
     half_period,
-    resolution_of_strike,
-    resolution_of_wall,
     resolutions,
 )
 from exudyn_flexlink.mechanism.rounding import extent, least_tolerance
@@ -89,11 +87,10 @@ from exudyn_flexlink.mechanism.sampling import (
 )
 from exudyn_flexlink.mechanism.schedule import (
     TurnGoal,
+    beyond_redundant,
     cut_off,
     end_of_run,
     formulation,
-    formulation_mistakes,
-    only_minimal,
     turn_goal,
 )
 from exudyn_flexlink.mechanism.sensing import force_at, motor_place, motor_speed, size_at, sizes_at

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 
 from exudyn_flexlink.laws import Impulse, RestitutionPenalty
@@ -28,30 +30,26 @@ class Resolution:
         return self.half_period / min(self.step, given or inf)
 
 
-def resolution_of_strike(half_period: float, law: RestitutionPenalty, asked: int) -> Resolution:
-    """Return the resolution of a strike (half a period in s) that the scene asks so many steps for.
+def resolutions(
+    scene: Scene,
+    assembly: Assembly,
+    half_of: Callable[[Contact | Channel], float] | None = None,
+) -> list[Resolution]:
+    """Resolutions of contacts and bearings, then of sleeves; none of contacts that take no time.
 
-    An elastic impact takes more of them: see `ELASTIC_STEPS`.
+    `half_of` tells half the period (s) of each; left out, `half_period` does.
     """
-    steps = asked * (ELASTIC_STEPS if law.restitution > ELASTIC else 1.0)
-    return Resolution(half_period, half_period / steps)
-
-
-def resolution_of_wall(half_period: float, asked: int) -> Resolution:
-    """Return the resolution of a touch of a wall, where a scene asks so many steps for a strike."""
-    return Resolution(half_period, half_period / (WALL_SHARE * asked))
-
-
-def resolutions(scene: Scene, assembly: Assembly) -> list[Resolution]:
-    """Resolutions of contacts and bearings, then of sleeves; none of contacts that take no time."""
-    mechanism, asked = assembly.mechanism, scene.solver.steps_per_contact
-    strikes = [
-        resolution_of_strike(half_period(assembly, contact), contact.law, asked)
-        for contact in mechanism.touching
-        if isinstance(contact.law, RestitutionPenalty)
-    ]
-    walls = [resolution_of_wall(half_period(assembly, c), asked) for c in mechanism.channels]
-    return strikes + walls
+    half_of = half_of or partial(half_period, assembly)
+    asked, found = scene.solver.steps_per_contact, []
+    for contact in assembly.mechanism.touching:
+        if isinstance(contact.law, RestitutionPenalty):
+            half = half_of(contact)
+            steps = asked * (ELASTIC_STEPS if contact.law.restitution > ELASTIC else 1.0)
+            found.append(Resolution(half, half / steps))
+    for channel in assembly.mechanism.channels:
+        half = half_of(channel)
+        found.append(Resolution(half, half / (WALL_SHARE * asked)))
+    return found
 
 
 def contact_step(scene: Scene, assembly: Assembly) -> float:

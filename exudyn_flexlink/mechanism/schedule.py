@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import copysign, inf, pi
 
@@ -90,28 +89,23 @@ def formulation(scene: Scene) -> str:
     asked = scene.solver.formulation
     if asked != "auto":
         return asked
-    return "minimal" if scene.accuracy.step is None or only_minimal(scene) else "redundant"
+    return "minimal" if scene.accuracy.step is None or beyond_redundant(scene) else "redundant"
 
 
-def only_minimal(scene: Scene) -> bool:
-    """Tell whether Exudyn's own solver can't run it: speeds jump, or points strike curves."""
-    return any(_beyond_redundant(scene))
+def beyond_redundant(scene: Scene) -> list[Mistake]:
+    """Return the contacts that Exudyn's own solver does not know: at curves, and where speeds jump.
 
-
-def formulation_mistakes(scene: Scene) -> list[Mistake]:
-    """Return the contacts that the formulation of `formulation` can't represent."""
-    return [] if formulation(scene) == "minimal" else list(_beyond_redundant(scene))
-
-
-def _beyond_redundant(scene: Scene) -> Iterator[Mistake]:
-    """Contacts that are beyond Exudyn's own solver, which steps redundant coordinates."""
+    It is what steps redundant coordinates, with beams or without.
+    """
+    found = []
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve):
             message = "Exudyn's own solver has no points on curves: take 'formulation: minimal'"
-            yield Mistake(("contacts", name), message)
+            found.append(Mistake(("contacts", name), message))
         elif isinstance(contact.law, ImpulseLaw):
-            yield Mistake(
-                ("contacts", name, "law"),
+            message = (
                 "redundant coordinates need a penalty law; speeds that jump are for the "
-                "formulation 'minimal' and for the engine 'lagrangian'",
+                "formulation 'minimal' and for the engine 'lagrangian'"
             )
+            found.append(Mistake(("contacts", name, "law"), message))
+    return found

@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.exudyn.redundant.coordinates import Coordinates
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
+    Channel,
     Contact,
     anchor_jacobian,
     applied_forces,
@@ -156,9 +157,9 @@ class BeamCoordinates(Coordinates):
             spread[end : end + 2, last : last + 2] = np.eye(2)
         return spread
 
-    def half_period(self, contact: Contact) -> float:
+    def half_period(self, contact: Contact | Channel) -> float:
         """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+        assert isinstance(contact.law, RestitutionPenalty)  # others are refused
         poses, spread = self._at_one(self._q, self._v)[0], self._spread(self._q)
         moving, _ = self._moving(self._q, self.assembly.state.places)
         first, second = (

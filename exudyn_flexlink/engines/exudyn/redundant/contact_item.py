@@ -47,7 +47,9 @@ class ContactItem:
         contact: FaceContact | CircleContact,
         index: int,
         resolution: Resolution,
+        channel: Channel | None = None,
     ) -> None:
+        """`channel` is that whose link and guide it is a pair of."""
         self.index = index
         self.contact = contact
         # Circles are walls all around: nothing comes beside or behind them.
@@ -62,7 +64,7 @@ class ContactItem:
         else:
             self.geometry = FaceGeometry(contact)
             self.items = PressingFace(system, contact, self.geometry)
-        self.channel: Channel | None = None  # whose link and guide it is a pair of
+        self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self._touch: Touch | None = None
         state = system.assembly.state

@@ -11,6 +11,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
     Assembly,
+    Channel,
     Contact,
     EnergyMeter,
     accelerations,
@@ -70,7 +71,7 @@ class Coordinates:
         """Residuals of all joints, m or rad, (instants, joints), slots at their places."""
         return joint_residuals(self.mechanism, self.at_joints(q, q)[0], places)
 
-    def half_period(self, contact: Contact) -> float:
+    def half_period(self, contact: Contact | Channel) -> float:
         """Half the period of a contact's stiffness with the least mass behind it, s."""
         return half_period(self.assembly, contact)
 

@@ -39,8 +39,6 @@ from exudyn_flexlink.result import (
 )
 from exudyn_flexlink.scene import PrismaticJoint, Scene
 
-ROUNDING = 1e-9  # rad: what the search for the end of a run's turns may leave
-
 
 @dataclass(frozen=True)
 class Prepared:
@@ -213,16 +211,7 @@ def _outcome(prepared: Prepared, complaint: str) -> Outcome:
         return Outcome(False, loop.time, _plain(complaint), _advice(prepared, complaint))
     if loop.time < loop.end * (1 - 1e-9) and loop.goal is None:
         return Outcome(False, loop.time, "the solver stopped early", "report this model, please")
-    return of_turns(prepared.scene, prepared.assembly.mechanism, loop.time, _left(prepared))
-
-
-def _left(prepared: Prepared) -> float | None:
-    """Angle still to turn, rad, where that is more than rounding; None where time ends the run."""
-    goal = prepared.loop.goal
-    if goal is None:
-        return None
-    left = goal.left(prepared.loop.recorder.last_positions())
-    return left if left > ROUNDING else 0.0
+    return of_turns(prepared.scene, prepared.assembly.mechanism, loop.time, loop.left)
 
 
 def _plain(complaint: str) -> str:

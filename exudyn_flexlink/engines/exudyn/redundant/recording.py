@@ -160,11 +160,6 @@ class Recorder:
         """Force (N) of a contact at the last step, in which it may have begun."""
         return float(self._force[contact])
 
-    def last_positions(self) -> list[float]:
-        """Coordinates of the parts at the last step, one after the other."""
-        last = max(self._count - 1, 0)
-        return self.coordinates.plain(self._q[last].tolist(), self._v[last].tolist())[0]
-
     def flush(self) -> None:
         """Work off the block; its last step stays as the first of the next."""
         n = self._count

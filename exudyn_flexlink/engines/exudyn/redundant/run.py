@@ -28,16 +28,13 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
-from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
+    beyond_redundant,
     end_of_run,
-    formulation_mistakes,
-    half_period,
     pairs,
-    resolution_of_strike,
-    resolution_of_wall,
+    resolutions,
     sample_times,
     turn_goal,
 )
@@ -54,7 +51,7 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
             Exudyn's own solver does not know.
 
     """
-    for mistake in formulation_mistakes(scene):
+    for mistake in beyond_redundant(scene):
         raise NotRepresentableError(tuple(map(str, mistake.path)), mistake.message)
     end = end_of_run(scene, assembly.mechanism)
     as_beam = scene.solver.formulation == "beam"
@@ -74,28 +71,23 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
         ExtremeSeeker(watched, [own.contact for own in contacts.all], HERMITE),
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
-    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, progress)
-    loop.knots, loop.window = assembly.mechanism.knots(end), system.window
+    knots, window = assembly.mechanism.knots(end), system.window
+    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, knots, window, progress)
     return Prepared(scene, assembly, system, loop)
 
 
 def _contacts(scene: Scene, system: System) -> Contacts:
     """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
-    assembly = system.assembly
-    asked = scene.solver.steps_per_contact
+    mechanism = system.mechanism
+    found = iter(resolutions(scene, system.assembly, system.coordinates.half_period))
     contacts = []
-    for i, contact in enumerate(assembly.mechanism.touching):
-        # `run` refuses others
-        assert isinstance(contact.law, RestitutionPenalty)
-        assert not isinstance(contact, CurveContact)
-        half = system.coordinates.half_period(contact)
-        resolution = resolution_of_strike(half, contact.law, asked)
-        contacts.append(ContactItem(system, contact, i, resolution))
-    for channel in assembly.mechanism.channels:
-        resolution = resolution_of_wall(half_period(assembly, channel), asked)
+    for i, contact in enumerate(mechanism.touching):
+        assert not isinstance(contact, CurveContact)  # `prepare` refuses others
+        contacts.append(ContactItem(system, contact, i, next(found)))
+    for channel in mechanism.channels:
+        resolution = next(found)
         for k, pair in enumerate(pairs(channel), start=len(contacts)):
-            contacts.append(ContactItem(system, pair, k, resolution))
-            contacts[-1].channel = channel
+            contacts.append(ContactItem(system, pair, k, resolution, channel))
     return Contacts(contacts)
 
 

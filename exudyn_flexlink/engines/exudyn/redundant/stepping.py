@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import ceil, inf, log2
 from time import monotonic
 from typing import Any
@@ -34,7 +34,7 @@ from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
 SECONDS_BETWEEN_REPORTS = 0.1
-ROUNDING_OF_TURNS = 1e-9  # rad
+ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
 STEPS_PER_SAMPLE_IN_CONTACT = 4
 KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 
@@ -148,11 +148,12 @@ class Loop:
     events: list[Event]  # of the slots
     recorder: Recorder
     end: float
-    goal: TurnGoal | None = None
-    progress: Callable[[float], None] | None = None
-    knots: Sequence[float] = ()  # instants (s) at which drives jump or bend: steps end there
-    window: Window = field(default_factory=Window)
+    goal: TurnGoal | None
+    knots: Sequence[float]  # instants (s) at which drives jump or bend: steps end there
+    window: Window
+    progress: Callable[[float], None] | None
     time: float = 0.0
+    left: float | None = None  # angle still to turn, rad, where turns end the run
     largest_step: float = 0.0
     smallest_step: float = inf
     stop_reason: str = ""
@@ -213,7 +214,7 @@ class Loop:
             self._jump = None
         self.contacts.aim(step)
         self._solver.currentStepSize = step
-        return not self.stop_reason and not self._reached(now)
+        return not self.stop_reason and self.left != 0
 
     def _step_end(self, time: float, done: float, q: FloatArray, v: FloatArray) -> StepEnd:
         return StepEnd(time, done, q, v, *self.recorder.coordinates.plain(q.tolist(), v.tolist()))
@@ -256,6 +257,7 @@ class Loop:
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
             step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
+            self.left = left if left > ROUNDING_OF_TURNS else 0.0
         step = self._to_knot(now, step)
         return end_on(step, max(self.end - now.time, 0.0))
 
@@ -292,7 +294,3 @@ class Loop:
             step = min(step, self.contacts.restart_step)
             self.chooser.restart_from(step)
         return step
-
-    def _reached(self, now: StepEnd) -> bool:
-        """Tell whether the joint has made its turns; within rounding is there."""
-        return self.goal is not None and self.goal.left(now.q_list) <= ROUNDING_OF_TURNS
