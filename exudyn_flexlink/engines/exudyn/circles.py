@@ -46,7 +46,6 @@ class Circles:
             self.edge * ((atan2(ny, nx) - at.angle) % (2 * pi)),
             self.way * (nx * ux + ny * uy),
             past + first * (self.edge - far) - second * self.edge,
-            self.way,
         )
         return touch, (nx, ny), far
 

@@ -14,17 +14,15 @@ from exudyn_flexlink.mechanism import FaceContact
 class Touch:
     """Gap and place (m), rate of the gap and slip (m/s), as in `mechanism.approach`.
 
-    `side` is +1 where the contact pushes the point to the left of the face, -1 where to the right;
-    of circles +1 outside each other, -1 the first inside the second. `inside` (m) is how far the
-    place is from the nearer end of the face, negative beside it; circles have no ends. `gap_bend`
-    and `slip_bend` (m/s^2) are rates of the rates, from the step before; 0 unknown.
+    `inside` (m) is how far the place is from the nearer end of the face, negative beside it;
+    circles have no ends. `gap_bend` and `slip_bend` (m/s^2) are rates of the rates, from the step
+    before; 0 unknown.
     """
 
     gap: float
     place: float
     gap_rate: float
     slip: float
-    side: float
     inside: float = inf
     gap_bend: float = 0.0
     slip_bend: float = 0.0
@@ -53,7 +51,7 @@ class FaceGeometry:
         self.length = contact.length
         self.ex = (contact.end.x - contact.start.x) / self.length
         self.ey = (contact.end.y - contact.start.y) / self.length
-        self.side = contact.side
+        self.side = contact.side  # 0: the point is held on the line, from the side where it is
 
     def touch(self, q: Sequence[float], v: Sequence[float]) -> Touch:
         """Evaluate at the coordinates and velocities of all parts, one after the other."""
@@ -68,13 +66,12 @@ class FaceGeometry:
         ux = v[i] - v[i + 2] * ry - v[j] + turning * by
         uy = v[i + 1] + v[i + 2] * rx - v[j + 1] - turning * bx
         place, lateral = tx * dx + ty * dy, tx * dy - ty * dx
-        side = self.side or (-1.0 if lateral > 0 else 1.0)
+        side = self._side = self.side or (-1.0 if lateral > 0 else 1.0)
         return Touch(
             side * lateral,
             place,
             side * (tx * uy - ty * ux - turning * place),
             tx * ux + ty * uy + turning * lateral,
-            side,
             distance_from_ends(place, self.length),
         )
 
@@ -94,6 +91,6 @@ class FaceGeometry:
         """Where they touch at the end of a step (s) that begins at `touch`."""
         x, y = self.on_face(self.ahead(touch, step))
         gap = touch.gap + step * (touch.gap_rate + 0.5 * step * touch.gap_bend)
-        lateral = touch.side * gap
+        lateral = self._side * gap
         struck = x - lateral * self.ey, y + lateral * self.ex
         return Aim(struck, (self.ax, self.ay), (self.ex, self.ey))

@@ -98,7 +98,6 @@ class _Face:
             place,
             side * (tx * uy - ty * ux - turning * place),
             tx * ux + ty * uy + turning * lateral,
-            side,
             distance_from_ends(place, self.length),
         )
         return Look(touch, (-side * ty, side * tx), (tx, ty), (px, py), first, second)
@@ -190,7 +189,6 @@ class OnCurve:
             place,
             nx * ux + ny * uy,
             tx * ux + ty * uy + side * self._radius * (spin - turning),
-            side,
             inf if self._curve.closed else distance_from_ends(place, self.length),
         )
         # A roller is rubbed at its edge.

@@ -67,7 +67,7 @@ class WallWatch:
     def touch(self, k: int) -> Touch:
         """Where pair k is."""
         gap, place, gap_rate, place_rate = (float(column[k]) for column in self.seen)
-        return Touch(gap, place, gap_rate, place_rate, self.walls.contacts[k].side)
+        return Touch(gap, place, gap_rate, place_rate)
 
     def changed(self) -> IndexArray:
         """Pairs that now begin or cease to press, or did so unseen."""

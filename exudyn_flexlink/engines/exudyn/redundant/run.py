@@ -82,7 +82,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     found = iter(resolutions(scene, system.assembly, system.coordinates.half_period))
     contacts = []
     for i, contact in enumerate(mechanism.touching):
-        assert not isinstance(contact, CurveContact)  # `prepare` refuses others
+        assert not isinstance(contact, CurveContact)  # `prepare` refuses them
         contacts.append(ContactItem(system, contact, i, next(found)))
     for channel in mechanism.channels:
         resolution = next(found)
