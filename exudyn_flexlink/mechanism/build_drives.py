@@ -30,7 +30,7 @@ from exudyn_flexlink.scene import (
     split_point,
 )
 
-Course = Formula | Tabled
+TimeFunction = Formula | Tabled
 
 
 def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Motor:
@@ -42,9 +42,9 @@ def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Moto
         slide = bodies.slide(drive.joint)
         first, second = slide.first.part, slide.second.part
     if isinstance(drive, SpeedDrive):
-        course = _number_or_course(drive.value, drive.ramp, clock)
-        return Motor(name, first, second, course, slide=slide)
-    motion = _course(_as_expression(drive.value), clock)
+        function = _ramp_or_function(drive.value, drive.ramp, clock)
+        return Motor(name, first, second, function, slide=slide)
+    motion = _function(_as_expression(drive.value), clock)
     return Motor(name, first, second, SpeedOf(motion), motion.at(0.0), slide)
 
 
@@ -82,19 +82,19 @@ def force_of(bodies: Bodies, name: str, drive: ForceDrive) -> PointForce:
 
 def _size(bodies: Bodies, value: Value, ramp: float = 0.0) -> Size:
     sensed = value.sensed if isinstance(value, Expression) else ()
-    course = _number_or_course(value, ramp, bodies.scene.initial.clock)
-    return Size(course, tuple(_sense(bodies, one) for one in sensed))
+    function = _ramp_or_function(value, ramp, bodies.scene.initial.clock)
+    return Size(function, tuple(_sense(bodies, one) for one in sensed))
 
 
-def _number_or_course(value: Value, ramp: float, clock: float) -> Ramp | Course:
-    """A drive's course; a run that goes on begins after its ramp."""
+def _ramp_or_function(value: Value, ramp: float, clock: float) -> Ramp | TimeFunction:
+    """What a drive does in time; a run that goes on begins after its ramp."""
     if isinstance(value, float):
         return Ramp(value, 0.0 if clock > 0 else ramp)
-    return _course(value, clock)
+    return _function(value, clock)
 
 
-def _course(value: Expression | Table, clock: float) -> Course:
-    """Course of a drive whose t is `clock` (s) as the run begins."""
+def _function(value: Expression | Table, clock: float) -> TimeFunction:
+    """Function of a drive whose t is `clock` (s) as the run begins."""
     if isinstance(value, Expression):
         return Formula(value, clock)
     assert value.points is not None  # its file was read

@@ -39,12 +39,12 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
 
 
 def _missing(
-    path: KeyPath, course: Applied, end: float, *others: Callable[[float], float]
+    path: KeyPath, function: Applied, end: float, *others: Callable[[float], float]
 ) -> Iterator[Mistake]:
-    """Say where a course has no value, or no value of `others` of it."""
-    if isinstance(course, Ramp) or end == inf:
+    """Say where a function of time has no value, or no value of `others` of it."""
+    if isinstance(function, Ramp) or end == inf:
         return
-    table = course.motion if isinstance(course, SpeedOf) else course
+    table = function.motion if isinstance(function, SpeedOf) else function
     if isinstance(table, Tabled):
         last = table.times[-1]
         if last < end * (1 - 1e-12):
@@ -52,19 +52,19 @@ def _missing(
             yield Mistake(path, message, "more rows, or a shorter run")
         return
     try:
-        for time in _instants(course, end):
-            for value in (course.at, *others):
+        for time in _instants(function, end):
+            for value in (function.at, *others):
                 value(time)
-            if isinstance(course, SpeedOf):
-                course.integral(time)
+            if isinstance(function, SpeedOf):
+                function.integral(time)
     except NoValueError as error:
         yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
 
 
-def _instants(course: Applied, end: float) -> Iterator[float]:
+def _instants(function: Applied, end: float) -> Iterator[float]:
     """Instants (s) of a run up to `end` at which a value is looked at: both sides of knots, too."""
     yield from np.linspace(0.0, end, LOOKS + 1).tolist()
-    for knot in course.knots(end):
+    for knot in function.knots(end):
         beside = max(BESIDE, BESIDE * knot)
         yield from (max(knot - beside, 0.0), min(knot + beside, end))
 

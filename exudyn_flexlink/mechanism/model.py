@@ -202,8 +202,8 @@ class Mechanism:
             *(motor.size for motor in self.torque_motors),
             *(size for force in self.forces for size in force.sizes),
         ]
-        courses = [*(motor.speed for motor in self.speed_motors), *(size.value for size in sizes)]
-        return sorted({knot for course in courses for knot in course.knots(end)})
+        functions = [*(motor.speed for motor in self.speed_motors), *(size.value for size in sizes)]
+        return sorted({knot for function in functions for knot in function.knots(end)})
 
     @property
     def touching(self) -> tuple[Contact, ...]:

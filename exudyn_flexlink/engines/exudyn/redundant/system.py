@@ -250,15 +250,15 @@ def _add_linear_spring(system: System, spring: LinearSpring) -> None:
 def _add_speed_motor(system: System, motor: Motor) -> int:
     """Prescribe the angle or length, not its speed: integrating a speed would let it drift."""
     start = float(motor_place(motor, system.assembly.state.q))
-    course = motor.speed
+    prescribed = motor.speed
     if motor.slide:
-        return _add_slide_motor(system, motor.slide, start, course)
+        return _add_slide_motor(system, motor.slide, start, prescribed)
 
     def angle(_mbs: Any, time: float, _item: int, _offset: float) -> float:
-        return start + course.integral(system.window.inside(time))
+        return start + prescribed.integral(system.window.inside(time))
 
     def speed(_mbs: Any, time: float, _item: int, _offset: float) -> float:
-        return course.at(system.window.inside(time))
+        return prescribed.at(system.window.inside(time))
 
     markers = [system.angle_marker(motor.first), system.angle_marker(motor.second)]
     return int(
@@ -270,14 +270,14 @@ def _add_speed_motor(system: System, motor: Motor) -> int:
     )
 
 
-def _add_slide_motor(system: System, slide: Slide, start: float, course: Prescribed) -> int:
+def _add_slide_motor(system: System, slide: Slide, start: float, prescribed: Prescribed) -> int:
     """Hold the second anchor at a distance along the line; the slide itself does the rest."""
 
     def length(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
-        return [start + course.integral(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
+        return [start + prescribed.integral(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
 
     def speed(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
-        return [course.at(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
+        return [prescribed.at(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
 
     markers = [
         system.rigid_marker(slide.first, slide.direction),
