@@ -42,6 +42,7 @@ from exudyn_flexlink.scene import Scene, apply_settings, check_document
 from exudyn_flexlink.source import Document, Mistake, SceneError, load_document, parse_document
 
 MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
+SHORTEST_RUN = 1e-9  # s: ten thousand times what the numerical methods tell apart
 
 
 def load_scene(
@@ -89,7 +90,7 @@ def scene_of(
     checked = check_document(apply_settings(document, settings), allow_outside)
     scene = checked.to_scene(others=build_curves(checked.curves)[1])
     assembly = assemble_scene(scene)
-    beyond = [*_samples_mistakes(scene, assembly), *_tolerance_mistakes(scene, assembly)]
+    beyond = [*run_mistakes(scene), *_tolerance_mistakes(scene, assembly)]
     if beyond:
         raise SceneError(scene.document, beyond)
     return scene
@@ -182,12 +183,21 @@ def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:
     return [{body: float(angles[parts[0]]) for body, parts in bodies} for angles in found]
 
 
-def _samples_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """A sampling interval so short that the samples would not fit into memory."""
-    run = scene.run
+def run_mistakes(scene: Scene) -> list[Mistake]:
+    """Return what keeps a run from being made: it ends at once, or samples don't fit into memory.
+
+    Raises:
+        SceneError: the scene can't be put together.
+
+    """
+    mechanism = assemble_scene(scene).mechanism
+    run, end, each = scene.run, end_of_run(scene, mechanism), sample_bytes(mechanism)
+    if end < SHORTEST_RUN:
+        key = "turns" if run.duration is None else "duration"
+        message = f"the run would last {end:.2g} s, which is too short to be solved"
+        return [Mistake(("run", key), message, f"it must last {SHORTEST_RUN:g} s or longer")]
     if run.sample is None:  # then samples are thinned
         return []
-    end, each = end_of_run(scene, assembly.mechanism), sample_bytes(assembly.mechanism)
     most, count = MOST_MEMORY // each, end / run.sample
     if count <= most:
         return []

@@ -82,7 +82,7 @@ def test_retries_are_a_number(value: str, capsys: Capture) -> None:
         main(["simulate", RIGID, f"--retries={value}"])
     assert stop.value.code == 2
     assert (
-        f"argument --retries: expected a whole number of at least 0, got '{value}'"
+        f"argument --retries: expected a whole number from 0 to 1000000, got '{value}'"
         in capsys.readouterr().err
     )
 

@@ -190,6 +190,35 @@ def test_bad_input_is_told(tmp_path, capsys):
         assert f"argument {option.split('=')[0]}: expected " in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--lap=1e-300"], "a lap of 1e-300 s can't be run: each of 24 laps must take from"),
+        (["--lap=1e-9"], "a lap of 1e-09 s can't be run"),  # a stretch of it is no run
+        (["--lap=1e30"], "a lap of 1e+30 s can't be run"),
+        (["--lap=1", "--laps=900000"], "900000 laps of 1 s can't be run: the run would keep 9.2e+"),
+    ],
+)
+def test_laps_that_no_run_can_have_are_told(options, told, tmp_path, capsys):
+    file = tmp_path / "rod.yaml"
+    file.write_text(HANGING)
+    assert main(["stability", str(file), *options, f"--out={tmp_path / 'o'}"]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_run_too_short_to_be_solved_is_refused_at_its_place(tmp_path, capsys):
+    """Times so near are one to the numerical methods: such a run would end where it began."""
+    file = tmp_path / "rod.yaml"
+    file.write_text(HANGING.replace("duration: 1}", "duration: 1.0e-14}"))
+    assert main(["simulate", str(file), f"--out={tmp_path / 'o'}"]) == 2
+    told = capsys.readouterr().err
+    assert "run.duration: the run would last 1e-14 s, which is too short to be solved" in told
+    assert "hint: it must last 1e-09 s or longer" in told
+    short = load_scene(file, ["run.duration=1.0e-9"])
+    assert simulate(short).time[-1] == 1e-9
+
+
 def test_from_python():
     settings = {"accuracy.tolerance": 1e-6, "run.turns": 1.2, "bodies.link.rods": 2}
     result = fl.simulate(fl.load_scene("smooth").with_(settings), "lagrangian")

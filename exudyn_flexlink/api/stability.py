@@ -24,6 +24,7 @@ from exudyn_flexlink.stability import (
     Asked,
     Exponent,
     StoppedError,
+    require_possible,
     rhythm_of,
     section_by_crank,
     section_by_time,
@@ -118,6 +119,7 @@ def stability_of(
     tenth of it.
 
     Raises:
+        ImpossibleLapsError: no run can have such laps, or so many.
         NoRhythmError: nothing tells what a lap is.
         NotRepresentableError: the engine can't represent a part of the scene.
         StoppedError: a run stopped before its end.
@@ -205,6 +207,7 @@ class _SectionRow:
 
     def __call__(self, scene: Scene, simulate: Simulate) -> Mapping[str, Scalar]:
         rhythm = rhythm_of(scene, self.lap)
+        require_possible(self.laps, rhythm)
         begin = self.after * rhythm.lap
 
         def row(result: PlainResult) -> Mapping[str, Scalar]:

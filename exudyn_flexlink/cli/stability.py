@@ -29,6 +29,7 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.stability import (
     Asked,
+    ImpossibleLapsError,
     NoRhythmError,
     Stability,
     StoppedError,
@@ -52,7 +53,7 @@ def stability_command(options: argparse.Namespace) -> int:
         with place.written() as folder:
             found = _studied(scene, options)
             code = _write(found, folder, options)
-    except (NoRhythmError, TooShortError) as error:
+    except (ImpossibleLapsError, NoRhythmError, TooShortError) as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
     except (StoppedError, KeyboardInterrupt) as error:
         stopped = isinstance(error, StoppedError)
@@ -63,6 +64,8 @@ def stability_command(options: argparse.Namespace) -> int:
 def _advice(error: Exception, options: argparse.Namespace) -> str:
     if isinstance(error, TooShortError):
         return f"hint: more than '--laps {options.laps}', or less than '--after {options.after}'"
+    if isinstance(error, ImpossibleLapsError):
+        return "hint: '--laps' says how many, '--lap' how many seconds each takes"
     return "hint: '--lap SECONDS'"
 
 

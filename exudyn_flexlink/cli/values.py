@@ -15,6 +15,8 @@ EFFECT_NAMES = ("clearance", "flexibility", "impact", "friction", "damping")
 """Those of `effects`, which is too slow to import for a help text."""
 
 
+MOST = 1_000_000  # of laps, retries, pixels or processes: more of them nobody means
+
 Number = TypeVar("Number", int, float)
 
 
@@ -43,8 +45,8 @@ rate = _number("a number of more than 0", float, _positive)
 instant = _number("a time in s", float, isfinite)
 degrees = _number("an angle in degrees", lambda text: radians(float(text)), isfinite)
 """Read in degrees, told in rad."""
-count = _number("a whole number of at least 0", int, lambda value: value >= 0)
-at_least_one = _number("a whole number of at least 1", int, lambda value: value >= 1)
+count = _number(f"a whole number from 0 to {MOST}", int, lambda value: 0 <= value <= MOST)
+at_least_one = _number(f"a whole number from 1 to {MOST}", int, lambda value: 1 <= value <= MOST)
 
 
 def names(text: str) -> list[str]:

@@ -17,7 +17,13 @@ from exudyn_flexlink.stability.exponent import (
 )
 from exudyn_flexlink.stability.laps import LapDistances, lap_distances, repeating
 from exudyn_flexlink.stability.neighbours import StoppedError
-from exudyn_flexlink.stability.rhythm import NoRhythmError, Rhythm, laps_of_cycle, rhythm_of
+from exudyn_flexlink.stability.rhythm import (
+    ImpossibleLapsError,
+    NoRhythmError,
+    Rhythm,
+    laps_of_cycle,
+    rhythm_of,
+)
 from exudyn_flexlink.stability.sections import (
     Branches,
     Section,
@@ -31,5 +37,6 @@ from exudyn_flexlink.stability.study import (
     Asked,
     Stability,
     long_scene,
+    require_possible,
     study,
 )

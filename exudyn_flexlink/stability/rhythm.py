@@ -12,6 +12,10 @@ class NoRhythmError(ValueError):
     """Nothing in the scene tells how long a lap takes; the text says what may be given."""
 
 
+class ImpossibleLapsError(ValueError):
+    """Laps so short, so long or so many that they can't be run; the text says which."""
+
+
 @dataclass(frozen=True)
 class Rhythm:
     """A `lap` takes so many s; after `laps` the mechanism is driven the same way again."""

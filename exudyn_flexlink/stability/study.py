@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, inf, pi
 
-from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.loading import SHORTEST_RUN, assemble_scene, run_mistakes
 from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.observables import (
     Vibration,
@@ -15,6 +15,7 @@ from exudyn_flexlink.observables import (
     turns,
     vibration,
 )
+from exudyn_flexlink.quantities import LARGEST
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
 from exudyn_flexlink.stability.exponent import FEWEST, SETTLE, Exponent, TooShortError
@@ -26,8 +27,13 @@ from exudyn_flexlink.stability.laps import (
     lap_distances,
     repeating,
 )
-from exudyn_flexlink.stability.neighbours import Simulate, StoppedError, exponent_of
-from exudyn_flexlink.stability.rhythm import Rhythm, rhythm_of
+from exudyn_flexlink.stability.neighbours import (
+    STRETCHES,
+    Simulate,
+    StoppedError,
+    exponent_of,
+)
+from exudyn_flexlink.stability.rhythm import ImpossibleLapsError, Rhythm, rhythm_of
 from exudyn_flexlink.stability.sections import Section, section_by_crank, section_by_time
 
 FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
@@ -82,14 +88,39 @@ class Stability:
 
 
 def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None) -> Scene:
-    """Return the scene with so many laps, at a tolerance (m) that leaves room for neighbours."""
+    """Return the scene with so many laps, at a tolerance (m) that leaves room for neighbours.
+
+    Raises:
+        ImpossibleLapsError: no run can have such laps, or so many.
+
+    """
     assembly = assemble_scene(scene)
     given = scene.accuracy.tolerance
     fine = max(FINE * extent(assembly), least_tolerance(assembly) / TIGHTER)
     asked = tolerance if tolerance is not None else min(fine, given if given is not None else fine)
     # Phases of a lap are samples, so that nothing is interpolated where laps are compared.
     run = Run(duration=laps * rhythm.lap, sample=rhythm.lap / (SAMPLES * PHASES))
-    return scene.changed(run=run, accuracy=Accuracy(tolerance=asked))
+    long = scene.changed(run=run, accuracy=Accuracy(tolerance=asked))
+    for mistake in run_mistakes(long):
+        raise ImpossibleLapsError(
+            f"{laps} laps of {rhythm.lap:.4g} s can't be run: the run {mistake.message}"
+        )
+    return long
+
+
+def require_possible(laps: int, rhythm: Rhythm) -> None:
+    """Refuse what would be no number of a run, or a stretch that is no run.
+
+    Raises:
+        ImpossibleLapsError: laps are so short, so long or so many.
+
+    """
+    shortest, longest = STRETCHES * SHORTEST_RUN, LARGEST / max(laps, 1)
+    if not shortest <= rhythm.lap <= longest:
+        raise ImpossibleLapsError(
+            f"a lap of {rhythm.lap:.4g} s can't be run: each of {laps} laps must take from "
+            f"{shortest:.2g} to {longest:.2g} s"
+        )
 
 
 @dataclass(frozen=True)
@@ -125,12 +156,14 @@ def study(
     """Run a scene over many laps, whatever its own run is, and measure how stable its motion is.
 
     Raises:
+        ImpossibleLapsError: no run can have such laps, or so many.
         NoRhythmError: nothing tells what a lap is.
         StoppedError: a run stopped before its end.
         TooShortError: there are too few laps.
 
     """
     rhythm = rhythm_of(scene, asked.lap)
+    require_possible(asked.laps, rhythm)
     after = asked.after * rhythm.lap
     whole = asked.laps * rhythm.lap - after
     if whole < least_time(rhythm) * (1 - 1e-9):
