@@ -221,7 +221,7 @@ def _label(axes: Axes, name: str, along: str) -> None:
 
 def main() -> None:
     """Run both scenes, print their tables and draw the figure."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the figure")
     add_figures(parser)
     options = parser.parse_args()

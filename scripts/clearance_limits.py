@@ -24,7 +24,7 @@ SPEEDS = (100.0, 10.0, 1.0)  # rad/s
 
 def main() -> None:
     """Run every pair of clearance and speed."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--turns", type=float, default=50.0)
     parser.add_argument("--clearances", type=float, nargs="+", default=CLEARANCES, metavar="M")
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="RAD/S")

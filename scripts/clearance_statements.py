@@ -49,7 +49,7 @@ VARIANTS = {
 
 def main() -> None:
     """Run all variants, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="exudyn")
     engine = parser.parse_args().engine
     time = np.arange(0, 1.2566, STEP)

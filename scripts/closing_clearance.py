@@ -33,7 +33,7 @@ END = 0.3  # s: just before the strike
 
 def main() -> None:
     """Run all clearances and stiffnesses, print a table and draw it."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--out", type=Path, default=MODELS.parent / "docs")
     parser.add_argument("--rods", type=int, default=4)
     add_figures(parser)

@@ -85,7 +85,7 @@ class Fuzzing:
 
 def main() -> int:
     """Fuzz for the minutes asked for, or replay an input."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n", maxsplit=1)[0])
     parser.add_argument("--minutes", type=float, default=60.0, help="how long; default: 60")
     parser.add_argument("--seed", type=int, default=None, help="default: a random one")
     parser.add_argument("--out", type=Path, default=Path("fuzz"), help="where findings are kept")

@@ -178,7 +178,7 @@ def _cells(one: Answer) -> list[str]:
 def main() -> None:
     """Run one of the two studies."""
     studies = {"stiffness": stiffness, "rods": rods}
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("study", choices=studies)
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the figure")
     add_figures(parser)

@@ -97,7 +97,7 @@ class Case:
 
 def main() -> None:
     """Run both scenes three times, and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--out", type=Path, default=MODELS.parent / "runs" / "paper")
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of all runs, m")

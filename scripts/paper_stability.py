@@ -24,7 +24,7 @@ CASES = {
 
 def main() -> None:
     """Study all scenes and print what they do."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--laps", type=int, default=24, help="of each study")
     parser.add_argument("--only", choices=CASES, nargs="*", default=list(CASES))
     options = parser.parse_args()

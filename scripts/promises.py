@@ -306,7 +306,7 @@ LONG = ("rigid_link", "long_runs", "tight", "engines", "clearance")
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--quick", action="store_true", help="leave out the long runs")
     parser.add_argument("--only", nargs="+", choices=list(PARTS), help="these parts alone")
     options = parser.parse_args()

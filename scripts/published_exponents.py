@@ -141,7 +141,7 @@ CASES = {
 
 def main() -> None:
     """Measure and print all."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--part", type=float, default=1.0, help="of the time, 0.05 to 1")
     options = parser.parse_args()
     print("| system | known (1/s) | from | measured (1/s), 95 % | off |\n|---|---|---|---|---|")

@@ -147,7 +147,7 @@ def _panel(axes: Axes, rows: list[Row], most: float) -> Any:
 
 def main() -> None:
     """Study all points, draw the map and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, help="rad/s")
     parser.add_argument("--clearances", type=float, nargs="+", default=CLEARANCES, help="mm")
     parser.add_argument("--hinges", choices=HINGES, nargs="+", default=HINGES)

@@ -144,6 +144,20 @@ def test_help_gives_examples_that_parse(command: str, capsys: Capture) -> None:
         cli.program_parser().parse_args(line[1:])
 
 
+def test_help_is_no_docstring() -> None:
+    """Python without docstrings (``-OO``) says the same; only the schema is made of them."""
+    code = (
+        "from exudyn_flexlink.cli import arguments;"
+        "parser = arguments.program_parser();"
+        "[one] = (a for a in parser._actions if a.choices);"
+        "print(parser.format_help(), *(c.format_help() for c in one.choices.values()))"
+    )
+    assert python("-OO", "-c", code).stdout == python("-c", code).stdout
+    refused = python("-OO", "-m", "exudyn_flexlink", "schema")
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert "which Python leaves out with '-OO'" in refused.stderr
+
+
 def test_version(capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["--version"])

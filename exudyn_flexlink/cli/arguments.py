@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Any, NoReturn
 
 from exudyn_flexlink.cli import file_options, model_options
-from exudyn_flexlink.cli.options import add_command
+from exudyn_flexlink.cli.options import Command, add_command
 from exudyn_flexlink.cli.terminal import BAD_INPUT, PROGRAM, complain
 
-COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
+COMMANDS: dict[str, tuple[str, Command]] = {
     "simulate": ("simulating", model_options.simulate_options),
     "compare": ("comparing", model_options.compare_options),
     "accuracy": ("studying", model_options.accuracy_options),
@@ -25,7 +24,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "schema": ("commands", file_options.schema_options),
     "completion": ("completing", file_options.completion_options),
 }
-"""Modules that carry commands out, and what adds their options."""
+"""Modules that carry commands out, and what these take."""
 
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
@@ -42,8 +41,8 @@ def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     parser.set_defaults(command=lambda _: complain(parser.format_help().rstrip(), BAD_INPUT))
     commands = parser.add_subparsers(metavar="COMMAND")
-    for name, (module, add_options) in COMMANDS.items():
-        add_command(commands, name, module, add_options)
+    for name, (module, command) in COMMANDS.items():
+        add_command(commands, name, module, command)
     return parser
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -88,7 +89,17 @@ def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
 
 
 def schema_command(options: argparse.Namespace) -> int:
-    """Print, or write, the JSON schema of model files; returns the exit code."""
+    """Print, or write, the JSON schema of model files; returns the exit code.
+
+    Raises:
+        ArgumentTypeError: Python was told to leave docstrings out, of which the schema is made.
+
+    """
+    if sys.flags.optimize > 1:
+        raise argparse.ArgumentTypeError(
+            "the schema explains keys by docstrings, which Python leaves out with '-OO' or "
+            "PYTHONOPTIMIZE=2: call it without"
+        )
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if options.out is None:
         print(text, end="")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL, SHELLS, completes
-from exudyn_flexlink.cli.options import add_figures, add_force, add_formats, add_out
+from exudyn_flexlink.cli.options import add_figures, add_force, add_formats, add_out, helps
 from exudyn_flexlink.cli.values import count, instant, names, rate, shipped_model
 
 NEW_MODEL = "no_clearance"
@@ -17,14 +17,15 @@ ANIMATIONS = ("mp4", "gif", "html")
 """Formats of `animation`, which is too slow to import for a help text."""
 
 
+@helps(
+    "Draw the figures of a saved run, or of a sweep, again.",
+    "plot runs/no_clearance",
+    "plot runs/no_clearance --out figures",
+    "plot runs/no_clearance --out paper --format pdf,svg --style print",
+    "plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes",
+)
 def plot_options(parser: argparse.ArgumentParser) -> None:
-    """Draw the figures of a saved run, or of a sweep, again.
-
-    exudyn-flexlink plot runs/no_clearance
-    exudyn-flexlink plot runs/no_clearance --out figures
-    exudyn-flexlink plot runs/no_clearance --out paper --format pdf,svg --style print
-    exudyn-flexlink plot runs/no_clearance-sweep --of lever.swing_rad,strike.strikes
-    """
+    """Add what `plot` takes."""
     _add_run(parser, "'simulate' or 'sweep'")
     add_out(parser, "DIR", "where to; default: that folder")
     parser.add_argument(
@@ -38,12 +39,13 @@ def plot_options(parser: argparse.ArgumentParser) -> None:
     add_force(parser, "replace also figures that no run drew, or that were changed since")
 
 
+@helps(
+    "Write the report of a saved run as one page of HTML, which loads nothing else.",
+    "report runs/no_clearance",
+    "report runs/no_clearance --out strike.html",
+)
 def report_options(parser: argparse.ArgumentParser) -> None:
-    """Write the report of a saved run as one page of HTML, which loads nothing else.
-
-    exudyn-flexlink report runs/no_clearance
-    exudyn-flexlink report runs/no_clearance --out strike.html
-    """
+    """Add what `report` takes."""
     _add_run(parser, "'simulate'")
     out = parser.add_argument(
         "--out",
@@ -55,14 +57,15 @@ def report_options(parser: argparse.ArgumentParser) -> None:
     add_force(parser, "replace the file also if it is no report, or was changed since")
 
 
+@helps(
+    "Animate a saved run: a video, a GIF, and a page to play and step through it.",
+    "animate runs/no_clearance",
+    "animate runs/no_clearance --slow strike",
+    "animate runs/no_clearance --slow strike:2 --from 1.5 --to 1.7 --format gif",
+    "animate runs/clearance --with runs/no_clearance --format html",
+)
 def animate_options(parser: argparse.ArgumentParser) -> None:
-    """Animate a saved run: a video, a GIF, and a page to play and step through it.
-
-    exudyn-flexlink animate runs/no_clearance
-    exudyn-flexlink animate runs/no_clearance --slow strike
-    exudyn-flexlink animate runs/no_clearance --slow strike:2 --from 1.5 --to 1.7 --format gif
-    exudyn-flexlink animate runs/clearance --with runs/no_clearance --format html
-    """
+    """Add what `animate` takes."""
     _add_run(parser, "'simulate'")
     other = parser.add_argument(
         "--with",
@@ -100,14 +103,15 @@ def animate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
+@helps(
+    "Copy a model that comes with the program, to change it.",
+    "new",
+    "new clearance mine.yaml",
+    "new spline_track dwells.yaml",
+    "new --list",
+)
 def new_options(parser: argparse.ArgumentParser) -> None:
-    """Copy a model that comes with the program, to change it.
-
-    exudyn-flexlink new
-    exudyn-flexlink new clearance mine.yaml
-    exudyn-flexlink new spline_track dwells.yaml
-    exudyn-flexlink new --list
-    """
+    """Add what `new` takes."""
     model = parser.add_argument(
         "model",
         nargs="?",
@@ -130,22 +134,24 @@ def new_options(parser: argparse.ArgumentParser) -> None:
     add_force(parser, "replace files that stand there, too")
 
 
+@helps(
+    "Print the JSON schema of model files, which editors complete and check with.",
+    "schema",
+    "schema --out flexlink.schema.json",
+)
 def schema_options(parser: argparse.ArgumentParser) -> None:
-    """Print the JSON schema of model files, which editors complete and check with.
-
-    exudyn-flexlink schema
-    exudyn-flexlink schema --out flexlink.schema.json
-    """
+    """Add what `schema` takes."""
     add_out(parser, "FILE", "write it to this file")
     add_force(parser, "replace the file also if it is no such schema")
 
 
+@helps(
+    "Print a script with which a shell completes commands, options and models.",
+    "completion bash",
+    "completion zsh",
+)
 def completion_options(parser: argparse.ArgumentParser) -> None:
-    """Print a script with which a shell completes commands, options and models.
-
-    exudyn-flexlink completion bash
-    exudyn-flexlink completion zsh
-    """
+    """Add what `completion` takes."""
     parser.add_argument("shell", choices=SHELLS, help="the shell it is for")
 
 

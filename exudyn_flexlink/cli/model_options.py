@@ -14,6 +14,7 @@ from exudyn_flexlink.cli.options import (
     add_output,
     add_retries,
     add_without,
+    helps,
 )
 from exudyn_flexlink.cli.values import (
     at_least_one,
@@ -28,15 +29,16 @@ LAPS, AFTER = 24, 4
 """Laps of a study of stability, and those of them in which the motion settles."""
 
 
+@helps(
+    "Simulate a model, save its results and draw its figures.",
+    "simulate no_clearance",
+    "simulate no_clearance --set run.turns=2 --out runs/short",
+    "simulate no_clearance --engine lagrangian --impact impulse",
+    "simulate clearance_friction --without friction,damping",
+    "simulate clearance --set run.turns=1 --horizon --report",
+)
 def simulate_options(parser: argparse.ArgumentParser) -> None:
-    """Simulate a model, save its results and draw its figures.
-
-    exudyn-flexlink simulate no_clearance
-    exudyn-flexlink simulate no_clearance --set run.turns=2 --out runs/short
-    exudyn-flexlink simulate no_clearance --engine lagrangian --impact impulse
-    exudyn-flexlink simulate clearance_friction --without friction,damping
-    exudyn-flexlink simulate clearance --set run.turns=1 --horizon --report
-    """
+    """Add what `simulate` takes."""
     add_model(parser)
     add_engine(parser)
     add_impact(parser)
@@ -58,14 +60,15 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "runs/<name of the model>")
 
 
+@helps(
+    "Compare both engines on a model, or a model with and without an effect.",
+    "compare smooth --set run.turns=2 --tolerance 1e-5",
+    "compare no_clearance --set accuracy.tolerance=1e-6",
+    "compare no_clearance --impact impulse --out runs/impulse",
+    "compare clearance --without clearance --set run.turns=1",
+)
 def compare_options(parser: argparse.ArgumentParser) -> None:
-    """Compare both engines on a model, or a model with and without an effect.
-
-    exudyn-flexlink compare smooth --set run.turns=2 --tolerance 1e-5
-    exudyn-flexlink compare no_clearance --set accuracy.tolerance=1e-6
-    exudyn-flexlink compare no_clearance --impact impulse --out runs/impulse
-    exudyn-flexlink compare clearance --without clearance --set run.turns=1
-    """
+    """Add what `compare` takes."""
     add_model(parser)
     parser.add_argument(
         "--tolerance",
@@ -79,14 +82,15 @@ def compare_options(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "runs/<name of the model>-compare")
 
 
+@helps(
+    "Study what accuracy costs in a model: error over processor time, and what limits it.",
+    "accuracy smooth",
+    "accuracy no_clearance --set run.turns=2 --target 1e-5",
+    "accuracy no_clearance --watch link.end",
+    "accuracy clearance --set run.turns=0.5 --budget 300",
+)
 def accuracy_options(parser: argparse.ArgumentParser) -> None:
-    """Study what accuracy costs in a model: error over processor time, and what limits it.
-
-    exudyn-flexlink accuracy smooth
-    exudyn-flexlink accuracy no_clearance --set run.turns=2 --target 1e-5
-    exudyn-flexlink accuracy no_clearance --watch link.end
-    exudyn-flexlink accuracy clearance --set run.turns=0.5 --budget 300
-    """
+    """Add what `accuracy` takes."""
     add_model(parser)
     parser.add_argument(
         "--target",
@@ -106,14 +110,15 @@ def accuracy_options(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "runs/<name of the model>-accuracy")
 
 
+@helps(
+    "Tell whether a motion repeats itself, and how fast neighbouring motions part.",
+    "stability no_clearance --engine lagrangian",
+    "stability clearance --engine lagrangian --twice",
+    "stability clearance --engine lagrangian --set joints.sleeve.clearance=1mm",
+    "stability slider_crank_clearance --laps 40 --at 90",
+)
 def stability_options(parser: argparse.ArgumentParser) -> None:
-    """Tell whether a motion repeats itself, and how fast neighbouring motions part.
-
-    exudyn-flexlink stability no_clearance --engine lagrangian
-    exudyn-flexlink stability clearance --engine lagrangian --twice
-    exudyn-flexlink stability clearance --engine lagrangian --set joints.sleeve.clearance=1mm
-    exudyn-flexlink stability slider_crank_clearance --laps 40 --at 90
-    """
+    """Add what `stability` takes."""
     add_model(parser)
     parser.add_argument(
         "--laps",
@@ -160,15 +165,16 @@ def stability_options(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "runs/<name of the model>-stability")
 
 
+@helps(
+    "Simulate a model at many points, each a row of one table.",
+    "sweep no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2",
+    "sweep clearance --vary joints.sleeve.clearance=1,2,5mm --workers 2",
+    "sweep clearance --vary drives.motor.value=5:15:11 --resume",
+    "sweep study.yaml",
+    "sweep study.yaml --scheduler tcp://192.168.0.10:8786",
+)
 def sweep_options(parser: argparse.ArgumentParser) -> None:
-    """Simulate a model at many points, each a row of one table.
-
-    exudyn-flexlink sweep no_clearance --vary drives.motor.value=5:15:11 --set run.turns=2
-    exudyn-flexlink sweep clearance --vary joints.sleeve.clearance=1,2,5mm --workers 2
-    exudyn-flexlink sweep clearance --vary drives.motor.value=5:15:11 --resume
-    exudyn-flexlink sweep study.yaml
-    exudyn-flexlink sweep study.yaml --scheduler tcp://192.168.0.10:8786
-    """
+    """Add what `sweep` takes."""
     source = parser.add_argument(
         "source",
         metavar="MODEL|STUDY",
@@ -217,14 +223,15 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "runs/<name of the model>-sweep")
 
 
+@helps(
+    "Run benchmarks and hold the results against published numbers.",
+    "verify",
+    "verify pendulum n_four_bar",
+    "verify cantilever --figure cantilever.png",
+    "verify pendulum --as json",
+)
 def verify_options(parser: argparse.ArgumentParser) -> None:
-    """Run benchmarks and hold the results against published numbers.
-
-    exudyn-flexlink verify
-    exudyn-flexlink verify pendulum n_four_bar
-    exudyn-flexlink verify cantilever --figure cantilever.png
-    exudyn-flexlink verify pendulum --as json
-    """
+    """Add what `verify` takes."""
     benchmarks = parser.add_argument(
         "benchmarks",
         nargs="*",
@@ -248,15 +255,16 @@ def verify_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(impact=None)
 
 
+@helps(
+    "Check a model without simulating it: parts, effects, frequencies, steps, formulation.",
+    "check no_clearance",
+    "check no_clearance --set bodies.link.hinges.stiffness=beam",
+    "check smooth --set bodies.link.rods=20",
+    "check clearance --without impact",
+    "check whitworth --figure whitworth.png",
+)
 def check_options(parser: argparse.ArgumentParser) -> None:
-    """Check a model without simulating it: parts, effects, frequencies, steps, formulation.
-
-    exudyn-flexlink check no_clearance
-    exudyn-flexlink check no_clearance --set bodies.link.hinges.stiffness=beam
-    exudyn-flexlink check smooth --set bodies.link.rods=20
-    exudyn-flexlink check clearance --without impact
-    exudyn-flexlink check whitworth --figure whitworth.png
-    """
+    """Add what `check` takes."""
     add_model(parser)
     add_without(parser)
     add_figure_file(

@@ -6,14 +6,12 @@ import argparse
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
-from inspect import cleandoc
 from pathlib import Path
-from textwrap import indent
-from typing import Any
+from typing import Any, NamedTuple
 
 from exudyn_flexlink.cli.completing import FILE, FOLDER, MODEL_OR_FILE, completes
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
-from exudyn_flexlink.cli.terminal import PROGRAM, refuse
+from exudyn_flexlink.cli.terminal import refuse
 from exudyn_flexlink.cli.values import EFFECT_NAMES, count, model_path, names_of
 
 
@@ -127,25 +125,36 @@ def _figure_file(text: str) -> Path:
     return file
 
 
-def add_command(
-    commands: Any, name: str, module: str, add_options: Callable[[argparse.ArgumentParser], None]
-) -> None:
-    """Add a command: the docstring of what adds its options is its help, with examples.
+class Command(NamedTuple):
+    """What a command takes, and its help: one sentence, and examples without the program's name."""
 
-    ``NAME_command`` of a module of this room carries it out. That is imported when it is called: it
-    takes much longer than to print a help text.
+    add_options: Callable[[argparse.ArgumentParser], None]
+    about: str
+    examples: tuple[str, ...]
+
+
+def helps(
+    about: str, *examples: str
+) -> Callable[[Callable[[argparse.ArgumentParser], None]], Command]:
+    """Make a command of what adds its options; ``python -OO`` leaves no docstring to tell more."""
+    return lambda add_options: Command(add_options, about, examples)
+
+
+def add_command(commands: Any, name: str, module: str, command: Command) -> None:
+    """Add a command; ``NAME_command`` of a module of this room carries it out.
+
+    That is imported when it is called: it takes much longer than to print a help text.
     """
-    about, _, examples = cleandoc(add_options.__doc__ or "").partition("\n\n")
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
-        help=about[:1].lower() + about[1:].rstrip("."),
-        description=about,
+        help=command.about[:1].lower() + command.about[1:].rstrip("."),
+        description=command.about,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     called = parser.prog.removesuffix(f" {name}")
-    parser.epilog = "examples:\n" + indent(examples, "  ").replace(PROGRAM, called)
+    parser.epilog = "\n".join(["examples:", *(f"  {called} {one}" for one in command.examples)])
     parser.set_defaults(command=partial(_carried_out, module, f"{name}_command"))
-    add_options(parser)
+    command.add_options(parser)
 
 
 def _carried_out(module: str, function: str, options: argparse.Namespace) -> int:
