@@ -167,14 +167,51 @@ def test_a_sweep_that_has_no_row_yet_begins_without_being_resumed() -> None:
     assert [row["run"] for row in table()] == ["1", "2", "3"]
 
 
-def test_a_damaged_journal_is_told(capsys: Capture) -> None:
+DAMAGES = {
+    "'number' can't be read": ('"number": 2', '"number": "two"'),
+    "'numbers.end_s' can't be read": ('"end_s": ', '"end_s": [], "more": '),
+    "'status' is missing": ('"status"', '"state"'),
+    "it is no JSON": ('{"number": 2', "{number: 2"),
+    "it is no row of a sweep": (None, "7"),
+}
+
+
+@pytest.mark.parametrize("why", DAMAGES)
+def test_a_damaged_journal_is_told(why: str, capsys: Capture) -> None:
+    """By file and line, in the program's words, and with what mends it."""
     main([*SWEEP, "--no-plots", "--quiet"])
-    journal = Path("out/journal.jsonl")
-    journal.write_text(journal.read_text().replace('"number": 2', '"number": "two"'))
+    journal, (old, new) = Path("out/journal.jsonl"), DAMAGES[why]
+    lines = journal.read_text().splitlines(keepends=True)
+    damaged = f"{new}\n" if old is None else lines[1].replace(old, new)
+    assert damaged != lines[1]
+    journal.write_text("".join([lines[0], damaged, lines[2]]))
+    told = (
+        f"out/journal.jsonl:2: this line is damaged: {why}; delete it, and '--resume' makes its "
+        "run again\n"
+    )
+    capsys.readouterr()
     assert main([*SWEEP, "--no-plots", "--resume"]) == 2
-    assert "line 2 of journal.jsonl" in capsys.readouterr().err
+    assert capsys.readouterr().err == told
     assert main(["plot", "out"]) == 2
-    assert "line 2 of journal.jsonl" in capsys.readouterr().err
+    assert capsys.readouterr().err == told
+    journal.write_text("".join([lines[0], lines[2]]))
+    assert main([*SWEEP, "--no-plots", "--resume", "--quiet"]) == 0
+    assert [row["run"] for row in table()] == ["1", "2", "3"]
+
+
+def test_a_damaged_plan_is_told(capsys: Capture) -> None:
+    main([*SWEEP, "--no-plots", "--quiet"])
+    plan = Path("out/sweep.json")
+    whole = plan.read_text()
+    for old, new, why in (
+        ('"points"', '"p"', "no 'points' in it"),
+        ('"points": [[', '"points": [7, [', "it is not what was written"),
+    ):
+        assert old in whole
+        plan.write_text(whole.replace(old, new))
+        capsys.readouterr()
+        assert main(["plot", "out"]) == 2
+        assert capsys.readouterr().err == f"out/sweep.json is damaged: {why}; sweep again\n"
 
 
 def test_another_sweep_is_not_written_into_the_same_folder(capsys: Capture) -> None:

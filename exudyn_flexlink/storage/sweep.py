@@ -1,62 +1,31 @@
 """A sweep on disk: its plan, a journal to which each row is added at once, and its table.
 
-``sweep.json`` is the plan and stands there from the beginning. ``journal.jsonl`` has one line for
-every row; a process that is killed leaves at most half a line at its end, which is left out. Tables
-are written from it once no more rows come.
+``sweep.json`` is the plan and stands there from the beginning. Tables are written from the journal
+once no more rows come.
 """
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import IO, Any
-
-from pydantic import TypeAdapter, ValidationError
+from typing import Any
 
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.documents import read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
+from exudyn_flexlink.storage.journal import JOURNAL, Journal, lock, rows_in, rows_kept
 from exudyn_flexlink.storage.manifest import read_manifest
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.staging import staged_folder
 from exudyn_flexlink.storage.writing import save
 from exudyn_flexlink.sweeps import FAILED, Row, Scalar, Sweep, SweepTable, Varied, versions
 
-if sys.platform != "win32":
-    import fcntl
-
-_ROW = TypeAdapter(Row)
-JOURNAL, TABLE, SERIES = "journal.jsonl", "table", "series"
-
-
-class Journal:
-    """Rows of a sweep in a file without a buffer; `known` are those before, by their ids."""
-
-    def __init__(self, stream: IO[bytes], known: Mapping[str, Row]) -> None:
-        self._stream = stream
-        self.known = known
-
-    def add(self, row: Row) -> None:
-        """Keep a row: it outlives this process, however that ends.
-
-        Raises:
-            StorageError: the file can't be written.
-
-        """
-        line = json.dumps(plain(row), ensure_ascii=False, allow_nan=False).encode() + b"\n"
-        try:
-            if self._stream.write(line) < len(line):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        except OSError as error:
-            raise StorageError(cannot_write(Path(self._stream.name), error)) from error
+TABLE, SERIES = "table", "series"
 
 
 @dataclass(frozen=True)
@@ -103,9 +72,9 @@ def open_journal(
     except OSError as error:
         raise StorageError(cannot_write(folder / JOURNAL, error)) from error
     with stream:
-        _lock(stream, folder)
+        lock(stream, folder)
         _require_own(folder, sweep)
-        known = {} if there is None else _rows(stream, sweep)
+        known = {} if there is None else rows_kept(stream, sweep)
         if series:
             known = {name: row for name, row in known.items() if _has_series(folder, row)}
         if there is None:
@@ -120,11 +89,17 @@ def load_sweep(folder: Path) -> SweepTable:
         StorageError: the folder holds no sweep, or a file of it is damaged.
 
     """
-    plan = _read_plan(Path(folder))
+    folder = Path(folder)
+    plan = _read_plan(folder)
     if plan is None:
         raise StorageError(f"{folder} has no {SWEEP}; give the folder of a sweep")
     try:
-        rows = {row.id: row for row in _lines((Path(folder) / JOURNAL).read_bytes())}
+        rows = {row.id: row for row in rows_in(folder / JOURNAL)}
+    except FileNotFoundError:
+        raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there") from None
+    except OSError as error:
+        raise StorageError(f"can't read {folder / JOURNAL}: {error.strerror or error}") from error
+    try:
         points = [(one, values) for one, values in plan["points"] if one in rows]
         return SweepTable(
             plan["title"],
@@ -134,10 +109,9 @@ def load_sweep(folder: Path) -> SweepTable:
             tuple(rows[one] for one, _ in points),
             tuple(tuple(values) for _, values in points),
         )
-    except FileNotFoundError:
-        raise StorageError(f"{folder} has no {JOURNAL}: no run of the sweep is there") from None
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise StorageError(f"{folder} is damaged: {error}; sweep again") from error
+    except (KeyError, TypeError, ValueError) as error:
+        why = f"no {error} in it" if isinstance(error, KeyError) else "it is not what was written"
+        raise StorageError(f"{folder / SWEEP} is damaged: {why}; sweep again") from error
 
 
 def is_sweep(folder: Path) -> bool:
@@ -241,8 +215,8 @@ def _earlier(folder: Path, sweep: Sweep, *, resume: bool) -> dict[str, Any] | No
         )
     if not resume:
         count = 0
-        with suppress(OSError, ValueError):
-            count = len(list(_lines((folder / JOURNAL).read_bytes())))
+        with suppress(OSError):
+            count = (folder / JOURNAL).read_bytes().count(b"\n")
         if count == 0:  # interrupted before the first run had ended: nothing to lose
             return plan
         raise StorageError(
@@ -276,7 +250,7 @@ def _require_free(folder: Path) -> None:
 
     """
     with suppress(OSError), (folder / JOURNAL).open("rb") as stream:
-        _lock(stream, folder)
+        lock(stream, folder)
 
 
 def _require_own(folder: Path, sweep: Sweep) -> None:
@@ -291,59 +265,6 @@ def _require_own(folder: Path, sweep: Sweep) -> None:
         raise StorageError(f"another process began a sweep in {folder} at the same moment")
 
 
-def _lock(stream: IO[bytes], folder: Path) -> None:
-    """Keep other processes out, as long as the file is open; Windows and some disks have no locks.
-
-    Raises:
-        StorageError: another one is in.
-
-    """
-    if sys.platform == "win32":
-        return
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
-    except OSError:
-        return
-
-
-def _rows(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
-    """Return the rows of a journal, and cut half a line off its end.
-
-    Raises:
-        StorageError: a line is damaged.
-
-    """
-    ids = {point.id for point in sweep.points}
-    stream.seek(0)
-    content = stream.read()
-    try:
-        rows = {row.id: row for row in _lines(content) if row.id in ids}
-    except ValueError as error:
-        raise StorageError(f"{stream.name} is damaged: {error}; force it", forcible=True) from error
-    stream.truncate(content.rfind(b"\n") + 1)
-    stream.seek(0, os.SEEK_END)
-    return rows
-
-
 def _has_series(folder: Path, row: Row) -> bool:
     """Tell whether the run of a row is there whole; one that failed may have none."""
     return row.status == FAILED or (folder / SERIES / row.id).is_dir()
-
-
-def _lines(content: bytes) -> Iterator[Row]:
-    """Rows of a journal's whole lines.
-
-    Raises:
-        ValueError: a line is damaged.
-
-    """
-    whole, _, _ = content.rpartition(b"\n")  # of the rest the writer was killed
-    for number, line in enumerate(whole.split(b"\n") if whole else (), start=1):
-        try:
-            yield _ROW.validate_json(line)
-        except ValidationError as error:
-            told = error.errors()[0]
-            why = ": ".join([*map(str, told["loc"]), told["msg"]])
-            raise ValueError(f"line {number} of {JOURNAL}: {why}") from error

@@ -1,0 +1,116 @@
+"""The journal of a sweep: a line for each row, added as soon as its runs have ended.
+
+A process that is killed leaves at most half a line at its end, which is left out.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO
+
+from pydantic import TypeAdapter, ValidationError
+
+from exudyn_flexlink.storage.errors import StorageError, cannot_write
+from exudyn_flexlink.storage.plain import plain
+from exudyn_flexlink.sweeps import Row, Sweep
+
+if sys.platform != "win32":
+    import fcntl
+
+JOURNAL = "journal.jsonl"
+_ROW = TypeAdapter(Row)
+
+
+class Journal:
+    """Rows of a sweep in a file without a buffer; `known` are those before, by their ids."""
+
+    def __init__(self, stream: IO[bytes], known: Mapping[str, Row]) -> None:
+        self._stream = stream
+        self.known = known
+
+    def add(self, row: Row) -> None:
+        """Keep a row: it outlives this process, however that ends.
+
+        Raises:
+            StorageError: the file can't be written.
+
+        """
+        line = json.dumps(plain(row), ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        try:
+            if self._stream.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            raise StorageError(cannot_write(Path(self._stream.name), error)) from error
+
+
+def rows_in(file: Path) -> Iterator[Row]:
+    """Rows of a journal's whole lines.
+
+    Raises:
+        OSError: the file can't be read.
+        StorageError: a line is damaged.
+
+    """
+    return _lines(file.read_bytes(), file)
+
+
+def rows_kept(stream: IO[bytes], sweep: Sweep) -> dict[str, Row]:
+    """Return the rows of a journal, and cut half a line off its end.
+
+    Raises:
+        StorageError: a line is damaged.
+
+    """
+    ids = {point.id for point in sweep.points}
+    stream.seek(0)
+    content = stream.read()
+    rows = {row.id: row for row in _lines(content, Path(stream.name)) if row.id in ids}
+    stream.truncate(content.rfind(b"\n") + 1)
+    stream.seek(0, os.SEEK_END)
+    return rows
+
+
+def lock(stream: IO[bytes], folder: Path) -> None:
+    """Keep other processes out, as long as the file is open; Windows and some disks have no locks.
+
+    Raises:
+        StorageError: another one is in.
+
+    """
+    if sys.platform == "win32":
+        return
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
+    except OSError:
+        return
+
+
+def _lines(content: bytes, file: Path) -> Iterator[Row]:
+    whole, _, _ = content.rpartition(b"\n")  # of the rest the writer was killed
+    for number, line in enumerate(whole.split(b"\n") if whole else (), start=1):
+        try:
+            yield _ROW.validate_json(line)
+        except ValidationError as error:
+            why = _damage(error)
+            raise StorageError(
+                f"{file}:{number}: this line is damaged: {why}; delete it, and '--resume' makes "
+                "its run again"
+            ) from error
+
+
+def _damage(error: ValidationError) -> str:
+    """Say in words what is wrong in a line, first of all."""
+    told = error.errors()[0]
+    if told["type"] == "json_invalid":
+        return "it is no JSON"
+    if not told["loc"]:
+        return "it is no row of a sweep"
+    where = ".".join(map(str, told["loc"][:2]))
+    return f"'{where}' is missing" if told["type"] == "missing" else f"'{where}' can't be read"
