@@ -1,5 +1,6 @@
 """Machine code of the Lagrangian: where it is kept, and by how many processes it is made."""
 
+import ctypes
 import gc
 import json
 import os
@@ -206,6 +207,65 @@ def test_a_process_that_fails_costs_nothing_but_time(tmp_path, monkeypatch):
     parallel_compiling.compile_in_parallel(False, False)
     assert done == ["cores", "units"]
     assert not list(tmp_path.iterdir())
+
+
+def test_a_process_that_hangs_is_not_waited_for(tmp_path, monkeypatch):
+    """What it had taken is missing then, and is compiled where it is called."""
+    pytest.importorskip("numba")
+    done = list[str]()
+    units = [
+        parallel_compiling.Unit(function, lambda name=function.__name__: done.append(name))
+        for function in (parallel_compiling.cores, parallel_compiling.units)
+    ]
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    monkeypatch.setattr(parallel_compiling, "cores", lambda: 2)
+    monkeypatch.setattr(parallel_compiling, "units", lambda *_: units)
+    monkeypatch.setattr(parallel_compiling, "PATIENCE", 0.2)
+    monkeypatch.setattr(parallel_compiling, "HELPER", "import time; time.sleep(3600)")
+    parallel_compiling.compile_in_parallel(False, False)
+    assert done == ["cores", "units"]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other locks")
+def test_parts_of_a_process_that_was_killed_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    (tmp_path / "parts-1" / "part-0").mkdir(parents=True)
+    (tmp_path / "room").mkdir()
+    with compiled.one_at_a_time():
+        assert [kept.name for kept in tmp_path.iterdir()] == ["room"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other locks")
+def test_where_nothing_can_be_locked_parts_may_be_of_another_process(tmp_path, monkeypatch):
+    def refused(*_):
+        raise OSError
+
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    monkeypatch.setattr(compiled.fcntl, "flock", refused)
+    (tmp_path / "parts-1").mkdir()
+    with compiled.one_at_a_time():
+        assert (tmp_path / "parts-1").is_dir()
+
+
+@pytest.mark.parametrize("then", [None, RuntimeError("no compiled object yet")])
+def test_an_interrupt_that_llvm_swallows_is_one_all_the_same(then, capsys):
+    """It comes in a function that is called back from outside of Python, as LLVM does."""
+
+    @ctypes.CFUNCTYPE(None)
+    def interrupted():
+        raise KeyboardInterrupt
+
+    def compile_something():
+        interrupted()
+        if then is not None:
+            raise then
+
+    with pytest.raises(KeyboardInterrupt), compiled.hearing_interrupts():
+        compile_something()
+    assert capsys.readouterr().err == ""
+    with pytest.raises(RuntimeError, match="another"), compiled.hearing_interrupts():
+        raise RuntimeError("another")
 
 
 def test_an_interrupt_ends_the_processes(tmp_path):

@@ -36,6 +36,7 @@ except ImportError:
 MARKED = re.compile(rb"^@(compiled|inner|inlined)$|by_address\(", re.MULTILINE)
 REORDERED = {"reassoc", "contract"}  # sums may be reordered; what is not a number stays so
 PREFIX = "numba-"
+PARTS = "parts-"  # begins the name of a folder in which processes share one compilation
 SELDOM = (100_000, 50, 50)  # objects between looks, looks between larger ones, and those of all
 
 _BY_ADDRESS: set[Callable[..., Any]] = set()  # compiled by this process, or read from disk
@@ -151,6 +152,37 @@ def seldom_collecting() -> Iterator[None]:
         gc.set_threshold(*before)
 
 
+@contextmanager
+def hearing_interrupts() -> Iterator[None]:
+    """Let Ctrl-C end a compilation, also one that LLVM is at work for.
+
+    Python sees it as LLVM calls back, where no exception can get out: it is told at the terminal,
+    and what LLVM called back for is missing, so that another error follows, or none.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C came.
+
+    """
+    lost, before = list[object](), sys.unraisablehook
+
+    def hook(unraisable: Any) -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            lost.append(unraisable.exc_type)
+        else:
+            before(unraisable)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    except Exception:
+        if not lost:
+            raise
+    finally:
+        sys.unraisablehook = before
+    if lost:
+        raise KeyboardInterrupt
+
+
 def _compiled(function: F, **options: Any) -> F:
     if numba is None:
         return function
@@ -182,13 +214,16 @@ def _in_memory(function: Any) -> bool:
 def one_at_a_time() -> Iterator[None]:
     """Wait until no other process compiles: what it keeps need not be compiled once more.
 
-    Where folders can't be locked (Windows, some network disks) each process compiles for itself.
+    Nobody but a process that was killed can then have left parts; they are removed. Where folders
+    can't be locked (Windows, some network disks) each process compiles for itself.
     """
     lock: int | None = None
     if sys.platform != "win32" and FOLDER is not None:
         with suppress(OSError):
             lock = os.open(FOLDER, os.O_RDONLY | os.O_DIRECTORY)
             fcntl.flock(lock, fcntl.LOCK_EX)
+            for left in FOLDER.glob(f"{PARTS}*"):
+                rmtree(left, ignore_errors=True)
     try:
         yield
     finally:

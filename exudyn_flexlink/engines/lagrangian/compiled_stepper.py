@@ -15,7 +15,11 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
-from exudyn_flexlink.engines.lagrangian.compiled import numba, seldom_collecting
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    hearing_interrupts,
+    numba,
+    seldom_collecting,
+)
 from exudyn_flexlink.engines.lagrangian.contacts import SIDES
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
@@ -84,7 +88,7 @@ class CompiledStepper:
         system, buffer = self.problem.system, self._room_for(1)
         none, how = np.zeros(0), (self.method, self.control, self._work)
         compile_in_parallel(*self._kind)
-        with seldom_collecting():
+        with seldom_collecting(), hearing_interrupts():
             mode = system.mode()
             advance(0.0, mode, how, system.event_data(), buffer, self._functions)
             states = states_within(

@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
@@ -24,9 +25,11 @@ from exudyn_flexlink.engines.lagrangian import compiled
 from exudyn_flexlink.engines.lagrangian.addresses import equations_with, steps_with
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import (
+    PARTS,
     by_address,
     compilation,
     compiling,
+    hearing_interrupts,
     seldom_collecting,
 )
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
@@ -37,6 +40,7 @@ from exudyn_flexlink.engines.lagrangian.signatures import (
     step_signatures,
 )
 
+PATIENCE = 120.0  # s: for the last unit of the others; alone the longest takes 13 s on one core
 MOST = 4  # processes: more do not help, as 'advance' takes as long as a third of the rest
 HELPER = """
 import json, sys
@@ -125,7 +129,8 @@ def _compile(walled: bool, knots: bool, left: list[int], place: Path) -> None:
     with seldom_collecting():
         for k in left:
             if _taken(place / f"unit-{k}"):
-                every[k].compile()
+                with hearing_interrupts():
+                    every[k].compile()
 
 
 def _taken(sign: Path) -> bool:
@@ -139,16 +144,23 @@ def _taken(sign: Path) -> bool:
 
 def _share(count: int, walled: bool, knots: bool, left: list[int], folder: Path) -> None:
     """Compile the units that are left, with so many helpers."""
-    with TemporaryDirectory(prefix="parts-", dir=folder, ignore_cleanup_errors=True) as place:
+    with TemporaryDirectory(prefix=PARTS, dir=folder, ignore_cleanup_errors=True) as place:
         parts = [Path(place) / f"part-{number}" for number in range(count)]
         paths = [path for path in sys.path if isinstance(path, str)]  # imports pass over others
         given = json.dumps([paths, walled, knots, left, place])
         with processes([sys.executable, "-c", HELPER, given], parts) as helpers:
             _compile(walled, knots, left, Path(place))
-            for helper in helpers:
-                helper.wait()
+            _wait(helpers)
         for part in parts:
             take_over(part, folder)
+
+
+def _wait(helpers: list[subprocess.Popen[bytes]]) -> None:
+    """Wait for the last unit of each, but not for one that hangs: its unit is compiled later."""
+    until = time.monotonic() + PATIENCE
+    for helper in helpers:
+        with suppress(subprocess.TimeoutExpired):
+            helper.wait(max(until - time.monotonic(), 0.0))
 
 
 @contextmanager
