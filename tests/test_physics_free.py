@@ -4,6 +4,7 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from scipy.special import ellipj, ellipk
 from test_physics_tools import (
     KILOGRAM,
     STEEL,
@@ -41,6 +42,45 @@ gravity: [0, -9.81]
 run: {duration: 10}
 accuracy: {tolerance: 1.0e-5}
 """
+
+
+HELD_ANYWHERE = """
+bodies:
+  bob: BODY
+joints: {pivot: {type: revolute, points: [ground, bob.HELD], at: [0, 0]}}
+gravity: [0, -9.81]
+initial: {angles: {bob: TURN}}
+run: {duration: 3}
+accuracy: {tolerance: 1.0e-6}
+"""
+PLATE = (
+    "{type: rigid, mass: 2, inertia: 0.02, centre_of_mass: [0, 0.3], "
+    "points: {rim: [0.5, 0], far: [-0.2, 0.4]}}"
+)
+
+
+@pytest.mark.parametrize(
+    ("body", "held", "point", "arm", "inertia"),
+    [
+        (rod(0.6), "end", "bob.start", 0.3, 0.6**2 / 3),
+        (rod(0.6), "start", "bob.end", 0.3, 0.6**2 / 3),
+        (PLATE, "rim", "bob.far", sqrt(0.25 + 0.09), 0.01 + 0.25 + 0.09),
+        (PLATE, "far", "bob.rim", sqrt(0.04 + 0.01), 0.01 + 0.04 + 0.01),
+    ],
+)
+def test_pendulum_keeps_its_tolerance_whichever_of_its_points_holds_it(
+    body, held, point, arm, inertia
+):
+    """Jacobi's closed form from rest; its arm to the centre of mass, inertia per mass, in m, m^2."""
+    text = STEEL + HELD_ANYWHERE.replace("BODY", body).replace("HELD", held)
+    result = run(text.replace("TURN", "100 deg"))
+    centre = where(result, "bob.centre")
+    below = np.arctan2(centre[:, 0], -centre[:, 1])
+    k = sin(below[0] / 2)
+    rate = sqrt(G * arm / inertia)
+    swung = 2 * np.arcsin(k * ellipj(ellipk(k * k) - rate * result.time, k * k)[0])
+    farthest = np.hypot(*where(result, point)[0])
+    assert farthest * abs(np.angle(np.exp(1j * (below - swung)))).max() < 1e-6
 
 
 @pytest.fixture(scope="module")

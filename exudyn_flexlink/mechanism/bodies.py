@@ -138,9 +138,9 @@ class Bodies:
         if body.stretch:  # each rod gives way between its halves
             rods = tuple(beam.rod(rod.length / 2) for rod in rods for _ in range(2))
         for i, rod in enumerate(rods, start=1):
-            centre = (rod.length / 2, 0.0)
+            centre, end = (rod.length / 2, 0.0), ((rod.length, 0.0),)
             label = f"{name} {i}"
-            self.parts.append(RigidPart(label, name, rod.mass, rod.inertia, centre, rod.length))
+            self.parts.append(RigidPart(label, name, rod.mass, rod.inertia, centre, end))
         axial = self.scene.materials[body.material].youngs_modulus * body.section.area
         count = len(rods) // len(chain.rods)  # parts of each rod
         for i, rod in enumerate(rods[:-1]):
@@ -168,7 +168,8 @@ class Bodies:
 
     def _add_rod(self, name: str, body: RodBody) -> dict[str, tuple[int, float, float]]:
         rod, half = beam_of(self.scene, body).rod(body.length), body.length / 2
-        self.parts.append(RigidPart(name, name, rod.mass, rod.inertia, (half, 0.0), body.length))
+        end = ((body.length, 0.0),)
+        self.parts.append(RigidPart(name, name, rod.mass, rod.inertia, (half, 0.0), end))
         return {
             "start": (0, 0.0, 0.0),
             "end": (0, body.length, 0.0),
@@ -179,13 +180,16 @@ class Bodies:
     def _add_rigid(self, name: str, body: RigidBody) -> dict[str, tuple[int, float, float]]:
         x, y = body.centre_of_mass
         points = {"centre": (0, x, y)} | {key: (0, *at) for key, at in body.points.items()}
-        reach = max(hypot(px, py) for _, px, py in points.values())
-        # A body that refers to its own origin only still has a size, to weigh its angle by.
-        reach = reach or max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))
+        apart = [(px, py) for _, px, py in points.values() if px or py]
+        if not apart:
+            # A body that refers to its own origin only still has a size, to weigh its angle by.
+            size = max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))
+            apart = [(size, 0.0)]
         # A point mass that nothing turns stays as it is, whatever its inertia: its size gives one.
         # Where others turn with it, its own must not count.
         alone = stays_a_point(Parts.of(dict(self.scene)), name, body)
+        reach = max(hypot(*at) for at in apart)
         least = body.mass * ((1.0 if alone else POINT) * reach) ** 2
         inertia = body.inertia or least
-        self.parts.append(RigidPart(name, name, body.mass, inertia, (x, y), reach))
+        self.parts.append(RigidPart(name, name, body.mass, inertia, (x, y), tuple(apart)))
         return points

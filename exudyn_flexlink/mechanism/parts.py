@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from math import hypot
 
 GROUND = -1
 
 
 @dataclass(frozen=True)
 class RigidPart:
-    """A rigid part: mass in kg, inertia about the centre of mass in kg m^2, lengths in m."""
+    """A rigid part: mass in kg, inertia about the centre of mass in kg m^2, lengths in m.
+
+    `points` (x, y) are those that anything refers to, beside the origin.
+    """
 
     name: str
     body: str
     mass: float
     inertia: float
     centre: tuple[float, float]
-    reach: float  # from the origin to the farthest point that anything refers to
+    points: tuple[tuple[float, float], ...]
+
+    @cached_property
+    def reach(self) -> float:
+        """How far the farthest of its points is from its origin, m."""
+        return max(hypot(x, y) for x, y in self.points)
 
     @property
     def inertia_about_origin(self) -> float:

@@ -11,13 +11,14 @@ and its velocity and acceleration are the sums of the derivatives of d.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.mechanism import Anchor, Assembly
+from exudyn_flexlink.mechanism import Anchor, Assembly, RigidPart
 from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, TreeLayout
 from exudyn_flexlink.mechanism.weld_groups import ROOT
 
@@ -139,20 +140,26 @@ class Points:
 
 
 class Reaches:
-    """How the coordinates of a tree move the far ends of its parts."""
+    """How the coordinates of a tree move its parts: their origins, and all that is referred to.
 
-    def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, reach: list[float]) -> None:
+    A part may turn about any of these points, so that no single one tells of its angle.
+    """
+
+    def __init__(
+        self, layout: TreeLayout, kinematics: LinkKinematics, parts: Sequence[RigidPart]
+    ) -> None:
         self._kinematics = kinematics
-        self._ends = Points(layout, [Anchor(part, x, 0.0) for part, x in enumerate(reach)])
-        self._moved = kinematics.moved_by[self._ends.links].astype(float)
+        points = [Anchor(i, *at) for i, part in enumerate(parts) for at in ((0.0, 0.0), *part.points)]
+        self._points = Points(layout, points)
+        self._moved = kinematics.moved_by[self._points.links].astype(float)
 
     def moves(self, x: FloatArray) -> ComplexArray:
-        """Derivatives (links, parts) of all ends, at coordinates (links,)."""
+        """Derivatives (links, points) of all points, at coordinates (links,)."""
         at = self._kinematics.places(x)
-        return np.asarray((self._moved * self._kinematics.carries(at, self._ends.places(at))).T)
+        return np.asarray((self._moved * self._kinematics.carries(at, self._points.places(at))).T)
 
     def lengths(self, x: FloatArray) -> FloatArray:
-        """How far (m) a unit of each coordinate (links,) moves any end, at coordinates (links,)."""
+        """How far (m) a unit of each coordinate (links,) moves any point, at coordinates (links,)."""
         lengths = np.abs(self.moves(x)).max(1, initial=0.0)
         return np.asarray(np.maximum(lengths, 1e-3 * lengths.max(initial=1.0)))
 

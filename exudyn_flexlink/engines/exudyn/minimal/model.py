@@ -80,7 +80,7 @@ class MinimalModel:
         count = len(layout.links)
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        self._reaches = Reaches(layout, self.kinematics, [part.reach for part in mechanism.parts])
+        self._reaches = Reaches(layout, self.kinematics, mechanism.parts)
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
@@ -272,7 +272,7 @@ class MinimalModel:
         return rows, press_by([contact.law for contact in acting])
 
     def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., independent) move the end of any part, at most."""
+        """How far (m) changes (..., independent) move any point, at most."""
         moved = (change @ self._moves).view(complex)
         return float(np.abs(moved).max(initial=0.0))
 
