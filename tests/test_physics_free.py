@@ -71,7 +71,7 @@ PLATE = (
 def test_pendulum_keeps_its_tolerance_whichever_of_its_points_holds_it(
     body, held, point, arm, inertia
 ):
-    """Jacobi's closed form from rest; its arm to the centre of mass, inertia per mass, in m, m^2."""
+    """Jacobi's closed form from rest, by the arm of the mass (m) and inertia per mass (m^2)."""
     text = STEEL + HELD_ANYWHERE.replace("BODY", body).replace("HELD", held)
     result = run(text.replace("TURN", "100 deg"))
     centre = where(result, "bob.centre")

@@ -149,7 +149,9 @@ class Reaches:
         self, layout: TreeLayout, kinematics: LinkKinematics, parts: Sequence[RigidPart]
     ) -> None:
         self._kinematics = kinematics
-        points = [Anchor(i, *at) for i, part in enumerate(parts) for at in ((0.0, 0.0), *part.points)]
+        points = [
+            Anchor(i, *at) for i, part in enumerate(parts) for at in ((0.0, 0.0), *part.points)
+        ]
         self._points = Points(layout, points)
         self._moved = kinematics.moved_by[self._points.links].astype(float)
 
@@ -159,7 +161,7 @@ class Reaches:
         return np.asarray((self._moved * self._kinematics.carries(at, self._points.places(at))).T)
 
     def lengths(self, x: FloatArray) -> FloatArray:
-        """How far (m) a unit of each coordinate (links,) moves any point, at coordinates (links,)."""
+        """How far (m) a unit of each coordinate moves any point, (links,), at coordinates (links,)."""
         lengths = np.abs(self.moves(x)).max(1, initial=0.0)
         return np.asarray(np.maximum(lengths, 1e-3 * lengths.max(initial=1.0)))
 
