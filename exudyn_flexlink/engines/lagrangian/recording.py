@@ -66,10 +66,11 @@ class Recorder:
         system: System,
         grid: FloatArray,
         seeker: ExtremeSeeker,
+        explicit: bool,
     ) -> None:
         self.system = system
         self.seeker = seeker
-        self.explicit = False
+        self._explicit = explicit
         layout = system.model.layout
         self._levers = [layout.coordinate(lever.part) for lever in layout.levers]
         self.grid = grid
@@ -112,23 +113,22 @@ class Recorder:
 
     def _follow_walls(self, end: float, dense: Dense) -> None:
         """Integrate over a step to `end`, by Gauss's rule."""
-        for walls in self.system.walls:
-            length = end - walls.time
-            instants = (walls.time + length * GAUSS_NODES).tolist()
+        if self.system.walls:
+            begin, length = self._start[0], end - self._start[0]
+            instants = (begin + length * GAUSS_NODES).tolist()
             motion = [self.system.coordinates(t, dense(t)) for t in instants]
             q, v, points = (np.array(part) for part in zip(*motion, strict=True))
-            self._take_walls(end, np.array([length]), GAUSS, (q, v, points))
+            self._take_walls(np.array([length]), GAUSS, (q, v, points))
 
     def _take_walls(
         self,
-        end: float,
         lengths: FloatArray,
         rule: Rule,
         motion: tuple[FloatArray, FloatArray, FloatArray],
     ) -> None:
-        """Hand steps to `end` on to the walls, and stop where the link broke through one."""
+        """Hand steps on to the walls, and stop where the link broke through one."""
         for walls in self.system.walls:
-            walls.take(end, lengths, rule, motion)
+            walls.take(lengths, rule, motion)
             if walls.deepest > deepest_allowed(walls.channel):
                 self.system.stop(broken_wall(walls.channel), BROKEN_WALL_ADVICE)
 
@@ -143,7 +143,7 @@ class Recorder:
         if self.system.walls:
             rule = Rule.of(self.seeker.nodes, np.array([0.0, *block.method.matrix[-1]]))
             lengths = np.diff(block.times)
-            self._take_walls(end, lengths, rule, (found.q, found.v, found.point))
+            self._take_walls(lengths, rule, (found.q, found.v, found.point))
         ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
         q, v, points, u = (part[ends] for part in (found.q, found.v, found.point, found.u))
         rows = self._rows(block.states[1:], found.pressed[ends])
@@ -164,7 +164,7 @@ class Recorder:
         last = self.system.coordinates(end, dense(end))
         pressed, inner, levers = self._pressed(1), list[_Motion](), self._levers
         turned = np.any(np.sign(first[1][levers]) != np.sign(last[1][levers]))
-        if not self.explicit or turned or pressed.any():
+        if not self._explicit or turned or pressed.any():
             parts = self.seeker.nodes[1:-1] * (end - begin)
             inner = [self.system.coordinates(t, dense(t)) for t in (begin + parts).tolist()]
         q, v, points = (np.array(part) for part in zip(first, *inner, last, strict=True))

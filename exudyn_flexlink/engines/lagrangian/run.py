@@ -89,8 +89,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     nodes = EXPLICIT_NODES if by_explicit else np.array([0.0, *RADAU.nodes])
     watched = Watched(scene, mechanism, assembly.state.q)
     seeker = ExtremeSeeker(watched, mechanism.contacts, nodes)
-    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
-    recorder.explicit = by_explicit
+    recorder = Recorder(system, sample_times(scene, mechanism, end), seeker, by_explicit)
     problem = LagrangianProblem(system, recorder, Instability(system, end))
     tolerance = resolving(scene.accuracy.tolerance or WITHOUT_TOLERANCE, mechanism)
     stepper: CompiledStepper | ExplicitStepper

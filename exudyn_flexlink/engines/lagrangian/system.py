@@ -156,11 +156,10 @@ class System:
     def rate(self, t: float, y: FloatArray) -> FloatArray:
         """dy/dt."""
         guide = self._guide(t, y)
-        torques = self._torques(t) if self._motors else self._still
         try:
             point = self._track_point(guide[0], y)
             holding = (self.acting, self._touching, self._functions)
-            return state_rate(y, guide, point, torques, holding, self._data)
+            return state_rate(y, guide, point, self._torques(t), holding, self._data)
         except (ValueError, ArithmeticError) as error:
             # A trial step too far; where no step is short enough, this is what is wrong.
             self.trouble = str(error)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,6 @@ from exudyn_flexlink.engines.lagrangian.walls import (
     Chain,
     depths_squared,
     look,
-    pair_count,
     wall_work,
 )
 from exudyn_flexlink.intervals import Interval, Intervals
@@ -54,33 +54,6 @@ class Rule(NamedTuple):
 
 
 @dataclass
-class _Open:
-    """A touch that lasts: since when, where and how fast it began, what it gave and took."""
-
-    begin: float
-    place: float
-    speed: float
-    impulse: float = 0.0
-    lost: float = 0.0
-    peak: float = 0.0
-    depth: float = 0.0
-
-    def interval(self, pair: int) -> Interval:
-        """Return what is known of it up to now."""
-        return Interval(
-            self.begin,
-            place=self.place,
-            end_place=self.place,
-            approach_speed=self.speed,
-            impulse=self.impulse,
-            energy_lost=self.lost,
-            peak_force=self.peak,
-            penetration=self.depth,
-            pair=pair,
-        )
-
-
-@dataclass
 class Walls:
     """The pairs of one channel; `deepest` is the largest penetration so far, m.
 
@@ -92,13 +65,12 @@ class Walls:
     poses: Poses
     deepest: float = 0.0
     intervals: list[Interval] = field(default_factory=list)  # those that ended
-    _open: dict[int, _Open] = field(default_factory=dict)
+    _open: dict[int, Interval] = field(default_factory=dict)  # by pair, as far as they went
 
     def __post_init__(self) -> None:
-        self.touching = np.zeros(pair_count(self.chain), dtype=np.int64)
         self._faces = pairs(self.channel)
+        self.touching = np.zeros(len(self._faces), dtype=np.int64)
         self._two_sided = self.channel.clearance == 0
-        self.time = 0.0
         self._seen: FloatArray | None = None
 
     def start(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
@@ -142,10 +114,10 @@ class Walls:
         seen = approach(self._faces[k], poses[0], rates[0])
         place, rate = float(seen.place), float(seen.gap_rate)
         if self.touching[k]:
-            self._open[k] = _Open(t, place, -rate)
+            self._open[k] = Interval(t, inf, place, place, approach_speed=-rate, pair=k)
         else:
             ended = replace(
-                self._open.pop(k).interval(k),
+                self._open.pop(k),
                 end=t,
                 end_place=place,
                 separation_speed=rate,
@@ -155,16 +127,14 @@ class Walls:
 
     def take(
         self,
-        end: float,
         lengths: FloatArray,
         rule: Rule,
         motion: tuple[FloatArray, FloatArray, FloatArray],
     ) -> None:
-        """Take steps to `end` in which nothing changes, of some lengths (m,), both in s.
+        """Take steps in a row in which nothing changes, of some lengths (m,), s.
 
         The motion at the n nodes of each is q, v (m n, N) and P (m n, 6).
         """
-        self.time = end
         if not self._open:
             return
         work = wall_work(*motion, self.touching, self.chain)
@@ -174,13 +144,17 @@ class Walls:
             return
         for k, touch in self._open.items():
             press, power, depth = (work[:, :, k, column] for column in range(3))
-            touch.impulse += float(lengths @ press @ rule.weights)
-            touch.lost += float(lengths @ power @ rule.weights)
             # A force that falls at once as the gap opens peaks between two nodes.
             depths, rates = depth @ rule.between.T, depth @ rule.slopes.T / lengths[:, None]
-            touch.depth = max(touch.depth, float(depths.max()))
-            self.deepest = max(self.deepest, touch.depth)
-            touch.peak = max(touch.peak, float(self.channel.law.force(depths, rates).max()))
+            hardest = float(self.channel.law.force(depths, rates).max())
+            so_far = self._open[k] = replace(
+                touch,
+                impulse=touch.impulse + float(lengths @ press @ rule.weights),
+                energy_lost=touch.energy_lost + float(lengths @ power @ rule.weights),
+                peak_force=max(touch.peak_force, hardest),
+                penetration=max(touch.penetration, float(depths.max())),
+            )
+            self.deepest = max(self.deepest, so_far.penetration)
 
     def pressed_at(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> float:
         """Sum of the squares of how deep the pairs are that touch, m^2."""
@@ -192,8 +166,7 @@ class Walls:
 
     def history(self, force: FloatArray) -> SleeveHistory:
         """Every touch, and samples of the forces (samples, pairs)."""
-        lasting = [touch.interval(k) for k, touch in self._open.items()]
-        found = [*self.intervals, *lasting] if self.channel.clearance > 0 else []
+        found = [*self.intervals, *self._open.values()] if self.channel.clearance > 0 else []
         names = tuple(contact.name for contact in self._faces)
         touches = Intervals.of(found)
         return SleeveHistory(names, pair_sides(self.channel), force, touches, self.deepest)

@@ -45,14 +45,6 @@ class Looked(NamedTuple):
     axes: FloatArray  # (n + 1, 2): cosine and sine of the guide's angle, then of the rods'
 
 
-@compiled
-def pair_count(chain: Chain) -> int:
-    """Number of pairs; 0 without walls."""
-    if len(chain[3]) == 0:
-        return 0
-    return (3 * len(chain[0]) + 1) * (2 if chain[3][5] > 0.0 else 1)
-
-
 @inlined
 def _nodes(
     q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain
