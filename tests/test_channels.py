@@ -8,7 +8,6 @@ import pytest
 
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines.lagrangian import walls
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
@@ -123,8 +122,8 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
         poses, rates = model.poses(q[None], v[None], np.array([point_of(q)]))
         return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
 
-    chain = chain_of(model.constants)
-    states, total = walls.wall_forces(q, v, point_of(q), chain)
+    constants = model.machine_constants
+    states, total = walls.wall_forces(q, v, point_of(q), constants)
     assert states.shape == (len(pairs(channel)), 2)
     expected, sums, power = np.zeros(len(q)), np.zeros(2), 0.0
     touching = np.zeros(len(states), dtype=np.int64)
@@ -148,7 +147,7 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
             expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
             expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
     found = np.zeros(len(q))
-    taken = walls.add_wall_forces((q, v, point_of(q)), touching, chain, found)
+    taken = walls.add_wall_forces((q, v, point_of(q)), touching, constants, found)
     assert taken == pytest.approx(power, rel=1e-9)
     assert total == pytest.approx(sums, rel=1e-9, abs=1e-9)
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max()))

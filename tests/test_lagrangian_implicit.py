@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from functools import cache
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -76,9 +75,8 @@ def lever_alone(steps: int, damping_ratio: float) -> tuple[float, float]:
     )
     run = prepare(load_scene(MODELS / "rigid.yaml", settings))
     assert isinstance(run.stepper, CompiledStepper)
-    run.stepper.control = run.stepper.control._replace(
-        tolerance=1e30, longest=0.04 / steps, turn=inf
-    )
+    turn = 10 * 0.04 / steps  # rad: the guide turns with 10 rad/s
+    run.stepper.control = run.stepper.control._replace(tolerance=1e30, turn=turn)
     run.stepper.first_step = 1.0
     assert solve(run) == ""
     assert run.stepper.steps == steps

@@ -10,16 +10,16 @@ from typing import Any
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 
 
-def forces(state: Any, touching: Any, chain: Any, right: Any) -> float:  # noqa: ARG001
+def forces(state: Any, touching: Any, c: Any, right: Any) -> float:  # noqa: ARG001
     """Power that walls take, W."""
     return 0.0
 
 
-def wall_slopes(state: Any, of: Any, chain: Any, into: Any) -> None:
+def wall_slopes(state: Any, of: Any, c: Any, into: Any) -> None:
     """Add nothing."""
 
 
-def depths(q: Any, v: Any, point: Any, touching: Any, chain: Any) -> float:  # noqa: ARG001
+def depths(q: Any, v: Any, point: Any, touching: Any, c: Any) -> float:  # noqa: ARG001
     """Sum of the squares of depths, m^2."""
     return 0.0
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    by_reference,
+    compiled,
+    for_python,
+    inlined,
+    inner,
+)
 from exudyn_flexlink.engines.lagrangian.event_functions import EventData, interpolate
 from exudyn_flexlink.engines.lagrangian.lengths import length_of, scale_at
 from exudyn_flexlink.engines.lagrangian.mode import (
-    Equations,
     Instant,
     Mode,
     coordinates_at,
-    equations_of,
 )
 from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
@@ -26,18 +33,14 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     finish,
     guess,
     iterate,
-    method_of,
-    work_of,
 )
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
     OLD_ERROR,
     OLD_STEP,
     PAIR,
-    REJECTED,
     SLOW,
     STEP,
-    STEPS,
     TROUBLE,
     Buffer,
     Control,
@@ -45,17 +48,35 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     longest_step,
     shortest_step,
 )
-from exudyn_flexlink.engines.lagrangian.step_functions import StepFunctions
 from exudyn_flexlink.engines.lagrangian.stiffness import presses, pressing_at
 from exudyn_flexlink.engines.lagrangian.track_point import FINE
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE, Step
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.control import SAFETY
 
-Means = tuple[Method, Control, Work, FloatArray, StepFunctions]  # the array is `Buffer.memory`
-
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
 LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
+
+
+class Means(NamedTuple):
+    """What steps are made by."""
+
+    method: Method
+    control: Control
+    work: Work
+    memory: FloatArray  # (8,) what the next call goes on with, see `step_control`
+    # Functions of the mechanism that are called by address, see `addresses`.
+    rate_at: Callable[..., Any]
+    slopes: Callable[..., Any]
+    force_jumps: Callable[..., Any]
+    before_step: Callable[..., Any]  # knots
+    after_step: Callable[..., Any]
+    change_within: Callable[..., Any]  # touches of link and guide
+    uneventful: Callable[..., Any]
+
+
+MeansByReference, means_of = by_reference(Means, "MeansByReference", __name__)
+means_made = for_python(means_of)
 
 
 @inlined
@@ -90,7 +111,7 @@ def _attempt(
     at: Instant,
     h: float,
     past: tuple[FloatArray, bool],
-    equations: Equations,
+    mode: Mode,
     means: Means,
 ) -> tuple[float, float, float]:
     """Make one step of at most h, whatever it takes.
@@ -99,15 +120,15 @@ def _attempt(
     step, 0 if none is short enough, its error in parts of the tolerance, and how much longer the
     next may be.
     """
-    method, control, work, memory, functions = means
+    method, control, work, memory = means.method, means.control, means.work, means.memory
     stages, free = work.speeds.shape
     last, plain, end = past[0], not past[1], stages - 1
-    pressing = pressing_at(at, equations)
-    by_q, by_v = functions.slopes(at, pressing, equations)
-    scale = scale_at(at, equations, control.reaches)
-    known, tableau = (equations, scale), (method.nodes, method.matrix)
+    pressing = pressing_at(at, mode)
+    by_q, by_v = means.slopes(at, pressing, mode)
+    scale = scale_at(at, mode, control.reaches)
+    known, tableau = (mode, scale), (method.nodes, method.matrix)
     most = np.inf
-    h = functions.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
+    h = means.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
     while h >= shortest_step(at.t):
         factor(h, by_q, by_v, method, work)
         if plain:
@@ -115,16 +136,16 @@ def _attempt(
         else:
             guess(h / memory[OLD_STEP], last, method, work)
         aim = Aim(control.tolerance, control.lasting, memory[SLOW])
-        how = (method, scale, work, functions.rate_at)
-        ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, how)
+        how = (method, scale, work, means.rate_at)
+        ended, iterations, memory[SLOW] = iterate(at, h, aim, mode, how)
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
             missed = 0.0
             if presses(pressing):
                 within = (work.states, work.near, method.nodes, method.matrix, method.powers)
-                slack, sped = functions.force_jumps(at, h, pressing, equations, within)
-                slack_q, slack_v = functions.slopes(at, slack, equations)
+                slack, sped = means.force_jumps(at, h, pressing, mode, within)
+                slack_q, slack_v = means.slopes(at, slack, mode)
                 factor_real(h, slack_q, slack_v, method, work)
                 missed = control.tau * length_of(sped, scale)
             error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
@@ -133,7 +154,7 @@ def _attempt(
             change = change_of_step(h, error, iterations, past[1], memory)
             after = Instant(at.t + h, work.states[end], work.near[end])
             bends = (work.rates[end], control.bend, memory)
-            part = functions.after_step((at, after), h, bends, known, tableau)
+            part = means.after_step((at, after), h, bends, known, tableau)
             if error < 1.0 and part == 1.0:
                 memory[TROUBLE] = FINE
                 return h, error, min(change, most)
@@ -145,7 +166,6 @@ def _attempt(
             h, plain = h / 2, True
             memory[TROUBLE] = ended if ended != DIVERGED else memory[TROUBLE]
         most = 1.0
-        memory[REJECTED] += 1
     return 0.0, 0.0, 0.0
 
 
@@ -166,7 +186,7 @@ def _end_at_touch(
     at: Instant,
     whole: float,
     changes: FloatArray,
-    equations: Equations,
+    mode: Mode,
     means: Means,
 ) -> tuple[float, int]:
     """Cut a step where the first pair of link and guide begins or ceases to touch.
@@ -175,10 +195,10 @@ def _end_at_touch(
     within, and then cut, or lengthened, by the little that is left. Return its length and the pair,
     or `NONE`; `changes` (s, size) are changed.
     """
-    method, control, work, memory, functions = means
+    method, control, work, memory = means.method, means.control, means.work, means.memory
     stages, free = work.speeds.shape
     step = Step(at, whole, changes, method.powers)
-    part, pair = functions.change_within(NONE, step, equations)
+    part, pair = means.change_within(NONE, step, mode)
     if pair == NONE:
         return whole, NONE
     _cut(part, at.y, changes, method, work.states)
@@ -189,17 +209,17 @@ def _end_at_touch(
     for i in range(stages):
         for j in range(free):
             speeds[i, j] = changes[i, free + j]
-    by_q, by_v = functions.slopes(at, pressing_at(at, equations), equations)
+    by_q, by_v = means.slopes(at, pressing_at(at, mode), mode)
     factor(h, by_q, by_v, method, work)
-    scale = scale_at(at, equations, control.reaches)
+    scale = scale_at(at, mode, control.reaches)
     aim = Aim(control.tolerance, control.lasting, memory[SLOW])
-    how = (method, scale, work, functions.rate_at)
-    ended, iterations, memory[SLOW] = iterate(at, h, aim, equations, how)
+    how = (method, scale, work, means.rate_at)
+    ended, iterations, memory[SLOW] = iterate(at, h, aim, mode, how)
     memory[ITERATED] += iterations
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)
         step = Step(at, h, changes, method.powers)
-        part, again = functions.change_within(pair, step, equations)
+        part, again = means.change_within(pair, step, mode)
         if again != NONE:
             _cut(part, at.y, changes, method, work.states)
             return part * h, again
@@ -210,9 +230,9 @@ def _end_at_touch(
 
 
 @inlined
-def _beginning(at: Instant, going_on: bool, equations: Equations, means: Means) -> Instant:
+def _beginning(at: Instant, going_on: bool, mode: Mode, means: Means) -> Instant:
     """Rates and P at the start of a step; of one that goes on from the last they are known."""
-    work = means[2]
+    work = means.work
     if going_on:  # a step's last stage is its end, where the iteration left its rates
         begin, rates, way, stages = work.begin, work.rates, work.way, len(work.near)
         for j in range(len(at.y)):
@@ -220,30 +240,26 @@ def _beginning(at: Instant, going_on: bool, equations: Equations, means: Means) 
         for j in range(4):
             way[0, j] = way[stages, j]
         return at
-    near, _ = means[4].rate_at(at, equations, work.begin, work.way[0])
+    near, _ = means.rate_at(at, mode, work.begin, work.way[0])
     return Instant(at.t, at.y, near)
 
 
 @compiled
-def advance(  # noqa: PLR0913, PLR0917 - each of them another record
+def advance(
     stop: float,
     mode: Mode,
-    how: tuple[Method, Control, Work],
+    means: Means,
     event_data: EventData,
     buffer: Buffer,
-    functions: StepFunctions,
 ) -> tuple[int, int]:
     """Integrate from the buffer's first state; return the number of steps, and why it ended.
 
     It ends where the buffer is full, at `stop`, after a step that must be looked at, or where no
     step is short enough.
     """
-    method, control, work = method_of(*how[0]), how[1], work_of(*how[2])
-    equations = equations_of(mode)
-    mode = equations.mode
-    memory, stages, size = buffer.memory, len(method.nodes), len(buffer.states[0])
-    free = len(equations.c.inertias) - int(mode.drive[0])
-    means = (method, control, work, memory, functions)
+    method, control, work, memory = means.method, means.control, means.work, means.memory
+    stages, size = len(method.nodes), len(buffer.states[0])
+    free = len(mode.constants.inertias) - int(mode.drive[0])
     t, wanted = buffer.times[0], memory[STEP]
     memory[SLOW] = np.inf  # an event may have changed the equations
     done, ended = 0, FULL
@@ -258,9 +274,9 @@ def advance(  # noqa: PLR0913, PLR0917 - each of them another record
         planned = ahead
         if wanted < ahead * (1 - 1e-9):
             planned = min(wanted, max(ahead / 2, shortest_step(t)))
-        at = _beginning(Instant(t, y, buffer.places[done]), done > 0, equations, means)
+        at = _beginning(Instant(t, y, buffer.places[done]), done > 0, mode, means)
         past = (buffer.changes[max(done - 1, 0)], done > 0)
-        h, error, change = _attempt(at, planned, past, equations, means)
+        h, error, change = _attempt(at, planned, past, mode, means)
         if h == 0.0:
             ended = STUCK
             break
@@ -268,20 +284,19 @@ def advance(  # noqa: PLR0913, PLR0917 - each of them another record
         finish(y, h, method, work, changes)
         near, whole = work.near[stages - 1], h
         if len(mode.touching) > 0:
-            h, pair = _end_at_touch(at, whole, changes, equations, means)
+            h, pair = _end_at_touch(at, whole, changes, mode, means)
             if pair != NONE:
                 memory[PAIR], ended = pair, TOUCH
                 interpolate(1.0, y, changes, method.powers, end)
-                near = coordinates_at(Instant(t + h, end, near), equations)[3]
+                near = coordinates_at(Instant(t + h, end, near), mode)[3]
         for j in range(size):
             end[j] = y[j] + changes[stages - 1, j]
         t = stop if h == ahead else t + h
         buffer.times[done + 1], buffer.places[done + 1] = t, near
         memory[OLD_STEP], memory[OLD_ERROR] = h, max(error, 1e-2)
-        memory[STEPS] += 1
         done += 1
         after = Instant(t, end, near)
-        if not functions.uneventful(at, after, (changes, method.powers), equations, event_data):
+        if not means.uneventful(at, after, (changes, method.powers), mode, event_data):
             ended = LOOK
         wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
     memory[STEP] = wanted

@@ -6,7 +6,7 @@ changes is the problem's own, as under the explicit method.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
-from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, advance
+from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, Means, advance, means_made
 from exudyn_flexlink.engines.lagrangian.compiled import (
     hearing_interrupts,
     numba,
@@ -25,7 +25,7 @@ from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.radau import Work, work_for
+from exudyn_flexlink.engines.lagrangian.radau import Work, method_made, work_for, work_made
 from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
@@ -35,7 +35,6 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Buffer,
     Control,
 )
-from exudyn_flexlink.engines.lagrangian.step_functions import StepFunctions
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.track_point import has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
@@ -46,6 +45,7 @@ from exudyn_flexlink.integrate.problem import NoConvergenceError
 
 FIRST_STEP = 1e-6  # s
 JUST_AHEAD = 1e-9  # s
+ROOM = 256 if numba is not None else 16  # steps between looks at the user's patience
 
 
 @dataclass
@@ -56,22 +56,26 @@ class CompiledStepper:
     method: Collocation
     control: Control
     first_step: float = FIRST_STEP
-    room: int = 256 if numba is not None else 16  # steps between looks at the user's patience
     steps: int = 0
-    iterations: int = 0
     smallest: float = inf
     largest: float = 0.0
+    _memory: FloatArray = field(default_factory=lambda: np.zeros(8))
 
     @property
     def time(self) -> float:
         """Where the integration is, s."""
         return self.problem.time
 
+    @property
+    def iterations(self) -> int:
+        """Newton's iterations so far."""
+        return int(self._memory[ITERATED])
+
     def begin(self) -> None:
         """Take up the state at time 0."""
         self.problem.begin()
-        self._buffer = self._room_for(self.room)
-        self._buffer.memory[STEP] = self.first_step
+        self._buffer = self._room_for(ROOM)
+        self._memory[STEP] = self.first_step
 
     def _room_for(self, steps: int) -> Buffer:
         size = len(self.problem.system.start)
@@ -80,17 +84,16 @@ class CompiledStepper:
             np.zeros((steps + 1, size)),
             np.zeros((steps, len(self.method.nodes), size)),
             np.zeros(steps + 1),
-            np.zeros(10),
         )
 
     def compile(self) -> None:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
-        none, how = np.zeros(0), (self.method, self.control, self._work)
+        none = np.zeros(0)
         compile_in_parallel(*self._kind)
         with seldom_collecting(), hearing_interrupts():
             mode = system.mode()
-            advance(0.0, mode, how, system.event_data(), buffer, self._functions)
+            advance(0.0, mode, self._means, system.event_data(), buffer)
             states = states_within(
                 none, buffer.times, buffer.states, buffer.changes, self.method.powers
             )
@@ -104,9 +107,11 @@ class CompiledStepper:
         return work_for(len(self.method.nodes), len(system.start), system.free)
 
     @cached_property
-    def _functions(self) -> StepFunctions:
-        """What steps ask of this mechanism."""
-        return step_functions_for(*self._kind)
+    def _means(self) -> Means:
+        """What steps are made by; they borrow its arrays."""
+        method, work = method_made(*self.method), work_made(*self._work)
+        functions = step_functions_for(*self._kind)
+        return means_made(method, self.control, work, self._memory, *functions)
 
     @property
     def _kind(self) -> tuple[bool, bool]:
@@ -116,8 +121,7 @@ class CompiledStepper:
 
     def restart(self, longest: float) -> None:
         """Begin anew from the present state."""
-        memory = self._buffer.memory
-        memory[STEP] = min(memory[STEP], longest)
+        self._memory[STEP] = min(self._memory[STEP], longest)
 
     def forget(self) -> None:
         """Go on from the present state: every block starts afresh."""
@@ -134,13 +138,12 @@ class CompiledStepper:
         """
         problem, system, buffer = self.problem, self.problem.system, self._buffer
         mode, event_data = system.mode(), system.event_data()
-        how = (self.method, self.control, self._work)
         buffer.times[0], buffer.states[0] = problem.time, problem.state
         buffer.places[0] = system.track.u
-        buffer.memory[PAIR] = NONE
+        self._memory[PAIR] = NONE
         # An iteration that goes astray may overflow: it is not a number, hence rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            done, ended = advance(stop, mode, how, event_data, buffer, self._functions)
+            done, ended = advance(stop, mode, self._means, event_data, buffer)
         for contact, side, peak in zip(
             system.contacts, event_data.sides, event_data.peaks, strict=True
         ):
@@ -149,8 +152,8 @@ class CompiledStepper:
         if ended == STUCK:
             self._give_up()
         event = self._look(done - 1, mode) if ended == LOOK else None
-        if event is None and buffer.memory[PAIR] >= 0:
-            event = Event(problem.time, Pair(int(buffer.memory[PAIR])))
+        if event is None and self._memory[PAIR] >= 0:
+            event = Event(problem.time, Pair(int(self._memory[PAIR])))
         return event
 
     def _take(self, first: int, last: int, mode: Mode) -> None:
@@ -170,7 +173,6 @@ class CompiledStepper:
         self.largest = max(self.largest, float(lengths.max()))
         self.smallest = min(self.smallest, float(lengths.min()))
         self.steps += last - first
-        self.iterations = int(b.memory[ITERATED])
         self.problem.accept_block(block)
 
     def _look(self, last: int, mode: Mode) -> Event | None:
@@ -192,7 +194,7 @@ class CompiledStepper:
     def _give_up(self) -> None:
         """Say why no step is short enough: where P can't be found next, that is what is wrong."""
         system = self.problem.system
-        system.trouble = TROUBLES.get(int(self._buffer.memory[TROUBLE]), "")
+        system.trouble = TROUBLES.get(int(self._memory[TROUBLE]), "")
         if not system.trouble:
             system.rate(self.time + JUST_AHEAD, self.problem.state)
         raise NoConvergenceError("required step size is less than spacing between numbers")

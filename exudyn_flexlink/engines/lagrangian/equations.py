@@ -36,10 +36,9 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.compiled import borrowed, compiled, inlined
-from exudyn_flexlink.engines.lagrangian.constants import Constants, chain_of, unpacked
+from exudyn_flexlink.engines.lagrangian.compiled import borrowed, inlined
+from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.dense import eliminate, factorise, substitute
-from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mass import Turned, fill_axes, fill_mass
 from exudyn_flexlink.engines.lagrangian.penalty import friction, penalty_force
@@ -47,9 +46,6 @@ from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 
 # How each contact acts, which pairs of a sleeve touch, and what adds the forces of these pairs.
 Acting = tuple[IntArray, IntArray, Callable[..., float]]
-# The same, with all functions that are called by address.
-Holding = tuple[IntArray, IntArray, EquationFunctions]
-Given = tuple[tuple[float, float, float], TrackPoint, FloatArray, Holding]
 
 APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a lasting contact (Baumgarte 1972)
@@ -241,7 +237,7 @@ def accelerations(
     states, gradients = _push(state, acting, c, (forces, drags), right)
     walled = 0.0
     if len(touching) > 0:
-        walled = add_wall_forces((state.q, state.v, state.point), touching, chain_of(c), right)
+        walled = add_wall_forces((state.q, state.v, state.point), touching, c, right)
     if drive.first == 1:
         result[0] = drive.alpha
     rows = _lasting(acting)
@@ -260,55 +256,3 @@ def accelerations(
     for k in range(len(states)):
         powers[k] = -forces[k] * states[k, 2] - drags[k] * states[k, 3]
     return kept[3], motor, pushes[0], pushes[2], walled
-
-
-@compiled
-def state_rate(  # noqa: PLR0913, PLR0917 - each argument more that is packed costs a microsecond
-    y: FloatArray,
-    guide: tuple[float, float, float],
-    point: TrackPoint,
-    torques: FloatArray,
-    holding: Holding,
-    data: FloatArray,
-) -> FloatArray:
-    """Time derivative of the integrator's state.
-
-    The state holds the free coordinates, their rates, the energies dissipated in dampers (with the
-    work done on the walls) and supplied by motors, and of each contact the impulse, then the work
-    done on it. `guide` is the guide's angle, speed and prescribed acceleration; `data` are the
-    constants, packed.
-    """
-    rate = np.empty(len(y))
-    fill_rate(y, (guide, point, torques, holding), unpacked(data), rate)
-    return rate
-
-
-@inlined
-def fill_rate(y: FloatArray, given: Given, c: Constants, rate: FloatArray) -> None:
-    """Fill in the rate of `state_rate`; `given` are its guide, point, torques and holding."""
-    guide, point, torques, holding = given
-    count, contacts = len(c.inertias), len(holding[0])
-    free = (len(y) - 2 - 2 * contacts) // 2
-    first = count - free
-    kept = np.empty((2, count))
-    q, v = borrowed(kept[0]), borrowed(kept[1])
-    q[0], v[0] = guide[0], guide[1]
-    for j in range(free):
-        q[first + j], v[first + j] = y[j], y[free + j]
-    functions = holding[2]
-    acting = (holding[0], holding[1], functions.add_wall_forces)
-    found, motor, forces, powers, lost = functions.accelerations(
-        State(q, v, point), Drive(first, guide[2], torques), acting, c
-    )
-    for j in range(free):
-        rate[j], rate[free + j] = v[first + j], found[first + j]
-    at = 2 * free
-    for k in range(contacts):
-        rate[at + 2 + k] = forces[k]
-        rate[at + 2 + contacts + k] = powers[k]
-    supplied, damping = motor * v[0], c.damping
-    for j in range(count):
-        supplied += torques[j] * v[j]
-        for k in range(count):
-            lost += kept[1, j] * damping[j, k] * kept[1, k]  # keeps q and v so long
-    rate[at], rate[at + 1] = lost, supplied

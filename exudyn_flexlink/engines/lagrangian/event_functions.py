@@ -13,7 +13,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.faces import LAW, fill_gaps, touches
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
 
@@ -49,10 +49,10 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
 
 
 @inlined
-def _none_below_zero(at: Instant, equations: Equations, event_data: EventData) -> bool:
+def _none_below_zero(at: Instant, mode: Mode, event_data: EventData) -> bool:
     """Tell whether no event function has fallen at an instant; keep the largest forces."""
-    mode, c = equations
-    q, v, point, u = coordinates_at(at, equations)
+    c = mode.constants
+    q, v, point, u = coordinates_at(at, mode)
     if min(mode.piece[END] - u, u - mode.piece[START]) < -NOTHING:
         return False
     if turns_left(q, event_data.goal) < -NOTHING:
@@ -73,10 +73,10 @@ def _none_below_zero(at: Instant, equations: Equations, event_data: EventData) -
 
 
 @inner
-def _look(at: Instant, equations: Equations, goal: FloatArray, row: FloatArray) -> float:
+def _look(at: Instant, mode: Mode, goal: FloatArray, row: FloatArray) -> float:
     """Fill in a row of `EventData.seen`; return the angle that is still to turn."""
-    mode, c = equations
-    q, v, point, u = coordinates_at(at, equations)
+    c = mode.constants
+    q, v, point, u = coordinates_at(at, mode)
     row[0], row[1] = at.t, v[int(c.track_coordinate)]
     row[2] = min(mode.piece[END] - u, u - mode.piece[START])
     if len(mode.acting) > 0:
@@ -85,9 +85,7 @@ def _look(at: Instant, equations: Equations, goal: FloatArray, row: FloatArray) 
 
 
 @inlined
-def _no_event_between(
-    begin: Instant, end: Instant, equations: Equations, event_data: EventData
-) -> bool:
+def _no_event_between(begin: Instant, end: Instant, mode: Mode, event_data: EventData) -> bool:
     """Tell from the two ends of a step that nothing can have happened in between.
 
     The cubic through gaps and rates at both ends strays from them by less than a sixth of the way
@@ -98,8 +96,8 @@ def _no_event_between(
         for k in range(len(before)):
             before[k] = after[k]
     else:
-        _look(begin, equations, event_data.goal, before)
-    left = _look(end, equations, event_data.goal, after)
+        _look(begin, mode, event_data.goal, before)
+    left = _look(end, mode, event_data.goal, after)
     if before[1] * after[1] < 0 or after[2] < 0 or left < 0:
         return False
     done, sides = end.t - begin.t, event_data.sides
@@ -127,13 +125,13 @@ def _beyond(before: FloatArray, after: FloatArray, done: float, length: float) -
 
 
 @inner
-def _closing(at: Instant, equations: Equations, event_data: EventData, rates: FloatArray) -> bool:
+def _closing(at: Instant, mode: Mode, event_data: EventData, rates: FloatArray) -> bool:
     """Tell whether a gap that closed at the last look opens now; keep the `rates` (c,), m/s.
 
     It may have been closed in between.
     """
-    q, v, point, _ = coordinates_at(at, equations)
-    states, _, _ = touches(q, v, point, equations.c)
+    q, v, point, _ = coordinates_at(at, mode)
+    states, _, _ = touches(q, v, point, mode.constants)
     turned = False
     for k in range(len(rates)):
         rate = states[k, 2] if event_data.sides[k] == APART else -states[k, 2]
@@ -163,25 +161,25 @@ def uneventful(
     begin: Instant,
     end: Instant,
     inside: tuple[FloatArray, FloatArray],
-    equations: Equations,
+    mode: Mode,
     event_data: EventData,
 ) -> bool:
     """Tell that no event function has fallen below zero in a step.
 
     `inside` are the step's changes and the method's powers.
     """
-    if _no_event_between(begin, end, equations, event_data):
+    if _no_event_between(begin, end, mode, event_data):
         return True
     y = np.empty(len(begin.y))
-    rates = np.zeros(len(equations.mode.acting))
+    rates = np.zeros(len(mode.acting))
     if len(rates) > 0:
-        _closing(begin, equations, event_data, rates)
+        _closing(begin, mode, event_data, rates)
     for k in range(1, LOOKS + 1):
         sigma = k / LOOKS
         interpolate(sigma, begin.y, inside[0], inside[1], y)
         at = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near)
-        if not _none_below_zero(at, equations, event_data):
+        if not _none_below_zero(at, mode, event_data):
             return False
-        if len(rates) > 0 and _closing(at, equations, event_data, rates):
+        if len(rates) > 0 and _closing(at, mode, event_data, rates):
             return False
     return True

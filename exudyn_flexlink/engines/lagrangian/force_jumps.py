@@ -8,7 +8,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.stiffness import accelerated_by, pressing_at
 
@@ -21,7 +21,7 @@ PLACES, WEIGHTS = (PLACES + 1) / 2, WEIGHTS / 2  # of Gauss's rule within a step
 
 
 def force_jumps(
-    at: Instant, h: float, pressing: FloatArray, equations: Equations, stages: Stages
+    at: Instant, h: float, pressing: FloatArray, mode: Mode, stages: Stages
 ) -> tuple[FloatArray, FloatArray]:
     """How contacts press where they do it least (c, 3), and errors (f,) of the free speeds.
 
@@ -34,7 +34,7 @@ def force_jumps(
     least, hardest = pressing.copy(), pressing[:, 1].copy()
     for i in range(len(states)):
         stage = Instant(at.t + nodes[i] * h, states[i], near[i])
-        found = pressing_at(stage, equations)
+        found = pressing_at(stage, mode)
         for k in range(len(least)):
             hardest[k] = max(hardest[k], found[k, 1])
             for m in range(3):
@@ -43,24 +43,24 @@ def force_jumps(
     for k in range(len(least)):
         steady = steady and least[k, 1] > STEADY * hardest[k]
     if steady:
-        return least, np.zeros(len(equations.c.inertias) - int(equations.mode.drive[0]))
-    return least, _missed(at, h, equations, stages)
+        return least, np.zeros(len(mode.constants.inertias) - int(mode.drive[0]))
+    return least, _missed(at, h, mode, stages)
 
 
 @inlined
-def _missed(at: Instant, h: float, equations: Equations, within: Stages) -> FloatArray:
+def _missed(at: Instant, h: float, mode: Mode, within: Stages) -> FloatArray:
     """Errors of the free speeds: impulses along the step's polynomial less those by the stages."""
-    mode, c = equations
+    c = mode.constants
     states, near, nodes, matrix, powers = within
     stages = len(states)
     rows = np.empty((stages + 1, len(mode.acting), 2))  # gaps and their rates
-    q, v, point, _ = coordinates_at(at, equations)
+    q, v, point, _ = coordinates_at(at, mode)
     first, gradients, _ = touches(q, v, point, c)
     for k in range(len(first)):
         rows[0, k, 0], rows[0, k, 1] = first[k, 0], first[k, 2]
     for i in range(stages):
         stage = Instant(at.t + nodes[i] * h, states[i], near[i])
-        q1, v1, point1, _ = coordinates_at(stage, equations)
+        q1, v1, point1, _ = coordinates_at(stage, mode)
         later, _, _ = touches(q1, v1, point1, c)
         for k in range(len(later)):
             rows[i + 1, k, 0], rows[i + 1, k, 1] = later[k, 0], later[k, 2]
@@ -70,7 +70,7 @@ def _missed(at: Instant, h: float, equations: Equations, within: Stages) -> Floa
             impulse = _impulse(h, rows[:, k], c.faces[k, LAW:], (matrix, powers))
             for j in range(len(q)):
                 impulses[j] += gradients[k, j] * impulse
-    return accelerated_by(impulses, q, point, equations)
+    return accelerated_by(impulses, q, point, mode)
 
 
 @inlined

@@ -17,7 +17,6 @@ from functools import cached_property
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.system import Motion
@@ -54,12 +53,11 @@ class Forces:
 
         Without pairs where there are no walls.
         """
-        c, count = self.model.constants, len(self.motions)
-        if not len(c.channel):
+        constants, count = self.model.machine_constants, len(self.motions)
+        if not len(self.model.constants.channel):
             return np.zeros((count, 0, 2)), np.zeros((count, 2))
-        chain = chain_of(c)
         pairs, sums = zip(
-            *(wall_forces(m.q, m.v, m.point, chain) for m in self.motions), strict=True
+            *(wall_forces(m.q, m.v, m.point, constants) for m in self.motions), strict=True
         )
         return np.array(pairs), np.array(sums)
 

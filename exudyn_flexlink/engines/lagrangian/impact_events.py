@@ -22,7 +22,7 @@ def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
     """The point of a rigid contact meets its face: it bounces, or begins to press."""
     contact, e = system.contacts[k], system.contacts[k].face.law.restitution
     q, v, point = system.coordinates(t, y)
-    touch = touches(q, v, point, system.model.constants)[0][k].copy()
+    touch = touches(q, v, point, system.constants)[0][k].copy()
     totals = system.contact_totals(y, k)
     over = is_over(-float(touch[2]), e, _gap_acceleration(system, t, y, k))
     e = 0.0 if over else e
@@ -43,7 +43,7 @@ def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
 def _gap_acceleration(system: System, t: float, y: FloatArray, k: int) -> float:
     """G'' of a contact as long as it does not act."""
     now = system.motion(t, y)
-    states, gradients, _ = touches(now.q, now.v, now.point, system.model.constants)
+    states, gradients, _ = touches(now.q, now.v, now.point, system.constants)
     return float(gradients[k] @ now.a + states[k, 4])
 
 
@@ -52,8 +52,8 @@ def _jump(
 ) -> tuple[FloatArray, Impact, float]:
     """State after the impulse of contact k, and the work that the speed drive did in it."""
     q, v, point = system.coordinates(t, y)
-    states, gradients, _ = touches(q, v, point, system.model.constants)
-    mass, first, free = mass_matrix(q, point, system.model.constants), system.first, system.free
+    states, gradients, _ = touches(q, v, point, system.constants)
+    mass, first, free = mass_matrix(q, point, system.constants), system.first, system.free
     hit = strike(mass[first:, first:], gradients[k, first:], float(states[k, 2]), e)
     y = y.copy()
     y[free : 2 * free] += hit.jump
@@ -73,7 +73,7 @@ def _settle(system: System, t: float, y: FloatArray, struck: int) -> FloatArray:
     """Let an impact pass through lasting contacts: they press on, without bounce, or end."""
     for _ in range(ROUNDS):
         q, v, point = system.coordinates(t, y)
-        states, _, _ = touches(q, v, point, system.model.constants)
+        states, _, _ = touches(q, v, point, system.constants)
         rates = {
             k: float(states[k, 2])
             for k, contact in enumerate(system.contacts)

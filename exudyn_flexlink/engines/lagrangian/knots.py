@@ -18,12 +18,11 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
-from exudyn_flexlink.engines.lagrangian.equations import fill_rate
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
 from exudyn_flexlink.engines.lagrangian.mode import (
-    Equations,
     Instant,
     Mode,
+    fill_rate,
     guide_at,
     torques_at,
     track_point_at,
@@ -169,14 +168,13 @@ def shortened(
 
 
 @inlined
-def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: Scale) -> float:
+def moved_by_point(at: Instant, rate: FloatArray, mode: Mode, scale: Scale) -> float:
     """How much (m/s^2) points accelerate if the track pushes P aside by 1 m/s^2.
 
     Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless there is
     play between them. `rate` is the state's.
     """
-    mode, c = equations
-    count = len(c.inertias)
+    count = len(mode.constants.inertias)
     free = count - int(mode.drive[0])
     guide = guide_at(at.t, at.y, free, mode)
     u, point, _ = track_point_at(guide[0], at.y, free, at.near, mode)
@@ -192,50 +190,48 @@ def moved_by_point(at: Instant, rate: FloatArray, equations: Equations, scale: S
     square = speed * speed
     pushed = (point[0], point[1], point[2], point[3], point[4] + x / square, point[5] + y / square)
     changed = np.empty(len(rate))
-    holding = (mode.acting, mode.touching, mode.functions)
-    given = (guide, pushed, torques_at(at.t, count, mode), holding)
-    fill_rate(at.y, given, c, changed)
+    fill_rate(at.y, (guide, pushed, torques_at(at.t, count, mode)), mode, changed)
     for j in range(free):
         changed[j] = changed[free + j] - rate[free + j]
     return length_of(changed[:free], scale)
 
 
 @inner
-def _allowed(at: Instant, given: Given, equations: Equations, scale: Scale) -> float:
+def _allowed(at: Instant, given: Given, mode: Mode, scale: Scale) -> float:
     """What a step may miss of P's acceleration, m/s^2, by the most that P's pushes moved so far."""
     rate, bend, memory = given
-    memory[MOVED] = max(memory[MOVED], moved_by_point(at, rate, equations, scale))
+    memory[MOVED] = max(memory[MOVED], moved_by_point(at, rate, mode, scale))
     return bend / memory[MOVED] if memory[MOVED] > 0.0 else np.inf
 
 
 def before_step(
-    at: Instant, h: float, given: Given, known: tuple[Equations, Scale], tableau: Tableau
+    at: Instant, h: float, given: Given, known: tuple[Mode, Scale], tableau: Tableau
 ) -> float:
     """Length of the next step, at most h, so that knots cost no more than they may.
 
-    `given` are the state's rate, what knots may cost, and `Buffer.memory`.
+    `given` are the state's rate, what knots may cost, and `Means.memory`.
     """
-    equations, scale = known
-    if equations.mode.piece[0] != SPLINE:
+    mode, scale = known
+    if mode.piece[0] != SPLINE:
         return h
-    allowed = _allowed(at, given, equations, scale)
-    return shortened(at, h, (given[0], allowed), tableau, equations.mode)
+    allowed = _allowed(at, given, mode, scale)
+    return shortened(at, h, (given[0], allowed), tableau, mode)
 
 
 def after_step(
     ends: tuple[Instant, Instant],
     h: float,
     given: Given,
-    known: tuple[Equations, Scale],
+    known: tuple[Mode, Scale],
     tableau: Tableau,
 ) -> float:
     """Part of a step after which it should have ended at a knot; 1 if it is good.
 
     `ends` are its begin and its end, `given` that of `before_step` at its end.
     """
-    equations, scale = known
-    piece, begin, end = equations.mode.piece, ends[0].near, ends[1].near
+    mode, scale = known
+    piece, begin, end = mode.piece, ends[0].near, ends[1].near
     if not passes(piece, begin, end):
         return 1.0
-    to = reached(piece, (begin, end), h, _allowed(ends[1], given, equations, scale), tableau)
+    to = reached(piece, (begin, end), h, _allowed(ends[1], given, mode, scale), tableau)
     return 1.0 if to == end else float((to - begin) / (end - begin))

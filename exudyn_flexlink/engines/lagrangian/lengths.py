@@ -9,7 +9,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inner
 from exudyn_flexlink.engines.lagrangian.mass import turned
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 
 
 class Scale(NamedTuple):
@@ -27,10 +27,10 @@ ScaleByReference, scale_of = by_reference(Scale, "ScaleByReference", __name__)
 
 
 @inner
-def scale_at(at: Instant, equations: Equations, reaches: FloatArray) -> Scale:
+def scale_at(at: Instant, mode: Mode, reaches: FloatArray) -> Scale:
     """Lengths that changes at the state y mean."""
-    mode, c = equations
-    q, _, point, _ = coordinates_at(at, equations)
+    c = mode.constants
+    q, _, point, _ = coordinates_at(at, mode)
     n, begin = len(c.rods), int(c.rods[0])
     cosines, sines = turned(q[begin : begin + n])
     places, gamma = np.empty(3, dtype=np.int64), np.empty(2)

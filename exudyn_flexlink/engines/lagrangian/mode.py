@@ -2,71 +2,48 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.compiled import borrowed, by_reference, compiled, inner
-from exudyn_flexlink.engines.lagrangian.constants import Constants, unpacked
-from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
-from exudyn_flexlink.engines.lagrangian.equations import fill_rate
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    borrowed,
+    by_reference,
+    compiled,
+    for_python,
+    inlined,
+    inner,
+)
+from exudyn_flexlink.engines.lagrangian.constants import Constants
+from exudyn_flexlink.engines.lagrangian.equations import Drive, State
 from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, crossing, place_on
 from exudyn_flexlink.mechanism import Ramp
 
+Given = tuple[tuple[float, float, float], TrackPoint, FloatArray]
+
 
 class Mode(NamedTuple):
-    """Equations between two events, in arrays alone, for machine code."""
+    """Equations between two events, for machine code."""
 
-    data: FloatArray  # constants of the equations, packed
+    constants: Constants  # by reference
     piece: FloatArray  # of the track, packed as in `track_point`
     centre: FloatArray  # (2,): the guide's pivot
     drive: FloatArray  # (6,): driven (0 or 1), value, duration, way, first angle; P is a coordinate
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
     acting: IntArray  # (c,): how each contact acts, as in `equations`
     touching: IntArray  # (pairs,): 1 where a pair of link and guide touches, else 0
-    functions: EquationFunctions  # functions of such a mechanism
+    # Functions of `equations` and `walls` that are called by address, see `addresses`.
+    accelerations: Callable[..., Any]
+    add_wall_forces: Callable[..., Any]
+    take_wall_slopes: Callable[..., Any]
+    add_wall_slopes: Callable[..., Any]
+    depths_squared: Callable[..., Any]
 
 
 ModeByReference, mode_of = by_reference(Mode, "ModeByReference", __name__)
-
-
-@compiled
-def mode_made(  # noqa: PLR0913, PLR0917 - one of each
-    data: FloatArray,
-    piece: FloatArray,
-    centre: FloatArray,
-    drive: FloatArray,
-    motors: FloatArray,
-    acting: IntArray,
-    touching: IntArray,
-    functions: EquationFunctions,
-) -> Mode:
-    """Make a mode that machine code takes: as a tuple it would take a tenth of a millisecond."""
-    return mode_of(data, piece, centre, drive, motors, acting, touching, functions)
-
-
-class Equations(NamedTuple):
-    """A mode with its constants unpacked."""
-
-    mode: Mode
-    c: Constants
-
-
-@inner
-def equations_of(mode: Mode) -> Equations:
-    """Equations of a mode, which the caller must keep."""
-    lent = mode_of(
-        borrowed(mode.data),
-        borrowed(mode.piece),
-        borrowed(mode.centre),
-        borrowed(mode.drive),
-        borrowed(mode.motors),
-        borrowed(mode.acting),
-        borrowed(mode.touching),
-        mode.functions,
-    )
-    return Equations(lent, unpacked(mode.data))
+mode_made = for_python(mode_of)
 
 
 class Instant(NamedTuple):
@@ -133,30 +110,75 @@ def track_point_at(
     return crossing(mode.piece, (mode.centre[0], mode.centre[1]), theta, near)
 
 
-def rate_at(
-    at: Instant, equations: Equations, rate: FloatArray, way: FloatArray
-) -> tuple[float, int]:
+@compiled
+def state_rate(
+    y: FloatArray,
+    guide: tuple[float, float, float],
+    point: TrackPoint,
+    torques: FloatArray,
+    mode: Mode,
+) -> FloatArray:
+    """Time derivative of the integrator's state.
+
+    The state holds the free coordinates, their rates, the energies dissipated in dampers (with the
+    work done on the walls) and supplied by motors, and of each contact the impulse, then the work
+    done on it. `guide` is the guide's angle, speed and prescribed acceleration.
+    """
+    rate = np.empty(len(y))
+    fill_rate(y, (guide, point, torques), mode, rate)
+    return rate
+
+
+@inlined
+def fill_rate(y: FloatArray, given: Given, mode: Mode, rate: FloatArray) -> None:
+    """Fill in the rate of `state_rate`; `given` are its guide, point and torques."""
+    guide, point, torques = given
+    c = mode.constants
+    count, contacts = len(c.inertias), len(mode.acting)
+    free = (len(y) - 2 - 2 * contacts) // 2
+    first = count - free
+    kept = np.empty((2, count))
+    q, v = borrowed(kept[0]), borrowed(kept[1])
+    q[0], v[0] = guide[0], guide[1]
+    for j in range(free):
+        q[first + j], v[first + j] = y[j], y[free + j]
+    acting = (mode.acting, mode.touching, mode.add_wall_forces)
+    found, motor, forces, powers, lost = mode.accelerations(
+        State(q, v, point), Drive(first, guide[2], torques), acting, c
+    )
+    for j in range(free):
+        rate[j], rate[free + j] = v[first + j], found[first + j]
+    at = 2 * free
+    for k in range(contacts):
+        rate[at + 2 + k] = forces[k]
+        rate[at + 2 + contacts + k] = powers[k]
+    supplied, damping = motor * v[0], c.damping
+    for j in range(count):
+        supplied += torques[j] * v[j]
+        for k in range(count):
+            lost += kept[1, j] * damping[j, k] * kept[1, k]  # keeps q and v so long
+    rate[at], rate[at + 1] = lost, supplied
+
+
+def rate_at(at: Instant, mode: Mode, rate: FloatArray, way: FloatArray) -> tuple[float, int]:
     """Fill in dy/dt, and P and its velocity (4,); return P's place, how the search for it ended."""
     t, y, near = at
-    mode, c = equations
+    c = mode.constants
     count = len(c.inertias)
     free = count - int(mode.drive[0])
     guide = guide_at(t, y, free, mode)
     u, point, ended = track_point_at(guide[0], y, free, near, mode)
-    holding = (mode.acting, mode.touching, mode.functions)
-    fill_rate(y, (guide, point, torques_at(t, count, mode), holding), c, rate)
+    fill_rate(y, (guide, point, torques_at(t, count, mode)), mode, rate)
     moved = guide[1] if mode.drive[5] == 0.0 else y[2 * free - 1]
     way[0], way[1], way[2], way[3] = point[0], point[1], point[2] * moved, point[3] * moved
     return u, ended
 
 
 @inner
-def coordinates_at(
-    at: Instant, equations: Equations
-) -> tuple[FloatArray, FloatArray, TrackPoint, float]:
+def coordinates_at(at: Instant, mode: Mode) -> tuple[FloatArray, FloatArray, TrackPoint, float]:
     """All coordinates and speeds (N,), P, and its place on the piece."""
     t, y, near = at
-    mode, c = equations
+    c = mode.constants
     count = len(c.inertias)
     first = int(mode.drive[0])
     free = count - first

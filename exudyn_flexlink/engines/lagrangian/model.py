@@ -9,7 +9,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import evaluator
-from exudyn_flexlink.engines.lagrangian.constants import Constants, packed
+from exudyn_flexlink.engines.lagrangian.constants import Constants, constants_made
 from exudyn_flexlink.engines.lagrangian.layout import (
     Layout,
     Pivot,
@@ -59,9 +59,9 @@ class Model:
         return q, v
 
     @cached_property
-    def data(self) -> FloatArray:
-        """The constants in one array."""
-        return packed(self.constants)
+    def machine_constants(self) -> Constants:
+        """The constants as machine code takes them."""
+        return constants_made(*self.constants)
 
     def poses(
         self, q: FloatArray, v: FloatArray, points: FloatArray

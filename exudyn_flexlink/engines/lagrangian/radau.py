@@ -20,10 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.compiled import by_reference, inlined, inner
+from exudyn_flexlink.engines.lagrangian.compiled import by_reference, for_python, inlined, inner
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode
 from exudyn_flexlink.engines.lagrangian.track_point import FINE
 from exudyn_flexlink.integrate.collocation import Collocation as Method
 
@@ -50,6 +50,7 @@ class Work(NamedTuple):
 
 WorkByReference, work_of = by_reference(Work, "WorkByReference", __name__)
 MethodByReference, method_of = by_reference(Method, "MethodByReference", __name__)
+work_made, method_made = for_python(work_of), for_python(method_of)
 
 
 class Aim(NamedTuple):
@@ -126,7 +127,7 @@ def guess(ahead: float, last: FloatArray, method: Method, work: Work) -> None:
 def _stages(
     at: Instant,
     h: float,
-    equations: Equations,
+    mode: Mode,
     rate_at: Callable[..., Any],
     means: tuple[Method, Work],
 ) -> int:
@@ -145,7 +146,7 @@ def _stages(
             state[j] = y[j] + h * moved
             state[free + j] = y[free + j] + speeds[i, j]
         stage = Instant(at.t + nodes[i] * h, state, near)
-        near, ended = rate_at(stage, equations, work.rates[i], work.way[1 + i])
+        near, ended = rate_at(stage, mode, work.rates[i], work.way[1 + i])
         if ended != FINE:
             return int(ended)
         places[i] = near
@@ -236,7 +237,7 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
     at: Instant,
     h: float,
     aim: Aim,
-    equations: Equations,
+    mode: Mode,
     means: tuple[Method, Scale, Work, Callable[..., Any]],
 ) -> tuple[int, int, float]:
     """Newton's method for the stages, to a part of the local tolerance.
@@ -251,7 +252,7 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
     change = np.empty(work.speeds.shape)
     before, slowest, solved = 0.0, 0.0, False
     for k in range(ITERATIONS + 1):
-        ended = _stages(at, h, equations, rate_at, (method, work))
+        ended = _stages(at, h, mode, rate_at, (method, work))
         if ended != FINE or solved:
             return ended, k, slow
         if k == ITERATIONS:

@@ -144,7 +144,7 @@ def control(model: Model, tolerance: float, end: float) -> Control:
     channels = model.mechanism.channels
     share = tolerance * (WALLED_SHARE if channels else SHARE)
     lasting = max(tau, keeping(model.mechanism, end))
-    return Control(share, tau, lasting, np.inf, LONGEST_TURN, reaches, share / lasts**2)
+    return Control(share, tau, lasting, LONGEST_TURN, reaches, share / lasts**2)
 
 
 def solve(prepared: Prepared) -> str:

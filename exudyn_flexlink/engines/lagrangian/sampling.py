@@ -9,7 +9,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.equations import (
     PENALTY,
     Drive,
@@ -20,7 +19,6 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     Instant,
     Mode,
     coordinates_at,
-    equations_of,
     guide_at,
     torques_at,
 )
@@ -82,8 +80,7 @@ def motions_at(
     times: FloatArray, states: FloatArray, places: FloatArray, mode: Mode, with_forces: bool
 ) -> Motions:
     """Motion at instants, of which P was at `places` (m,) shortly before; forces if asked for."""
-    equations = equations_of(mode)
-    mode, c = equations
+    c = mode.constants
     count, contacts, size = len(c.inertias), len(mode.acting), len(times)
     first = int(mode.drive[0])
     found = Motions(
@@ -98,23 +95,19 @@ def motions_at(
     )
     for i in range(size):
         t, y = times[i], states[i]
-        q, v, point, u = coordinates_at(Instant(t, y, places[i]), equations)
+        q, v, point, u = coordinates_at(Instant(t, y, places[i]), mode)
         found.u[i] = u
         for j in range(count):
             found.q[i, j], found.v[i, j] = q[j], v[j]
         for k in range(6):
             found.point[i, k] = point[k]
         if any_is(mode.touching, 1):
-            found.pressed[i] = mode.functions.depths_squared(
-                q, v, point, mode.touching, chain_of(c)
-            )
+            found.pressed[i] = mode.depths_squared(q, v, point, mode.touching, c)
         if with_forces:
             alpha = guide_at(t, y, count - first, mode)[2]
             drive = Drive(first, alpha, torques_at(t, count, mode))
-            holding = (mode.acting, mode.touching, mode.functions.add_wall_forces)
-            a, motor, forces, _, _ = mode.functions.accelerations(
-                State(q, v, point), drive, holding, c
-            )
+            holding = (mode.acting, mode.touching, mode.add_wall_forces)
+            a, motor, forces, _, _ = mode.accelerations(State(q, v, point), drive, holding, c)
             found.motor[i] = motor
             for j in range(count):
                 found.a[i, j] = a[j]

@@ -11,24 +11,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exudyn_flexlink.engines.lagrangian.advance import Means, MeansByReference
 from exudyn_flexlink.engines.lagrangian.compiled import numba, type_of
 from exudyn_flexlink.engines.lagrangian.constants import Constants, ConstantsByReference
-from exudyn_flexlink.engines.lagrangian.equation_functions import (
-    EquationFunctions,
-    EquationFunctionsByReference,
-)
 from exudyn_flexlink.engines.lagrangian.equations import Drive, State
 from exudyn_flexlink.engines.lagrangian.event_functions import EventData
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, ScaleByReference
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, Mode, ModeByReference
-from exudyn_flexlink.engines.lagrangian.radau import work_for
-from exudyn_flexlink.engines.lagrangian.step_control import Buffer, Control
-from exudyn_flexlink.engines.lagrangian.step_functions import (
-    StepFunctions,
-    StepFunctionsByReference,
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, ModeByReference
+from exudyn_flexlink.engines.lagrangian.radau import (
+    MethodByReference,
+    Work,
+    WorkByReference,
+    work_for,
 )
+from exudyn_flexlink.engines.lagrangian.step_control import Buffer, Control
 from exudyn_flexlink.engines.lagrangian.wall_events import Step
-from exudyn_flexlink.integrate.collocation import RADAU
+from exudyn_flexlink.integrate.collocation import RADAU, Collocation
 
 
 class _Arrays(NamedTuple):
@@ -42,68 +40,58 @@ class _Arrays(NamedTuple):
 
 
 @cache
-def equation_signatures() -> EquationFunctions:
-    """Signatures of the functions of equations of motion."""
+def equation_signatures() -> tuple[Any, ...]:
+    """Signatures of the functions of equations of motion, the last fields of a `Mode`."""
     number, line, square, _, numbers = _arrays()
     point = _types().UniTuple(number, 6)
-    placed, chain = _tuple(line, line, point), _tuple(line, number, line, line)
-    forces = number(placed, numbers, chain, line)
-    return EquationFunctions(
+    placed, constants = _tuple(line, line, point), _constants()
+    forces = number(placed, numbers, constants, line)
+    return (
         _tuple(line, number, line, line, number)(
             _record(State, line, line, point),
             _record(Drive, _types().int64, number, line),
             _tuple(numbers, numbers, _types().FunctionType(forces)),
-            _constants(),
+            constants,
         ),
         forces,
-        _types().none(placed, numbers, chain, square),
-        _types().none(placed, square, chain, _types().UniTuple(square, 2)),
-        number(line, line, point, numbers, chain),
+        _types().none(placed, numbers, constants, square),
+        _types().none(placed, square, constants, _types().UniTuple(square, 2)),
+        number(line, line, point, numbers, constants),
     )
 
 
 @cache
-def step_signatures() -> StepFunctions:
-    """Signatures of the functions that steps ask of a mechanism."""
+def step_signatures() -> tuple[Any, ...]:
+    """Signatures of the functions that steps ask of a mechanism, the last fields of `Means`."""
     number, line, square, _, numbers = _arrays()
-    equations, instant = _equations(), _instant()
+    mode, instant = _mode(), _instant()
     changed = _tuple(number, _types().int64)
     scale = _by_reference(ScaleByReference, Scale, line, line, line, line, numbers, line)
     at_knots = (
         number,
         _tuple(line, number, line),
-        _tuple(equations, scale),
+        _tuple(mode, scale),
         _tuple(line, square),
     )
     squares = _types().UniTuple(square, 2)
-    return StepFunctions(
-        changed(instant, equations, line, line),
-        squares(instant, square, equations),
+    return (
+        changed(instant, mode, line, line),
+        squares(instant, square, mode),
         _tuple(square, line)(
-            instant, number, square, equations, _tuple(square, line, line, square, square)
+            instant, number, square, mode, _tuple(square, line, line, square, square)
         ),
         number(instant, *at_knots),
         number(_types().UniTuple(instant, 2), *at_knots),
-        changed(_types().int64, _record(Step, instant, number, square, square), equations),
-        _types().boolean(instant, instant, squares, equations, _event_data()),
+        changed(_types().int64, _record(Step, instant, number, square, square), mode),
+        _types().boolean(instant, instant, squares, mode, _event_data()),
     )
 
 
 def advance_arguments() -> tuple[Any, ...]:
     """Types of the arguments of `advance`."""
     number, line, square, cube, _ = _arrays()
-    return (
-        number,
-        _mode(),
-        _tuple(
-            type_of(RADAU),
-            _record(Control, *[number] * 5, line, number),
-            type_of(work_for(len(RADAU.nodes), 2, 1)),
-        ),
-        _event_data(),
-        _record(Buffer, line, square, cube, line, line),
-        _functions(StepFunctionsByReference, step_signatures()),
-    )
+    buffer = _record(Buffer, line, square, cube, line)
+    return number, _mode(), _means(), _event_data(), buffer
 
 
 def motions_arguments() -> tuple[Any, ...]:
@@ -112,15 +100,20 @@ def motions_arguments() -> tuple[Any, ...]:
     return line, square, line, _mode(), _types().boolean
 
 
-def _equations() -> Any:
-    return _record(Equations, _mode(), _constants())
-
-
 def _mode() -> Any:
     _, line, square, _, numbers = _arrays()
-    functions = _functions(EquationFunctionsByReference, equation_signatures())
-    fields = (line, line, line, line, square, numbers, numbers, functions)
-    return _by_reference(ModeByReference, Mode, *fields)
+    fields = (_constants(), line, line, line, square, numbers, numbers)
+    return _by_reference(ModeByReference, Mode, *fields, *_pointers(equation_signatures()))
+
+
+def _means() -> Any:
+    number, line, _, _, _ = _arrays()
+    method = _by_reference(MethodByReference, Collocation, *map(type_of, RADAU))
+    arrays = work_for(len(RADAU.nodes), 2, 1)
+    work = _by_reference(WorkByReference, Work, *map(type_of, arrays))
+    control = _record(Control, *[number] * 4, line, number)
+    fields = (method, control, work, line)
+    return _by_reference(MeansByReference, Means, *fields, *_pointers(step_signatures()))
 
 
 def _constants() -> Any:
@@ -155,9 +148,8 @@ def _instant() -> Any:
     return _record(Instant, number, line, number)
 
 
-def _functions(kind: Any, signatures: EquationFunctions | StepFunctions) -> Any:
-    pointers = [_types().FunctionType(signature) for signature in signatures]
-    return _by_reference(kind, type(signatures), *pointers)
+def _pointers(signatures: tuple[Any, ...]) -> list[Any]:
+    return [_types().FunctionType(signature) for signature in signatures]
 
 
 def _by_reference(kind: Any, record: Callable[..., Any], *fields: Any) -> Any:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined
 from exudyn_flexlink.engines.lagrangian.mode import Mode, guide_at
@@ -13,9 +15,9 @@ from exudyn_flexlink.integrate.control import SAFETY, growth
 
 step_growth = inlined(growth)
 SHORTEST = 1e-14  # s, where the clock tells that apart
-# of `Buffer.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
+# of `Means.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
 # SLOW: see `Aim`
-STEP, OLD_STEP, OLD_ERROR, STEPS, ITERATED, REJECTED, TROUBLE, MOVED, PAIR, SLOW = range(10)
+STEP, OLD_STEP, OLD_ERROR, ITERATED, TROUBLE, MOVED, PAIR, SLOW = range(8)
 
 
 class Control(NamedTuple):
@@ -24,7 +26,6 @@ class Control(NamedTuple):
     tolerance: float  # m: error of one step
     tau: float  # s: turns errors of speeds into lengths
     lasting: float  # s: the same for what the iteration leaves
-    longest: float  # s
     turn: float  # rad: that the guide may turn in a step
     reaches: FloatArray  # (N,) of guide and levers, m
     bend: float  # m/s^2: what knots of the track may cost in accelerations, over a step
@@ -37,7 +38,6 @@ class Buffer(NamedTuple):
     states: FloatArray  # (m + 1, size)
     changes: FloatArray  # (m, s, size)
     places: FloatArray  # (m + 1,) of P on the piece
-    memory: FloatArray  # (10,) what the next call goes on with
 
 
 @inlined
@@ -55,9 +55,7 @@ def longest_step(
     speed = abs(guide_at(t, y, free, mode)[1])
     if mode.drive[0] != 0.0:  # fastest at the step's end, as a ramp only rises
         speed = abs(guide_at(t + wanted, y, free, mode)[1])
-    if speed > 0.0:
-        return min(control.longest, control.turn / speed)
-    return control.longest
+    return control.turn / speed if speed > 0.0 else np.inf
 
 
 @inlined

@@ -10,27 +10,24 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.dense import factorise, substitute
 from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.faces import LAW, touches
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.walls import any_is
 
 
-def slopes(
-    at: Instant, pressing: FloatArray, equations: Equations
-) -> tuple[FloatArray, FloatArray]:
+def slopes(at: Instant, pressing: FloatArray, mode: Mode) -> tuple[FloatArray, FloatArray]:
     """Return da/dq and da/dv, (f, f) each, of the f free coordinates, at the state y.
 
     Contacts and walls give way and damp as `pressing` says, see `pressing_at`.
     """
-    mode, c = equations
+    c = mode.constants
     first = int(mode.drive[0])
-    q, v, point, _ = coordinates_at(at, equations)
+    q, v, point, _ = coordinates_at(at, mode)
     count, contacts = len(q), len(mode.acting)
     springs, dampers = np.empty((count, count)), np.empty((count, count))
     stiffness, damping = c.stiffness, c.damping
@@ -38,11 +35,9 @@ def slopes(
         for j in range(count):
             springs[i, j], dampers[i, j] = -stiffness[i, j], -damping[i, j]
     if presses(pressing[:contacts]):
-        _add_contacts((q, v, point), pressing[:contacts], equations, (springs, dampers))
+        _add_contacts((q, v, point), pressing[:contacts], mode, (springs, dampers))
     if presses(pressing[contacts:]):
-        mode.functions.add_wall_slopes(
-            (q, v, point), pressing[contacts:], chain_of(c), (springs, dampers)
-        )
+        mode.add_wall_slopes((q, v, point), pressing[contacts:], c, (springs, dampers))
     mass = mass_matrix(q, point, c)
     factorise(mass, first, np.empty(count))
     return _accelerated(springs, mass, first), _accelerated(dampers, mass, first)
@@ -58,21 +53,21 @@ def presses(pressing: FloatArray) -> bool:
 
 
 @inner
-def pressing_at(at: Instant, equations: Equations) -> FloatArray:
+def pressing_at(at: Instant, mode: Mode) -> FloatArray:
     """How the force of each contact rises with depth and speed, its friction with slip.
 
     (c + pairs, 3), contacts first, then pairs of link and guide. All are positive, in N/m, N s/m
     and N s/m; zero while a contact does not press.
     """
-    mode, c = equations
+    c = mode.constants
     contacts = len(mode.acting)
     found = np.zeros((contacts + len(mode.touching), 3))
     struck, walled = any_is(mode.acting, PENALTY), any_is(mode.touching, 1)
     if not struck and not walled:
         return found
-    q, v, point, _ = coordinates_at(at, equations)
+    q, v, point, _ = coordinates_at(at, mode)
     if walled:
-        mode.functions.take_wall_slopes((q, v, point), mode.touching, chain_of(c), found[contacts:])
+        mode.take_wall_slopes((q, v, point), mode.touching, c, found[contacts:])
     if not struck:
         return found
     states, _, _ = touches(q, v, point, c)
@@ -104,11 +99,9 @@ def _accelerated(forces: FloatArray, factors: FloatArray, first: int) -> FloatAr
 
 
 @inlined
-def accelerated_by(
-    forces: FloatArray, q: FloatArray, point: TrackPoint, equations: Equations
-) -> FloatArray:
+def accelerated_by(forces: FloatArray, q: FloatArray, point: TrackPoint, mode: Mode) -> FloatArray:
     """Return M^-1 times generalised forces (N,), of the free coordinates (f,)."""
-    mode, c = equations
+    c = mode.constants
     first = int(mode.drive[0])
     mass = mass_matrix(q, point, c)
     factorise(mass, first, np.empty(len(q)))
@@ -121,13 +114,13 @@ def accelerated_by(
 def _add_contacts(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     pressing: FloatArray,
-    equations: Equations,
+    mode: Mode,
     into: tuple[FloatArray, FloatArray],
 ) -> None:
     """Add what penalty forces and friction give, along their present directions."""
     q, v, point = state
     springs, dampers = into
-    _, gradients, slides = touches(q, v, point, equations.c)
+    _, gradients, slides = touches(q, v, point, mode.constants)
     for k in range(len(pressing)):
         spring, damper, drag = pressing[k, 0], pressing[k, 1], pressing[k, 2]
         for i in range(len(q)):

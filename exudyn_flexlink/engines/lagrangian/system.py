@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import hypot, inf
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.contacts import SIDES, Contact, Side
-from exudyn_flexlink.engines.lagrangian.equation_functions import EquationFunctions
-from exudyn_flexlink.engines.lagrangian.equations import state_rate
 from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
-from exudyn_flexlink.engines.lagrangian.mode import Mode, drive_numbers, mode_made, motor_numbers
+from exudyn_flexlink.engines.lagrangian.mode import (
+    Mode,
+    drive_numbers,
+    mode_made,
+    motor_numbers,
+    state_rate,
+)
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
@@ -69,7 +71,7 @@ class System:
         ]
         self._still = np.zeros(count)
         self.trouble = ""
-        self.first, self._data = model.first, model.data
+        self.first = model.first
         self.free = count - model.first
         self._theta, self._way = float(model.start[0][0]), 1.0
         motor = model.layout.motor
@@ -78,14 +80,15 @@ class System:
         self._ramp = model.layout.ramp
         self._turning = 0.0
         self._track_coordinate = model.layout.track_coordinate
-        self._chain = chain_of(model.constants)
-        self.walls = [Walls(channel, self._chain, model.poses) for channel in mechanism.channels]
+        self.constants = model.machine_constants
+        self.walls = [Walls(channel, self.constants, model.poses) for channel in mechanism.channels]
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
-
-    @cached_property
-    def _functions(self) -> EquationFunctions:
-        """Functions that equations of this mechanism call: compiled as they are first asked for."""
-        return equation_functions_for(bool(self.walls))
+        self._modes: dict[int, Mode] = {}  # by the piece of the track
+        layout = model.layout
+        # A mode borrows its arrays.
+        self._centre = np.array(layout.guide.at, dtype=float)
+        self._drive = drive_numbers(self._ramp, self._way, self._theta, layout.play)
+        self._motor_numbers = motor_numbers(self._motors, count)
 
     @property
     def start(self) -> FloatArray:
@@ -125,17 +128,19 @@ class System:
 
     def mode(self) -> Mode:
         """The present equations, for machine code."""
-        layout = self.model.layout
-        return mode_made(
-            self._data,
-            self.track.numbers,
-            np.array(layout.guide.at, dtype=float),
-            drive_numbers(self._ramp, self._way, self._theta, layout.play),
-            motor_numbers(self._motors, self.first + self.free),
-            self.acting,
-            self._touching,
-            self._functions,
-        )
+        piece = self.track.piece
+        if piece not in self._modes:
+            self._modes[piece] = mode_made(
+                self.constants,
+                self.track.numbers,
+                self._centre,
+                self._drive,
+                self._motor_numbers,
+                self.acting,
+                self._touching,
+                *equation_functions_for(bool(self.walls)),
+            )
+        return self._modes[piece]
 
     def event_data(self) -> EventData:
         """What the event functions need now, for machine code."""
@@ -158,8 +163,7 @@ class System:
         guide = self._guide(t, y)
         try:
             point = self._track_point(guide[0], y)
-            holding = (self.acting, self._touching, self._functions)
-            return state_rate(y, guide, point, self._torques(t), holding, self._data)
+            return state_rate(y, guide, point, self._torques(t), self.mode())
         except (ValueError, ArithmeticError) as error:
             # A trial step too far; where no step is short enough, this is what is wrong.
             self.trouble = str(error)
@@ -209,7 +213,7 @@ class System:
         q, v, point = self.coordinates(t, y)
         values = [*self.track.left, self._turns_left(q)]
         if self.contacts:
-            states, _, _ = touches(q, v, point, self.model.constants)
+            states, _, _ = touches(q, v, point, self.constants)
             lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
             forces = self.motion(t, y).forces if lasting else self.acting
             for contact, touch, force in zip(self.contacts, states, forces, strict=True):
@@ -232,7 +236,7 @@ class System:
         self._turning = float(v[self._track_coordinate])
         quiet = not turned_back and min(self.track.left) >= 0 and self._turns_left(q) >= 0
         if self.contacts:
-            states, _, _ = touches(q, v, point, self.model.constants)
+            states, _, _ = touches(q, v, point, self.constants)
             looks = [c.quiet(s, done) for c, s in zip(self.contacts, states, strict=True)]
             quiet = all(looks) and quiet
         looks = [walls.quiet(done, q, v, point) for walls in self.walls]
@@ -307,7 +311,7 @@ class System:
     def _contact_event(self, t: float, y: FloatArray, k: int, which: int) -> FloatArray:
         contact = self.contacts[k]
         q, v, point = self.coordinates(t, y)
-        touch = touches(q, v, point, self.model.constants)[0][k]
+        touch = touches(q, v, point, self.constants)[0][k]
         if contact.side is Side.PRESSED:
             self.end_contact(t, y, k, touch, Side.APART if which == 0 else Side.BEHIND)
         elif contact.side is Side.BEHIND:
@@ -333,7 +337,7 @@ class System:
         """Every interval of one contact, up to the state y at t (s) in which the run ends."""
         contact = self.contacts[k]
         q, v, point = self.coordinates(t, y)
-        place = float(touches(q, v, point, self.model.constants)[0][k, 1])
+        place = float(touches(q, v, point, self.constants)[0][k, 1])
         lasting = contact.lasting(place, *self.contact_totals(y, k))
         return [*contact.intervals, *([] if lasting is None else [lasting])]
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.engines.lagrangian.wall_events import (
     EXACT,
@@ -23,8 +24,6 @@ from exudyn_flexlink.engines.lagrangian.wall_events import (
     wall_event_functions,
 )
 from exudyn_flexlink.engines.lagrangian.walls import (
-    Chain,
-    depths_squared,
     look,
     wall_work,
 )
@@ -61,7 +60,7 @@ class Walls:
     """
 
     channel: Channel
-    chain: Chain
+    constants: Constants
     poses: Poses
     deepest: float = 0.0
     intervals: list[Interval] = field(default_factory=list)  # those that ended
@@ -79,13 +78,13 @@ class Walls:
 
     def event_functions(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> list[float]:
         """Values at whose fall below zero a pair begins or ceases to touch, m."""
-        seen = look(q, v, point, self.chain).pairs
+        seen = look(q, v, point, self.constants).pairs
         found: list[float] = wall_event_functions(seen, self.touching, self._two_sided).tolist()
         return found
 
     def quiet(self, done: float, q: FloatArray, v: FloatArray, point: TrackPoint) -> bool:
         """Tell whether no pair can have changed in the last step, of length `done` (s)."""
-        before, self._seen = self._seen, look(q, v, point, self.chain).pairs
+        before, self._seen = self._seen, look(q, v, point, self.constants).pairs
         if before is None:
             return False
         return bool(calm(before, self._seen, self.touching, self._two_sided, done))
@@ -100,7 +99,7 @@ class Walls:
         self._change_all(t, (q, v, point))
 
     def _change_all(self, t: float, at: At) -> None:
-        seen = look(*at, self.chain).pairs
+        seen = look(*at, self.constants).pairs
         for _ in seen:
             k = first_changed(seen, self.touching, self._two_sided)
             if k == NONE:
@@ -137,7 +136,7 @@ class Walls:
         """
         if not self._open:
             return
-        work = wall_work(*motion, self.touching, self.chain)
+        work = wall_work(*motion, self.touching, self.constants)
         work = work.reshape(len(lengths), len(rule.weights), -1, 3)[lengths > 0]
         lengths = lengths[lengths > 0]
         if not len(lengths):
@@ -158,7 +157,8 @@ class Walls:
 
     def pressed_at(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> float:
         """Sum of the squares of how deep the pairs are that touch, m^2."""
-        return float(depths_squared(q, v, point, self.touching, self.chain))
+        work = wall_work(q[None], v[None], np.array([point]), self.touching, self.constants)
+        return float(np.sum(work[0, :, 2] ** 2))
 
     def stored(self, pressed: FloatArray) -> FloatArray:
         """Energy in all pairs, J, by the sums of their squared depths, m^2."""

@@ -14,9 +14,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.constants import chain_of
 from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
-from exudyn_flexlink.engines.lagrangian.mode import Equations, Instant, coordinates_at
+from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.walls import (
     GAP,
     GAP_RATE,
@@ -104,31 +103,31 @@ def wall_event_functions(pairs: FloatArray, touching: IntArray, two_sided: bool)
 
 
 @inner
-def _pairs_within(sigma: float, step: Step, equations: Equations) -> FloatArray:
+def _pairs_within(sigma: float, step: Step, mode: Mode) -> FloatArray:
     """All pairs at the part sigma of a step, (pairs, 5)."""
     begin, h, changes, powers = step
     y = np.empty(len(begin.y))
     interpolate(sigma, begin.y, changes, powers, y)
     at = Instant(begin.t + sigma * h, y, begin.near)
-    q, v, point, _ = coordinates_at(at, equations)
-    return look(q, v, point, chain_of(equations.c)).pairs
+    q, v, point, _ = coordinates_at(at, mode)
+    return look(q, v, point, mode.constants).pairs
 
 
 @inlined
-def _first_change(step: Step, equations: Equations) -> tuple[float, int]:
+def _first_change(step: Step, mode: Mode) -> tuple[float, int]:
     """Find the first change in a step: its part of the step, and the pair or `NONE`."""
-    touching, two_sided = equations.mode.touching, equations.c.channel[5] == 0.0
-    before = _pairs_within(0.0, step, equations)
-    after = _pairs_within(1.0, step, equations)
+    touching, two_sided = mode.touching, mode.constants.channel[5] == 0.0
+    before = _pairs_within(0.0, step, mode)
+    after = _pairs_within(1.0, step, mode)
     if calm(before, after, touching, two_sided, step.h):
         return 1.0, NONE
     low, high, found = 0.0, 0.0, NONE
     for k in range(1, LOOKS + 1):
         low, high = high, k / LOOKS
-        after = _pairs_within(high, step, equations)
+        after = _pairs_within(high, step, mode)
         found = first_changed(after, touching, two_sided)
         if found == NONE and not two_sided:
-            found, high = _grazed((low, high), (before, after), step, equations)
+            found, high = _grazed((low, high), (before, after), step, mode)
         if found != NONE:
             break
         before = after
@@ -136,7 +135,7 @@ def _first_change(step: Step, equations: Equations) -> tuple[float, int]:
         return 1.0, NONE
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        pair = first_changed(_pairs_within(middle, step, equations), touching, two_sided)
+        pair = first_changed(_pairs_within(middle, step, mode), touching, two_sided)
         if pair == NONE:
             low = middle
         else:
@@ -149,13 +148,13 @@ def _grazed(
     between: tuple[float, float],
     looks: tuple[FloatArray, FloatArray],
     step: Step,
-    equations: Equations,
+    mode: Mode,
 ) -> tuple[int, float]:
     """Find a pair that touched `between` two looks, and where its gap was smallest.
 
     Else return `NONE` and the later look.
     """
-    touching = equations.mode.touching
+    touching = mode.touching
     before, after = looks
     for k in range(len(touching)):
         closed = before[k, GAP_RATE] < 0.0 < after[k, GAP_RATE]
@@ -165,29 +164,29 @@ def _grazed(
         low, high = between
         for _ in range(HALVINGS):
             middle = (low + high) / 2
-            if _pairs_within(middle, step, equations)[k, GAP_RATE] < 0.0:
+            if _pairs_within(middle, step, mode)[k, GAP_RATE] < 0.0:
                 low = middle
             else:
                 high = middle
-        if _changed(_pairs_within(low, step, equations)[k], False, False):
+        if _changed(_pairs_within(low, step, mode)[k], False, False):
             return k, low
     return NONE, between[1]
 
 
-def change_within(pair: int, step: Step, equations: Equations) -> tuple[float, int]:
+def change_within(pair: int, step: Step, mode: Mode) -> tuple[float, int]:
     """Find the first change in a step, else that of a pair, if one is given, about its end.
 
     That one may be beyond, where the step's polynomial still holds. Return the part of the step,
     and the pair or `NONE`.
     """
-    part, first = _first_change(step, equations)
+    part, first = _first_change(step, mode)
     if first != NONE or pair == NONE:
         return part, first
     part = 1.0
     for _ in range(BEYOND):
-        seen = _pairs_within(part, step, equations)[pair]
+        seen = _pairs_within(part, step, mode)[pair]
         left, rate = seen[INSIDE], seen[INSIDE_RATE]
-        if equations.c.channel[5] > 0.0 and abs(seen[GAP]) < abs(left):
+        if mode.constants.channel[5] > 0.0 and abs(seen[GAP]) < abs(left):
             left, rate = seen[GAP], seen[GAP_RATE]
         if abs(left) < 0.1 * EXACT:
             return part, pair

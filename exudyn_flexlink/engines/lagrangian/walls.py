@@ -13,8 +13,8 @@ channel without clearance holds nodes and rods on its axis from both sides.
 Forces set in by a bend where a gap closes, and by a jump where a face ends; which pairs touch is
 therefore given, and changes by events only (see `touching`). Until then the law is continued.
 
-A chain is the coordinates of the rods, that of P, the rods' lengths, and the numbers of the walls:
-C (2), a, b, L, c, stiffness, restitution, transition speed, coefficient of friction, slip speed.
+The numbers of `Constants.channel` are C (2), a, b, L, c, stiffness, restitution, transition speed,
+coefficient of friction, slip speed.
 """
 
 from __future__ import annotations
@@ -25,10 +25,9 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
+from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.penalty import fill_slopes, friction, penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
-
-Chain = tuple[FloatArray, float, FloatArray, FloatArray]
 
 # Columns of a pair: gap, its rate, way inside the face from its nearer end, its rate, slip (m, m/s)
 GAP, GAP_RATE, INSIDE, INSIDE_RATE, SLIP = range(5)
@@ -47,11 +46,11 @@ class Looked(NamedTuple):
 
 @inlined
 def _nodes(
-    q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain
+    q: FloatArray, v: FloatArray, point: TrackPoint, constants: Constants
 ) -> tuple[FloatArray, FloatArray]:
     """Nodes and axes of `Looked`."""
-    rods, p, lengths, walls = chain
-    n, moved = len(rods), v[int(p)]
+    rods, lengths, walls = constants.rods, constants.lengths, constants.channel
+    n, moved = len(rods), v[int(constants.track_coordinate)]
     nodes, axes = np.empty((n + 1, 4)), np.empty((n + 1, 2))
     axes[0, 0], axes[0, 1] = np.cos(q[0]), np.sin(q[0])
     nodes[0, 0], nodes[0, 1] = point[0] - walls[0], point[1] - walls[1]
@@ -76,12 +75,12 @@ def _fill(  # noqa: PLR0913, PLR0917 - a tuple more to take apart costs more tha
 
 
 @compiled
-def look(q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain) -> Looked:
+def look(q: FloatArray, v: FloatArray, point: TrackPoint, constants: Constants) -> Looked:
     """All pairs at coordinates and speeds (N,)."""
-    rods, _, lengths, walls = chain
+    rods, lengths, walls = constants.rods, constants.lengths, constants.channel
     n, clearance = len(rods), walls[5]
     ways = 2 if clearance > 0.0 else 1
-    nodes, axes = _nodes(q, v, point, chain)
+    nodes, axes = _nodes(q, v, point, constants)
     pairs, sides = np.empty((ways * (3 * n + 1), 5)), np.empty(ways * (3 * n + 1))
     c, s, omega = axes[0, 0], axes[0, 1], v[0]
     k = 0
@@ -119,13 +118,14 @@ def look(q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain) -> Looke
 
 @inner
 def fill_rows(
-    k: int, looked: Looked, point: TrackPoint, chain: Chain, rows: FloatArray
+    k: int, looked: Looked, point: TrackPoint, constants: Constants, rows: FloatArray
 ) -> tuple[float, float, float, float]:
     """Fill in the gradients (2, N) of pair k's gap and place.
 
     Return the directions, global, of the forces that the link feels by pressing and by friction.
     """
-    rods, p, lengths, walls = chain
+    rods, lengths, walls = constants.rods, constants.lengths, constants.channel
+    p = int(constants.track_coordinate)
     _, sides, nodes, axes = looked
     n = len(rods)
     ways = 2 if walls[5] > 0.0 else 1
@@ -154,8 +154,8 @@ def fill_rows(
         x, y = -lengths[h] * axes[h + 1, 1], lengths[h] * axes[h + 1, 0]
         rows[0, j] += nx * x + ny * y
         rows[1, j] += tx * x + ty * y
-    rows[0, int(p)] += nx * point[2] + ny * point[3]
-    rows[1, int(p)] += tx * point[2] + ty * point[3]
+    rows[0, p] += nx * point[2] + ny * point[3]
+    rows[1, p] += tx * point[2] + ty * point[3]
     return nx, ny, tx, ty
 
 
@@ -176,25 +176,24 @@ def pressing(pair: FloatArray, walls: FloatArray) -> tuple[float, float]:
     return force, friction(force, pair[SLIP], law)
 
 
-@compiled
 def add_wall_forces(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     touching: IntArray,
-    chain: Chain,
+    constants: Constants,
     right: FloatArray,
 ) -> float:
     """Add the walls' forces to the generalised forces (N,); return the power they take, W."""
     if not any_is(touching, 1):
         return 0.0
-    looked = look(state[0], state[1], state[2], chain)
+    looked = look(state[0], state[1], state[2], constants)
     rows = np.empty((2, len(right)))
     power = 0.0
     for k in range(len(touching)):
         if touching[k] == 0:
             continue
         pair = looked.pairs[k]
-        press, rub = pressing(pair, chain[3])
-        fill_rows(k, looked, state[2], chain, rows)
+        press, rub = pressing(pair, constants.channel)
+        fill_rows(k, looked, state[2], constants, rows)
         for j in range(len(right)):
             right[j] += press * rows[0, j] + rub * rows[1, j]
         power -= press * pair[GAP_RATE] + rub * pair[SLIP]
@@ -204,12 +203,12 @@ def add_wall_forces(
 def take_wall_slopes(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     touching: IntArray,
-    chain: Chain,
+    constants: Constants,
     found: FloatArray,
 ) -> None:
     """Fill in how pairs that touch give way, damp and drag (pairs, 3), N/m, N s/m and N s/m."""
-    law = chain[3][LAW:]
-    pairs = look(state[0], state[1], state[2], chain).pairs
+    law = constants.channel[LAW:]
+    pairs = look(state[0], state[1], state[2], constants).pairs
     for k in range(len(touching)):
         if touching[k] != 0:
             pair = pairs[k]
@@ -219,7 +218,7 @@ def take_wall_slopes(
 def add_wall_slopes(
     state: tuple[FloatArray, FloatArray, TrackPoint],
     slopes: FloatArray,
-    chain: Chain,
+    constants: Constants,
     into: tuple[FloatArray, FloatArray],
 ) -> None:
     """Add what walls, of the `slopes` of `take_wall_slopes`, give by coordinates and by speeds.
@@ -227,14 +226,14 @@ def add_wall_slopes(
     Both are (N, N); directions count as fixed.
     """
     springs, dampers = into
-    walls, count = chain[3], len(springs)
-    looked = look(state[0], state[1], state[2], chain)
+    walls, count = constants.channel, len(springs)
+    looked = look(state[0], state[1], state[2], constants)
     rows = np.empty((2, count))
     for k in range(len(slopes)):
         spring, damper, drag = slopes[k, 0], slopes[k, 1], slopes[k, 2]
         if spring == 0.0:
             continue
-        fill_rows(k, looked, state[2], chain, rows)
+        fill_rows(k, looked, state[2], constants, rows)
         rubbed = walls[9] * np.tanh(looked.pairs[k, SLIP] / walls[10])
         for i in range(count):
             pushed = rows[0, i] - rubbed * rows[1, i]
@@ -245,19 +244,19 @@ def add_wall_slopes(
 
 @compiled
 def wall_forces(
-    q: FloatArray, v: FloatArray, point: TrackPoint, chain: Chain
+    q: FloatArray, v: FloatArray, point: TrackPoint, constants: Constants
 ) -> tuple[FloatArray, FloatArray]:
     """Force and friction of all pairs (pairs, 2), N, and their sum on the link (2,), global axes.
 
     Those press that are in touch by their places alone.
     """
-    looked = look(q, v, point, chain)
+    looked = look(q, v, point, constants)
     forces, total = np.zeros((len(looked.pairs), 2)), np.zeros(2)
     rows = np.empty((2, len(q)))
     for k in range(len(forces)):
         if looked.pairs[k, GAP] < 0.0 <= looked.pairs[k, INSIDE]:
-            nx, ny, tx, ty = fill_rows(k, looked, point, chain, rows)
-            press, rub = pressing(looked.pairs[k], chain[3])
+            nx, ny, tx, ty = fill_rows(k, looked, point, constants, rows)
+            press, rub = pressing(looked.pairs[k], constants.channel)
             forces[k, PRESS], forces[k, RUB] = press, rub
             total[0] += press * nx + rub * tx
             total[1] += press * ny + rub * ty
@@ -266,7 +265,7 @@ def wall_forces(
 
 @compiled
 def wall_work(
-    q: FloatArray, v: FloatArray, points: FloatArray, touching: IntArray, chain: Chain
+    q: FloatArray, v: FloatArray, points: FloatArray, touching: IntArray, constants: Constants
 ) -> FloatArray:
     """Pressing forces, powers that pairs take, and depths (m, pairs, 3) of a motion (m, ..).
 
@@ -275,22 +274,21 @@ def wall_work(
     found = np.zeros((len(q), len(touching), 3))
     for i in range(len(q)):
         r = points[i]
-        pairs = look(q[i], v[i], (r[0], r[1], r[2], r[3], r[4], r[5]), chain).pairs
+        pairs = look(q[i], v[i], (r[0], r[1], r[2], r[3], r[4], r[5]), constants).pairs
         for k in range(len(touching)):
             if touching[k] != 0:
-                press, rub = pressing(pairs[k], chain[3])
+                press, rub = pressing(pairs[k], constants.channel)
                 found[i, k, 0] = press
                 found[i, k, 1] = -press * pairs[k, GAP_RATE] - rub * pairs[k, SLIP]
                 found[i, k, 2] = max(0.0, -pairs[k, GAP])
     return found
 
 
-@compiled
 def depths_squared(
-    q: FloatArray, v: FloatArray, point: TrackPoint, touching: IntArray, chain: Chain
+    q: FloatArray, v: FloatArray, point: TrackPoint, touching: IntArray, constants: Constants
 ) -> float:
     """Sum of the squares of how deep the pairs are that touch, m^2: of the energy they store."""
-    pairs, total = look(q, v, point, chain).pairs, 0.0
+    pairs, total = look(q, v, point, constants).pairs, 0.0
     for k in range(len(touching)):
         if touching[k] != 0:
             total += pairs[k, GAP] * pairs[k, GAP]
