@@ -8,6 +8,7 @@ import pytest
 
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines.lagrangian import walls
+from exudyn_flexlink.engines.lagrangian.compiled import compiled
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.laws import Friction, RestitutionPenalty
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
@@ -147,7 +148,8 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
             expected[j] += float(press) * (ahead.gap - behind.gap) / (2 * h)
             expected[j] += float(rub) * (ahead.place - behind.place) / (2 * h)
     found = np.zeros(len(q))
-    taken = walls.add_wall_forces((q, v, point_of(q)), touching, constants, found)
+    add_wall_forces = compiled(walls.add_wall_forces)
+    taken = add_wall_forces((q, v, point_of(q)), touching, constants, found)
     assert taken == pytest.approx(power, rel=1e-9)
     assert total == pytest.approx(sums, rel=1e-9, abs=1e-9)
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max()))

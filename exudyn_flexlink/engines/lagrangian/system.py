@@ -31,7 +31,6 @@ from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
 from exudyn_flexlink.result import Event
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
-ROUNDING_OF_TURNS = 1e-9  # rad
 
 
 @dataclass(frozen=True)
