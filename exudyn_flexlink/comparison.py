@@ -18,7 +18,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.observables import (
-    ANGLE,
     SAME_STRIKE,
     ContactTotals,
     Deviation,
@@ -135,10 +134,8 @@ class Comparison:
 
     @cached_property
     def deviation(self) -> Deviation:
-        """Distance of the point that is farthest, and first minus second angle of a lever."""
-        hinged = (x for body, x in self.answer_differences.items() if self.measures[body] is ANGLE)
-        angles = next(hinged, np.zeros_like(self.time))
-        return Deviation(self.time, self.distances.max(axis=1), angles)
+        """Distance of the point that is farthest, at every instant."""
+        return Deviation(self.time, self.distances.max(axis=1))
 
     def farthest(self, time: float) -> str:
         """Name of the point that is farthest from itself in the other run at an instant (s)."""

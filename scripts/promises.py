@@ -21,7 +21,8 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from benchmarks.series import deviation, read_series
+from benchmarks.series import FromSeries, deviation, read_series
+from lever_tip import tip_apart
 from numpy.typing import NDArray
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
@@ -31,7 +32,6 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene, scene_of
 from exudyn_flexlink.mechanism import beam_of, build_mechanism
 from exudyn_flexlink.observables import (
-    Deviation,
     State,
     contact_states,
     crank_angle,
@@ -129,10 +129,22 @@ def within(tolerance: float) -> str:
     return f"accuracy.tolerance={tolerance}"
 
 
-def off(found: Deviation, result: Result) -> str:
-    """Say how far S and, where there is one, the lever's tip are off, and what that took."""
-    tip = f", tip {LEVER * found.largest_angle:.1e} m" if result.scene.contacts else ""
-    return f"{found.largest:.1e} m{tip} ({cost(result)})"
+def off(point: float, tip: float, result: Result) -> str:
+    """Say how far (m) S and, where there is one, the lever's tip are off, and what that took."""
+    told = f", tip {tip:.1e} m" if result.scene.contacts else ""
+    return f"{point:.1e} m{told} ({cost(result)})"
+
+
+def off_series(name: str, result: Result) -> str:
+    """Say how far a run is off the independent series."""
+    found = against_series(name, result)
+    return off(found.largest, LEVER * found.largest_angle, result)
+
+
+def off_run(result: Result, judge: Result) -> str:
+    """Say how far a run is off another."""
+    found = compare(result, judge)
+    return off(found.deviation.largest, tip_apart(found), result)
 
 
 def cost(result: Result) -> str:
@@ -140,7 +152,7 @@ def cost(result: Result) -> str:
     return f"{result.checks.steps} steps, {result.timings['processor']:.1f} s"
 
 
-def against_series(name: str, result: Result) -> Deviation:
+def against_series(name: str, result: Result) -> FromSeries:
     """Hold a run against the independent series."""
     series = read_series(DATA / f"{name}.csv")
     return deviation(result, series.time, series.position, series.lever_angle)
@@ -153,7 +165,7 @@ def reference(*settings: str) -> Iterator[Row]:
         tolerance = float(result.settings["tolerance"])
         what = f"S of `{name}`, {result.settings['formulation']}, tolerance {tolerance:.0e} m"
         limit = f"{tolerance + LIMITS[name]:.1e} m"
-        yield what, limit, off(against_series(name, result), result)
+        yield what, limit, off_series(name, result)
 
 
 def peaks() -> Iterator[Row]:
@@ -205,7 +217,7 @@ def long_runs() -> Iterator[Row]:
         at = f"{result.settings['formulation']}, tolerance {result.settings['tolerance']:.0e} m"
         what = f"S of `{model}`, 20 turns, {at}, against the Lagrangian"
         limit = f"{result.settings['tolerance']:.0e} m"
-        yield what, limit, off(compare(result, judge).deviation, result)
+        yield what, limit, off_run(result, judge)
 
 
 def order() -> Iterator[Row]:
@@ -244,10 +256,10 @@ def engines() -> Iterator[Row]:
     for name, limit in LIMITS.items():
         judge = case(name, within(JUDGE), engine="lagrangian")
         what = f"Lagrangian, S of `{name}`, tolerance {JUDGE:.0e} m"
-        yield what, f"{limit:.1e} m", off(against_series(name, judge), judge)
+        yield what, f"{limit:.1e} m", off_series(name, judge)
         tight = case(name, within(TIGHT))
         what = f"Exudyn against it, `{name}`, tolerance {TIGHT:.0e} m"
-        yield what, f"{TIGHT:.0e} m", off(compare(tight, judge).deviation, tight)
+        yield what, f"{TIGHT:.0e} m", off_run(tight, judge)
 
 
 def clearance() -> Iterator[Row]:

@@ -29,6 +29,7 @@ from os import cpu_count
 from pathlib import Path
 
 import numpy as np
+from lever_tip import tip_apart
 
 from exudyn_flexlink.cli.terminal import progress_bar
 from exudyn_flexlink.comparison import compare
@@ -163,8 +164,7 @@ def _compared(found: Result, near: Result | None, exact: Result, tolerance: floa
     if not len(judged.time):
         return Verdict(WARNED, "the horizon lies at the start")
     ratio = judged.largest / tolerance
-    lever = found.scene.bodies["lever"].length
-    tip = float(lever) * comparison.deviation.largest_angle / tolerance
+    tip = tip_apart(comparison) / tolerance
     told = f"{judged.largest:.1e} m, {ratio:.2g} of the tolerance"
     if comparison.horizon is not None:
         after = comparison.deviation.largest / tolerance

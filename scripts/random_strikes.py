@@ -28,6 +28,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from lever_tip import tip_apart
 
 from exudyn_flexlink.cli.terminal import progress_bar
 from exudyn_flexlink.comparison import compare
@@ -145,9 +146,8 @@ def _off(exact: Result, found: Result) -> tuple[float, ...]:
     """Parts of the tolerance by which S and the lever's tip differ; nothing if one is not there."""
     if not (exact.outcome.completed and found.outcome.completed):
         return ()
-    deviation = compare(exact, found).deviation
-    lever = float(found.scene.bodies["lever"].length)
-    return deviation.largest / TOLERANCE, lever * deviation.largest_angle / TOLERANCE
+    seen = compare(exact, found)
+    return seen.deviation.largest / TOLERANCE, tip_apart(seen) / TOLERANCE
 
 
 def verdicts_of(number: int, seed: int, undamped: bool) -> list[Verdict]:

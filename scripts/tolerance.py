@@ -27,6 +27,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from lever_tip import tip_apart
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
@@ -129,14 +130,10 @@ def measure(scene: Scene, engine: str, judge: Result, repeat: int) -> Point:
         began = process_time()
         result = simulate(scene, engine, measure=False)
         seconds = min(seconds, process_time() - began)
-    found = compare(result, judge).deviation
-    tip = 0.0
-    if found.largest_angle is not None:
-        lever = result.scene.bodies["lever"].length if "lever" in result.scene.bodies else 0.0
-        tip = lever * found.largest_angle
+    found = compare(result, judge)
     by = str(result.settings.get("formulation", "Lagrangian"))
     told = next(iter(result.warnings), "")
-    return Point(found.largest, tip, result.checks.steps, seconds, by, told)
+    return Point(found.deviation.largest, tip_apart(found), result.checks.steps, seconds, by, told)
 
 
 def main() -> None:

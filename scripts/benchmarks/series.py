@@ -38,9 +38,21 @@ def read_series(file: Path) -> Series:
     return Series(table[:, 0], table[:, 1:3], table[:, 3])
 
 
+@dataclass(frozen=True)
+class FromSeries(Deviation):
+    """How far a run is from a series, also in the struck body's angle (N,) rad."""
+
+    lever_angle: FloatArray
+
+    @property
+    def largest_angle(self) -> float:
+        """Largest difference of that angle, rad."""
+        return float(np.abs(self.lever_angle).max(initial=0.0))
+
+
 def deviation(
     result: Result, time: FloatArray, position: FloatArray, lever_angle: FloatArray
-) -> Deviation:
+) -> FromSeries:
     """Compare the watched point and the lever with values at instants the run has sampled.
 
     `time` (N,) s, `position` (N, 2) m, `lever_angle` (N,) rad; instants after the run's end are
@@ -62,4 +74,4 @@ def deviation(
     responses = (lever_response(result, own) for own in struck_bodies(result.scene).values())
     lever = next((own for own in responses if own.measure is ANGLE), None)
     angle = lever_angle if lever is None else lever.value[index]
-    return Deviation(time, np.linalg.norm(seen - position, axis=1), angle - lever_angle)
+    return FromSeries(time, np.linalg.norm(seen - position, axis=1), angle - lever_angle)

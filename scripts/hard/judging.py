@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import gettempdir
 
 import numpy as np
+from lever_tip import tip_apart
 
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
@@ -136,9 +137,8 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
     if case.says.startswith("statistics"):
         wrong = [*_levers(result, reference), *_touching(seen, parted=True), *_spread(seen)]
         return np.nan, np.inf, wrong
-    tip = _lever_length(result.scene) * seen.deviation.largest_angle
     wrong = [*_levers(result, reference), *_touching(seen, parted=False)]
-    return max(found, seen.deviation.largest, tip), allowed, wrong
+    return max(found, seen.deviation.largest, tip_apart(seen)), allowed, wrong
 
 
 def _judged(case: Case) -> bool:
@@ -178,11 +178,6 @@ def _touching(seen: Comparison, parted: bool) -> Iterator[str]:
             chance = other / np.sqrt(max(len(lasted[1]), 1))
         if abs(one - other) > max(STATISTICS * other, chance):
             yield f"{joint} is touched for {one:.4g} s in all, should be {other:.4g} s"
-
-
-def _lever_length(scene: Scene) -> float:
-    lever = scene.bodies.get("lever")
-    return 0.0 if lever is None else float(lever.length)
 
 
 def _levers(result: Result, reference: Result) -> Iterator[str]:
