@@ -19,7 +19,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import between_samples, lever_response, path, strikes
+from exudyn_flexlink.observables import lever_response, positions, strikes
 from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -53,24 +53,19 @@ def main() -> None:
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="exudyn")
     engine = parser.parse_args().engine
     time = np.arange(0, 1.2566, STEP)
-    ideal = end_of(simulate(load_scene(MODELS / "rigid.yaml", COMMON), engine, measure=False), time)
+    rigid = simulate(load_scene(MODELS / "rigid.yaml", COMMON), engine, measure=False)
     print(f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|", sep="\n")
     for name, (model, settings) in VARIANTS.items():
         result = simulate(
             load_scene(MODELS / f"{model}.yaml", [*COMMON, *settings]), engine, measure=False
         )
-        print(row(name, result, time, ideal), flush=True)
+        print(row(name, result, rigid, time), flush=True)
 
 
-def end_of(result: Result, time: FloatArray) -> FloatArray:
-    """Place of S (N, 2) at instants, m."""
-    seen = path(result, "link.end")
-    return between_samples(seen.time, seen.position, seen.velocity, time)
-
-
-def row(name: str, result: Result, time: FloatArray, ideal: FloatArray) -> str:
+def row(name: str, result: Result, rigid: Result, time: FloatArray) -> str:
     """One line of the table."""
-    off = end_of(result, time) - ideal
+    place, ideal = (positions(run, ["link.end"], time)[:, 0] for run in (result, rigid))
+    off = place - ideal
     fast = np.linalg.norm(fast_part(off), axis=1)
     least = lever_response(result, "strike").least[0]
     decay = decay_time(time, fast, strikes(result, "strike")[0].begin)

@@ -20,15 +20,15 @@ from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.options import add_figures
-from exudyn_flexlink.observables import between_samples, path
+from exudyn_flexlink.observables import separation
 from exudyn_flexlink.plots.panels import letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
-from exudyn_flexlink.result import Result
 
 MODELS = Path(__file__).parent.parent / "models"
 CLEARANCES = (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)  # m
 STIFFNESSES = {1e4: GREEN, 1e5: PURPLE, 1e6: BLACK}  # N/m, and colours
 END = 0.3  # s: just before the strike
+TIMES = np.arange(0, END, 5e-4)  # s
 
 
 def main() -> None:
@@ -43,14 +43,12 @@ def main() -> None:
     print("stiffness      clearance   S from supported   deepest   part of the clearance")
     for stiffness in STIFFNESSES:
         law = f"joints.sleeve.law.stiffness={stiffness}"
-        held = end_of(
-            simulate(load_scene(MODELS / "supported.yaml", [*common, law]), measure=False)
-        )
+        held = simulate(load_scene(MODELS / "supported.yaml", [*common, law]), measure=False)
         rows = []
         for clearance in CLEARANCES:
             settings = [*common, law, f"joints.sleeve.clearance={clearance}"]
             result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
-            away = float(np.linalg.norm(end_of(result) - held, axis=1).max())
+            away = float(separation(result, held, TIMES, ["link.end"]).max())
             deepest = result.sleeves["sleeve"].deepest
             rows.append((away, deepest))
             print(
@@ -90,12 +88,6 @@ def draw(found: dict[float, FloatArray], *, style: Style = SCREEN) -> Figure:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2 if style.narrow else 4)
     return figure
-
-
-def end_of(result: Result) -> FloatArray:
-    """Place of S (N, 2) at even instants, m."""
-    seen = path(result, "link.end")
-    return between_samples(seen.time, seen.position, seen.velocity, np.arange(0, END, 5e-4))
 
 
 if __name__ == "__main__":

@@ -16,14 +16,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from math import pi
 from pathlib import Path
 from time import process_time
 
 import numpy as np
 from benchmarks.series import FromSeries, deviation, read_series
 from lever_tip import tip_apart
-from numpy.typing import NDArray
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.comparison import compare
@@ -42,6 +40,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
+from exudyn_flexlink.verification.spectrum import strongest_line
 
 ROOT = Path(__file__).parent.parent
 MODELS, DATA = ROOT / "models", ROOT / "tests" / "data"
@@ -244,9 +243,9 @@ def frequencies() -> Iterator[Row]:
         text = RING_DOWN.format(rods=rods, layout=layout)
         scene = scene_of(parse_document(text, "ring-down"))
         result = simulate(scene)
-        measured = _frequency(result.time, path(result, "link.end").position[:, 1])
-        link = beam_of(scene, scene.bodies["link"])
-        beam = euler_bernoulli_cantilever(link, 1)[0] / (2 * pi)
+        beam = euler_bernoulli_cantilever(beam_of(scene, scene.bodies["link"]), 1)[0]  # rad/s
+        swings = path(result, "link.end").position[:, 1]
+        measured = strongest_line(result.time, swings, beam / 2, 2 * beam)
         name = f"first frequency over a beam's, {layout}, n = {rods}"
         yield name, f"{expected:+.2%}", f"{measured / beam - 1:+.2%}"
 
@@ -287,16 +286,6 @@ def clearance() -> Iterator[Row]:
         seen = lever_response(run("clearance.yaml", "run.turns=2", *own), "strike")
         measured = f"{seen.least[0]:.5f}, {seen.greatest[0]:.5f} rad"
         yield f"lever's extremes with clearance, {name}", limit, measured
-
-
-def _frequency(time: NDArray[np.float64], signal: NDArray[np.float64]) -> float:
-    """Frequency (Hz) of the strongest line: the peak of a windowed spectrum, refined."""
-    signal = (signal - signal.mean()) * np.hanning(len(signal))
-    step = time[1] - time[0]
-    trial = np.fft.rfftfreq(len(signal), step)[np.argmax(np.abs(np.fft.rfft(signal)))]
-    near = np.linspace(0.8, 1.2, 4001) * trial
-    lines = np.abs(np.exp(-2j * pi * np.outer(near, time)) @ signal)
-    return float(near[np.argmax(lines)])
 
 
 PARTS: dict[str, Callable[[], Iterator[Row]]] = {
