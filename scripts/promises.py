@@ -20,8 +20,8 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from benchmarks.lever_tip import tip_apart
 from benchmarks.series import FromSeries, deviation, read_series
-from lever_tip import tip_apart
 
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.comparison import compare

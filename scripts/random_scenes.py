@@ -29,7 +29,7 @@ from os import cpu_count
 from pathlib import Path
 
 import numpy as np
-from lever_tip import tip_apart
+from benchmarks.lever_tip import tip_apart
 
 from exudyn_flexlink.cli.terminal import progress_bar
 from exudyn_flexlink.comparison import compare

@@ -28,7 +28,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from lever_tip import tip_apart
+from benchmarks.lever_tip import tip_apart
 
 from exudyn_flexlink.cli.terminal import progress_bar
 from exudyn_flexlink.comparison import compare

@@ -27,7 +27,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from lever_tip import tip_apart
+from benchmarks.lever_tip import tip_apart
 
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import gettempdir
 
 import numpy as np
-from lever_tip import tip_apart
+from benchmarks.lever_tip import tip_apart
 
 from exudyn_flexlink.comparison import Comparison, compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
