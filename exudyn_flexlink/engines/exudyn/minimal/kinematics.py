@@ -161,7 +161,7 @@ class Reaches:
         return np.asarray((self._moved * self._kinematics.carries(at, self._points.places(at))).T)
 
     def lengths(self, x: FloatArray) -> FloatArray:
-        """How far (m) a unit of each coordinate moves any point (links,), at coordinates (links,)."""
+        """How far (m) a unit of each coordinate (links,) moves a point, at coordinates (links,)."""
         lengths = np.abs(self.moves(x)).max(1, initial=0.0)
         return np.asarray(np.maximum(lengths, 1e-3 * lengths.max(initial=1.0)))
 
