@@ -11,6 +11,7 @@ from exudyn_flexlink import load_scene
 from exudyn_flexlink.engines.exudyn.minimal.lasting import Flight
 from exudyn_flexlink.engines.exudyn.minimal.run import MinimalRun, prepare
 from exudyn_flexlink.integrate.control import MOST_GROWTH
+from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.slow_motions import FREELY
 from exudyn_flexlink.loading import assemble_scene
 
@@ -68,5 +69,5 @@ def test_the_trend_of_errors_ends_where_a_wall_begins_to_press(run: MinimalRun) 
     """The first step, cut short, was far better than asked: the next is as long as may be."""
     stepper, control = run.stepper, run.stepper.control
     control.note(1e-3, 0.5 * control.allowed)
-    stepper.refresh(1e-5)
+    stepper.restart(1e-5, Event(0.0, None, bends=True))
     assert control.factor(1e-5, 1e-6 * control.allowed) == MOST_GROWTH

@@ -72,16 +72,8 @@ class ExplicitStepper:
         """Take up the state at time 0."""
         self.problem.begin()
 
-    def restart(self, longest: float) -> None:  # noqa: ARG002 - the method finds its first step
-        """Begin anew from the present state."""
-        self._solver = None
-
-    def forget(self) -> None:
-        """Go on from the present state, where a force leaps."""
-        self._solver = None
-
-    def refresh(self, longest: float) -> None:  # noqa: ARG002 - as `restart`
-        """Go on from the present state with equations that have changed."""
+    def restart(self, longest: float, event: Event | None = None) -> None:  # noqa: ARG002
+        """Go on from the present state: the method finds its first step by itself."""
         self._solver = None
 
     def advance(self, stop: float) -> Event | None:

@@ -30,7 +30,7 @@ AT_KNOT = 1e-7  # of the step: a knot so close to its start is there, and is aim
 
 
 class Followed(Protocol):
-    """Places on curves, as the problem's coordinates follow them."""
+    """Places on curves, as the coordinates of the equations follow them."""
 
     def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
         """Of each curve the knots' places (k,), in order, and the jumps there (k, 2)."""

@@ -12,24 +12,23 @@ from exudyn_flexlink.arrays import FloatArray
 NO_CONTACT = np.zeros((0, 2))
 
 
-class Kept(Protocol):
-    """What a problem keeps of states that it was evaluated at."""
-
-    def pick(self, which: int | slice | None) -> Any:
-        """As `Evaluation.pick`."""
-
-
 class Evaluation(NamedTuple):
-    """Mass matrix (n, n) and force (n,) at one state, and what the problem keeps of it.
+    """Mass matrix (n, n) and force (n,) at one state, and what the equations keep of it.
 
-    `touching` (c, 2) are the gaps of the contacts that act, and their rates. Of several states
-    together all have one axis more, the first.
+    That has a method `pick` like this one, if it is anything. `touching` (c, 2) are the gaps of the
+    contacts that act, and their rates. Of several states together all have one axis more, the
+    first.
     """
 
     mass: FloatArray
     force: FloatArray
-    kept: Any = None  # a `Kept`, or nothing
+    kept: Any = None
     touching: FloatArray = NO_CONTACT
+
+    @property
+    def accelerations(self) -> FloatArray:
+        """Accelerations (n,), or (states, n)."""
+        return np.asarray(np.linalg.solve(self.mass, self.force[..., None])[..., 0])
 
     def pick(self, which: int | slice | None) -> Evaluation:
         """Return one of several states, some of them, or (None) the only one as one of one."""
@@ -57,7 +56,7 @@ Press = Callable[[FloatArray], Pressing]
 """Forces by gaps and their rates (..., c, 2)."""
 
 
-class Problem(Protocol):
+class Equations(Protocol):
     """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation.
 
     A contact is a force of one gap and its rate, along the gap's gradient; it may leap.

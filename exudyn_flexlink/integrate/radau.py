@@ -38,7 +38,7 @@ from exudyn_flexlink.integrate.collocation import (
     C,
 )
 from exudyn_flexlink.integrate.contact_share import ContactShare
-from exudyn_flexlink.integrate.problem import Evaluation, Problem, State
+from exudyn_flexlink.integrate.problem import Equations, Evaluation, State
 
 DEGREES = np.arange(STAGES + 1)
 SYSTEMS = EIGENVALUES[:, None, None]
@@ -97,14 +97,14 @@ class Lasting(NamedTuple):
 
 
 class Radau:
-    """Steps of one problem."""
+    """Steps by some equations."""
 
-    def __init__(self, problem: Problem, lasting: Lasting, slow: FloatArray) -> None:
-        """Take the problem, how long errors of speeds last, and its slow motions.
+    def __init__(self, equations: Equations, lasting: Lasting, slow: FloatArray) -> None:
+        """Take the equations, how long errors of speeds last, and slow motions.
 
         `slow` (n, n), s, is the matrix by which those make places of errors of speeds.
         """
-        self.problem, self.lasting, self.slow = problem, lasting, slow
+        self.equations, self.lasting, self.slow = equations, lasting, slow
         self.iterations = 0
         # Begin, length and speeds of the last step solved.
         self._last: tuple[float, float, FloatArray] | None = None
@@ -140,7 +140,7 @@ class Radau:
         in_contact = matrices.contacts is not None
         tau = self.lasting.in_contact if in_contact else self.lasting.free
         errors[1:] = tau * errors[1:] + errors[1:] @ self.slow.T
-        error = self.problem.size(errors)
+        error = self.equations.size(errors)
         known = np.concatenate([state.v[None], speeds])
         self._last = (t, h, known)
         end = State(state.q + moved[-1], speeds[-1], pushes[-1])
@@ -148,10 +148,10 @@ class Radau:
 
     def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
         """Matrices of the step's middle, nearest to all stages; contacts at its start."""
-        stiffness, damping = self.problem.jacobians(middle)
+        stiffness, damping = self.equations.jacobians(middle)
         systems = middle.mass * (SYSTEMS / h) + damping + stiffness * (h / SYSTEMS)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
-        found = self.problem.contacts_at(start)
+        found = self.equations.contacts_at(start)
         contacts = None if found is None else ContactShare.of(*found, inverses, start.touching)
         return _Matrices(h, inverses, stiffness, contacts)
 
@@ -188,8 +188,8 @@ class Radau:
             if matrices.contacts is not None:
                 change += matrices.contacts.share(h, change, self._stages.touching)
             w += change
-            size = h * self.problem.size(change)
-            size += LASTING * self.problem.size(self.slow @ change[-1])
+            size = h * self.equations.size(change)
+            size += LASTING * self.equations.size(self.slow @ change[-1])
             if before > 0:
                 rate = size / before
                 if not rate < 1:
@@ -215,7 +215,7 @@ class Radau:
         speeds = state.v + w
         places, pushes = state.q + h * (A @ speeds), (B @ w) / h
         try:
-            stages = self._stages = self.problem.evaluate_stages(times, places, speeds)
+            stages = self._stages = self.equations.evaluate_stages(times, places, speeds)
         except (ValueError, ArithmeticError):
             return None
         return np.asarray(stages.force - (stages.mass @ pushes[:, :, None])[:, :, 0])

@@ -23,10 +23,6 @@ class Stepper(Protocol):
     def time(self) -> float:
         """Where it is, s."""
 
-    @property
-    def iterations(self) -> int:
-        """Newton's iterations so far; 0 of an explicit method."""
-
     def begin(self) -> None:
         """Take up the state at time 0."""
 
@@ -38,14 +34,12 @@ class Stepper(Protocol):
 
         """
 
-    def restart(self, longest: float) -> None:
-        """Begin anew from the present state, by a step of at most `longest` (s)."""
+    def restart(self, longest: float, event: Event | None = None) -> None:
+        """Go on from the present state, by a step of at most `longest` (s).
 
-    def forget(self) -> None:
-        """Go on from the present state, where a force leaps: the last step tells nothing."""
-
-    def refresh(self, longest: float) -> None:
-        """Go on where equations have changed and forces only bend, by `longest` (s) at most."""
+        After an event at which a force leaps the equations are the same, but the last step tells
+        nothing; where forces only bend the equations have changed, and it still does.
+        """
 
 
 class Events(Protocol):
@@ -85,11 +79,6 @@ class Solution:
         """Where it shall end, s."""
         return self.stops[-1]
 
-    @property
-    def interrupted(self) -> bool:
-        """Whether it was asked to stop."""
-        return self.should_stop is not None and self.should_stop()
-
     def run(self) -> None:
         """Integrate to the end, or to where the run is over or asked to stop.
 
@@ -114,19 +103,12 @@ class Solution:
                 self._tell()
 
     def _over(self) -> bool:
-        return self.events.over or self.interrupted
+        return self.events.over or (self.should_stop is not None and self.should_stop())
 
     def _cross(self, event: Event) -> None:
-        if event.leaps:
-            self.stepper.forget()
-            return
-        longest = self.events.cross(event)
-        if self.events.over:
-            return
-        if event.bends:
-            self.stepper.refresh(longest)
-        else:
-            self.stepper.restart(longest)
+        longest = inf if event.leaps else self.events.cross(event)
+        if not self.events.over:
+            self.stepper.restart(longest, event)
 
     def _count(self, began: float, event: Event | None) -> None:
         """Count events in a row without a step between them."""

@@ -7,7 +7,6 @@ inside a step.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 from typing import Protocol
@@ -19,7 +18,7 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.knots import Followed, KnotControl
-from exudyn_flexlink.integrate.problem import Evaluation, NoConvergenceError, Problem, State
+from exudyn_flexlink.integrate.problem import Equations, Evaluation, NoConvergenceError, State
 from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
 
 LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a singular place, each of the last
@@ -28,11 +27,15 @@ LANDINGS = 4  # steps that try to end right at an event
 LITTLE = 1e-2  # of a step: so much its end moves to where forces bend without being made anew
 
 
-class HybridProblem(Problem, Followed, Protocol):
-    """Equations that change at events, and may choose other coordinates to be solved for."""
+class Model(Equations, Followed, Protocol):
+    """Equations as they are between two events."""
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force at one instant (s)."""
+
+
+class HybridProblem(Protocol):
+    """What changes the equations at events, and may choose other coordinates to be solved for."""
 
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
@@ -84,24 +87,30 @@ class ImplicitStepper:
     """
 
     def __init__(
-        self, problem: HybridProblem, control: ErrorControl, lasting: Lasting, end: float
+        self,
+        model: Model,
+        problem: HybridProblem,
+        control: ErrorControl,
+        lasting: Lasting,
+        end: float,
     ) -> None:
         """`end` (s) is that of the run."""
-        self.problem, self.control = problem, control
-        self.radau = Radau(problem, lasting, np.zeros((0, 0)))
+        self.model, self.problem, self.control = model, problem, control
+        self.radau = Radau(model, lasting, np.zeros((0, 0)))
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         self.rounded: list[float] = []
-        self.lengths: Sequence[float] = LENGTHS
         self.steps, self.smallest, self.largest = 0, inf, 0.0
         self._end = end
+        self.at: Evaluation
+        self._state: State
 
     def begin(self) -> None:
         """Take up the state at time 0."""
         self.restart(inf)
         # An error a of the acceleration moves what swings by a tau^2, what moves freely by a end^2.
         lasts = self._end if self.radau.slow.any() else self.radau.lasting.free
-        self.knots = KnotControl(self.problem, self.control.allowed / lasts**2)
+        self.knots = KnotControl(self.model, self.control.allowed / lasts**2)
         self.problem.begin(self.at)
 
     @property
@@ -109,28 +118,20 @@ class ImplicitStepper:
         """Newton's iterations so far."""
         return self.radau.iterations
 
-    def restart(self, longest: float) -> None:
-        """Begin anew from the present state, by a step of at most `longest` (s)."""
-        self.forget()
-        self.at, self._state = self.problem.restart(self.time)
-        self.radau.slow = self.problem.slow(self.at)
-        self._limit(longest)
-
-    def forget(self) -> None:
-        """Go on from the present state, where a force leaps: the last step tells nothing."""
-        self.radau.restart()
+    def restart(self, longest: float, event: Event | None = None) -> None:
+        """Go on from the present state, after an event if any, by at most `longest` (s)."""
         self.control.forget()
-
-    def refresh(self, longest: float) -> None:
-        """Go on where equations have changed and forces only bend, by `longest` (s) at most."""
-        self.control.forget()
-        self.at = self.problem.evaluate(self.time, self._state.q, self._state.v)
-        a = np.asarray(np.linalg.solve(self.at.mass, self.at.force))
-        self._state = self._state._replace(a=a)
+        bends = event is not None and event.bends
+        if not bends:
+            self.radau.restart()
+        if event is not None and event.leaps:
+            return
+        if bends:
+            self.at = self.model.evaluate(self.time, self._state.q, self._state.v)
+            self._state = self._state._replace(a=self.at.accelerations)
+        else:
+            self.at, self._state = self.problem.restart(self.time)
         self.radau.slow = self.problem.slow(self.at)
-        self._limit(longest)
-
-    def _limit(self, longest: float) -> None:
         if self.control.fixed is None:
             self.h = min(self.h, longest)
 
@@ -164,19 +165,19 @@ class ImplicitStepper:
         """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
         if self.problem.worn():
             self.restart(inf)
-        h, first, lengths = min(self.h, self.problem.longest(self.at)), True, [*self.lengths]
+        h, first, lengths = min(self.h, self.problem.longest(self.at)), True, [*LENGTHS]
         while True:
             h = self._fitted(h, stop - self.time)
             step = self._step(h)
+            if step is not None and self.control.fixed is not None:
+                return step
             if lengths and self._on_singularity(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
                 h *= lengths.pop()
             elif step is None or self._slips(step):
                 h, first = h / 4, False
-            elif self.control.fixed is not None:
-                return step
-            elif self._over_knots(step):
-                h *= self.knots.part(step)
+            elif (part := self.knots.part(step)) < 1:
+                h *= part
             else:
                 factor = self.control.factor(h, step.error)
                 good = self.control.passes(step.error) or self._rounded(step)
@@ -229,13 +230,9 @@ class ImplicitStepper:
         on_one = self.problem.on_singularity()[0]
         return on_one and step.error < ROUNDED * self.control.allowed
 
-    def _over_knots(self, step: Step) -> bool:
-        """Tell that a step goes over knots that cost too much."""
-        return self.control.fixed is None and self.knots.part(step) < 1
-
     def _slips(self, step: Step) -> bool:
         """Tell that a dependent coordinate did not go where its speed would have taken it."""
-        return self.control.fixed is None and self.problem.slipped(step) > self.control.tolerance
+        return self.problem.slipped(step) > self.control.tolerance
 
     # --- up to an event -----------------------------------------------------------------------
 
@@ -243,7 +240,7 @@ class ImplicitStepper:
         """Make a step to an event; None, and a shorter one next, if it is not good enough."""
         h = event.time - self.time
         step = self._to_its_end(event, h)
-        if step is None or self._misses(event, step) or self._over_knots(step):
+        if step is None or (self.control.fixed is None and self._misses(event, step)):
             self.h = h / 3  # reach the event from nearer
             return None
         return step
@@ -265,8 +262,8 @@ class ImplicitStepper:
 
     def _misses(self, event: Event, step: Step) -> bool:
         """Tell that a step made anew, up to an event, is not good enough."""
-        if self.control.fixed is not None:
-            return False
         if event.leaps:  # where a force leaps the error counts anew
-            return not self.control.passes(step.error)
-        return self.problem.misses(event, step)
+            missed = not self.control.passes(step.error)
+        else:
+            missed = self.problem.misses(event, step)
+        return missed or self.knots.part(step) < 1

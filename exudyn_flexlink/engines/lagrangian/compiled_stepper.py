@@ -119,15 +119,9 @@ class CompiledStepper:
         system = self.problem.system
         return bool(system.walls), has_knots(system.track.curve)
 
-    def restart(self, longest: float) -> None:
-        """Begin anew from the present state."""
+    def restart(self, longest: float, event: Event | None = None) -> None:  # noqa: ARG002
+        """Go on from the present state: every block starts afresh, and takes the equations anew."""
         self._memory[STEP] = min(self._memory[STEP], longest)
-
-    def forget(self) -> None:
-        """Go on from the present state: every block starts afresh."""
-
-    def refresh(self, longest: float) -> None:
-        """Go on from the present state: every block takes the equations anew."""
 
     def advance(self, stop: float) -> Event | None:
         """Make a block of steps, no further than to `stop` (s); return the event at its end.

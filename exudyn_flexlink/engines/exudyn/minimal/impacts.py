@@ -16,7 +16,7 @@ accelerations.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
@@ -106,7 +106,7 @@ class Impacts:
     finder: Finder
     recorder: Recorder
     entries: list[Entry]
-    impacts: list[tuple[int, Interval]] = field(default_factory=list)
+    impacts: list[tuple[int, Interval]]
     endless: str = ""
     changed: bool = False
 
@@ -144,7 +144,7 @@ class Impacts:
         which = [k for k in self._contacts if k == struck or self._is_closed(time, k)]
         at, gaps = self._look(time, which)
         restitution = np.array([self._contacts[k].restitution for k in which])
-        free = gaps.free @ self.model.accelerations(at) + gaps.bend
+        free = gaps.free @ at.accelerations + gaps.bend
         over = np.array(
             [
                 self._contacts[k].acts or is_over(gaps.touching[c, 1], restitution[c], free[c])
@@ -208,7 +208,7 @@ class Impacts:
         for k in resting:
             self._contacts[k].side = Side.APART
         at, gaps = self._look(time, resting)
-        now = self.model.accelerations(at)
+        now = at.accelerations
         free = gaps.free @ now + gaps.bend
         moved = mobility(gaps, at.mass)[1]
         press = complementary(moved, free)
@@ -254,7 +254,7 @@ class Impacts:
         moment = AT_ONCE * instant(time, EVENT_TIME)
         z, v = self.model.coordinates.state()
         at, gaps = self._look_at(time + moment, z + moment * v, v, which)
-        return np.asarray(gaps.free @ self.model.accelerations(at) + gaps.bend)
+        return np.asarray(gaps.free @ at.accelerations + gaps.bend)
 
 
 def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:

@@ -61,7 +61,7 @@ class Instability:
                 step.t,
                 (start.q, start.v),
                 shifts,
-                lambda q, v: self._accelerations(step.t, q, v),
+                lambda q, v: self._model.evaluate_all(np.full(len(q), step.t), q, v).accelerations,
             )
         self._growth.go(step.h)
         if self._on_one_path:
@@ -72,8 +72,3 @@ class Instability:
         reach = max(part.reach for part in self._model.assembly.mechanism.parts)
         moves = np.array([self._model.size(row) for row in np.eye(n)])
         return np.asarray(SHIFT * reach / np.maximum(moves, SHIFT))
-
-    def _accelerations(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Accelerations (m, n) at rows of coordinates and speeds."""
-        at = self._model.evaluate_all(np.full(len(q), t), q, v)
-        return np.asarray(np.linalg.solve(at.mass, at.force[:, :, None])[:, :, 0])

@@ -276,26 +276,11 @@ class MinimalModel:
         moved = (change @ self._moves).view(complex)
         return float(np.abs(moved).max(initial=0.0))
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
-        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
-        if not len(at.force):
-            return 0.0
-        held: Held = at.kept.held
-        pushed = at.kept.mass @ self.coordinates.pushed(k, held)
-        along = held.reach.rows(pushed.T)
-        return self.size(np.linalg.solve(at.mass, along.T).T)
-
     def look(self, x: FloatArray, reach: Reach) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
         moves = self._reaches.moves(x)
         # Real and imaginary parts side by side: real numbers are multiplied sooner.
         self._moves = np.ascontiguousarray(reach.rows(moves.T).T).view(float)
-
-    def accelerations(self, at: Evaluation) -> FloatArray:
-        """Those of the independent coordinates."""
-        if not len(at.force):
-            return np.zeros(0)
-        return np.asarray(np.linalg.solve(at.mass, at.force))
 
     def whole_accelerations(self, held: Held, free: FloatArray) -> FloatArray:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
@@ -309,3 +294,28 @@ class MinimalModel:
         mass = np.concatenate([whole.mass for whole in instants])
         force = np.concatenate([whole.force for whole in instants])
         return np.asarray((mass @ accelerations[:, :, None])[:, :, 0] - force)
+
+    # --- places on curves ---------------------------------------------------------------------
+
+    def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Knots and jumps of the slots' present pieces."""
+        return [(p.knots.places, p.knots.jumps) for p in self.coordinates.points]
+
+    def places(self, at: Evaluation) -> Sequence[float]:
+        """Places of the slots' points on their present pieces."""
+        found: list[float] = at.kept.held.places.tolist()
+        return found
+
+    def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
+        """As `places`, at coordinates and speeds."""
+        found: list[float] = self.whole(t, q, v).places.tolist()
+        return found
+
+    def moved_by_point(self, k: int, at: Evaluation) -> float:
+        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
+        if not len(at.force):
+            return 0.0
+        held: Held = at.kept.held
+        pushed = at.kept.mass @ self.coordinates.pushed(k, held)
+        along = held.reach.rows(pushed.T)
+        return self.size(np.linalg.solve(at.mass, along.T).T)

@@ -5,7 +5,6 @@ Places on the slots' curves are followed along with the coordinates; contacts be
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
 
@@ -41,7 +40,7 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
-from exudyn_flexlink.integrate.problem import Evaluation, Press, State
+from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.intervals import Interval
 
@@ -58,7 +57,8 @@ class MinimalProblem:
     """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
 
     `half_periods` (s) are those of the contacts, then of the pairs of link and guide; `given` (s)
-    is the user's own step. `entries` are the contacts' beginnings and ends.
+    is the user's own step. `entries` are the contacts' beginnings and ends; `impacts` those without
+    duration, by their numbers.
     """
 
     model: MinimalModel
@@ -68,6 +68,7 @@ class MinimalProblem:
     end: float
     given: float | None
     entries: list[Entry] = field(default_factory=list)
+    impacts: list[tuple[int, Interval]] = field(default_factory=list)
     reached: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
@@ -85,12 +86,7 @@ class MinimalProblem:
         self._finder = Finder(self.model, self.goal, x, v)
         if self._finder.walls is not None:
             self._change_walls(self._finder.walls, 0.0)
-        self._rigid = Impacts(self.model, self._finder, self.recorder, self.entries)
-
-    @property
-    def impacts(self) -> list[tuple[int, Interval]]:
-        """Contacts without duration, by their numbers."""
-        return self._rigid.impacts
+        self._rigid = Impacts(self.model, self._finder, self.recorder, self.entries, self.impacts)
 
     @property
     def over(self) -> bool:
@@ -103,29 +99,7 @@ class MinimalProblem:
         left = None if self.goal is None else self.goal(self._finder.x)
         return 0.0 if self.reached else left
 
-    # --- equations ----------------------------------------------------------------------------
-
-    def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrix and force at one instant (s)."""
-        return self.model.evaluate(t, q, v)
-
-    def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrices and forces at the stages of a step that is tried."""
-        return self.model.evaluate_stages(t, q, v)
-
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix of springs, dampers and walls."""
-        return self.model.jacobians(at)
-
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
-        """Gradients (c, n) of the gaps of the contacts that act, and their forces."""
-        return self.model.contacts_at(at)
-
-    def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., n) of the coordinates move anything, at most."""
-        return self.model.size(change)
-
-    # --- coordinates --------------------------------------------------------------------------
+    # --- steps --------------------------------------------------------------------------------
 
     def begin(self, at: Evaluation) -> None:
         """Record the state at time 0."""
@@ -140,7 +114,7 @@ class MinimalProblem:
         if self._rigid.changed:
             self._rigid.changed = False
             self.recorder.keep_again(at)
-        return at, State(q, v, self.model.accelerations(at))
+        return at, State(q, v, at.accelerations)
 
     def slow(self, at: Evaluation) -> FloatArray:
         """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
@@ -215,26 +189,6 @@ class MinimalProblem:
     def locked(self, at: Evaluation) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
         return self.model.coordinates.locked(at.kept.held)
-
-    # --- places on curves ---------------------------------------------------------------------
-
-    def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Knots and jumps of the slots' present pieces."""
-        return [(p.knots.places, p.knots.jumps) for p in self.model.coordinates.points]
-
-    def places(self, at: Evaluation) -> Sequence[float]:
-        """Places of the slots' points on their present pieces."""
-        found: list[float] = at.kept.held.places.tolist()
-        return found
-
-    def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
-        """As `places`, at coordinates and speeds."""
-        found: list[float] = self.model.whole(t, q, v).places.tolist()
-        return found
-
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
-        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
-        return self.model.moved_by_point(k, at)
 
     # --- events -------------------------------------------------------------------------------
 

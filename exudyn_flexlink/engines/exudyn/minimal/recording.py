@@ -222,9 +222,7 @@ class Recorder:
     def _solved(self, found: Sequence[Evaluation]) -> tuple[Held, FloatArray, FloatArray]:
         """Coordinates, accelerations of all, and forces that are left over, all (n, ...)."""
         instants: list[Whole] = [at.kept for at in found]
-        mass = np.concatenate([at.mass for at in found])
-        force = np.concatenate([at.force for at in found])
-        free = np.linalg.solve(mass, force[..., None])[..., 0]
+        free = np.concatenate([at.accelerations for at in found])
         held = together([whole.held for whole in instants])
         accelerations = self.model.whole_accelerations(held, free)
         return held, accelerations, self.model.left_over(instants, accelerations)

@@ -78,7 +78,7 @@ def prepare(
     lasting = Lasting(tau, tau - (1 - FREE) * SWING)
     tolerance = resolving(accuracy.tolerance or smallest, mechanism)
     control = ErrorControl(tolerance, accuracy.step)
-    stepper = ImplicitStepper(problem, control, lasting, end)
+    stepper = ImplicitStepper(model, problem, control, lasting, end)
     model.window.go_on(0.0, min(mechanism.knots(end), default=inf))
     asked = Asked()
     instants, leap = stops(mechanism, end), model.window.go_on
