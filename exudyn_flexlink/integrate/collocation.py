@@ -52,9 +52,7 @@ def radau(stages: int) -> Collocation:
     alone = int(np.argmin(np.abs(values.imag)))
     upper = np.flatnonzero(values.imag > 1e-6)
     real = float(values[alone].real)
-    scale = columns[:, alone] / abs(columns[:, alone]).max()
-    turn = scale[np.argmax(abs(scale))]
-    factor = abs(columns[:, alone]).max() * turn
+    factor = columns[np.argmax(abs(columns[:, alone])), alone]
     return Collocation(
         nodes,
         matrix,

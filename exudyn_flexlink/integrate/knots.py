@@ -14,8 +14,7 @@ change slowly. A step goes over as many knots as may be, and else ends at one of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -59,21 +58,19 @@ class KnotControl:
         `at` is the evaluation at its start.
         """
 
-        def place(k: int, after: float) -> float:
+        def beyond(after: float, k: int, to: float) -> float:
             q = state.q + after * (state.v + after / 2 * state.a)
-            return self.followed.places_near(t + after, q, state.v)[k]
-
-        def left(k: int, to: float, after: float) -> float:
-            return place(k, after) - to
+            return self.followed.places_near(t + after, q, state.v)[k] - to
 
         for k, (knots, _) in enumerate(self.followed.knots()):
             if not len(knots):
                 continue
             try:
-                end = place(k, h)
+                end = beyond(h, k, 0.0)
                 to = self._reached(k, at, end, h)
                 if to != end:
-                    h = self._until(partial(left, k, to), h)
+                    within = 1e-3 * AT_KNOT * h
+                    h = float(brentq(beyond, 0, h, (k, to), xtol=within, rtol=AT_KNOT))
             except ValueError:
                 return h  # no place there: the step itself will be shorter
         return h
@@ -90,10 +87,6 @@ class KnotControl:
             if to != end:
                 part = min(part, (to - begin) / (end - begin))
         return part
-
-    def _until(self, left: Callable[[float], float], h: float) -> float:
-        """Time (s) until a place is reached; `left` is the way from there, by the time."""
-        return float(brentq(left, 0, h, xtol=1e-3 * AT_KNOT * h, rtol=AT_KNOT))
 
     def _reached(
         self, k: int, at: Evaluation, end: float, h: float, after: Evaluation | None = None

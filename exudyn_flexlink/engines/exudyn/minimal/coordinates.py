@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
-from exudyn_flexlink.engines.exudyn.minimal.reach import Reach, picked
+from exudyn_flexlink.engines.exudyn.minimal.reach import Reach
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
@@ -135,7 +135,7 @@ class OpenCoordinates:
         together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
         span = slice(last - len(self.free), last) if together else None
         self._chosen: slice | IndexArray = self.free if span is None else span
-        self._picked = picked(self._chosen, self._links)
+        self._picked = Reach(np.eye(self._links)[:, self._chosen], self._chosen)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         # Per radian of each coordinate, how much of a step it makes.
         self._turning = np.array([link.kind == HINGE for link in layout.links]) / LARGEST_FREE_TURN
@@ -290,8 +290,8 @@ class OpenCoordinates:
 
     def locked(self, at: Held) -> str:
         """Say that a guide's axis all but touches its track; empty if none does."""
-        angles = [float(at.x[guide.guided.turning]) for guide in self._guides]
-        grazing = any(g.grazes(angle) for g, angle in zip(self._guides, angles, strict=True))
+        places = zip(self._guides, at.places.tolist(), strict=False)
+        grazing = any(g.grazes(float(at.x[g.guided.turning]), u) for g, u in places)
         return AT_DEAD_CENTRE if grazing else ""
 
 

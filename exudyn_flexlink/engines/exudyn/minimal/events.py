@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
+from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.events import NOTHING, Event, fall, farthest, first_fall, zero
@@ -26,6 +27,8 @@ from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
+Left = Callable[[Held], tuple[float, float]]
+"""How far a point is from the end of its piece, and from its start."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
@@ -39,16 +42,9 @@ class ContactChange(NamedTuple):
 
 
 class PieceEnd(NamedTuple):
-    """The point of slot number k comes to the end of its piece (way 1) or to its start (-1)."""
+    """What is followed on a curve comes to the end of its piece (way 1), or to its start (-1)."""
 
-    slot: int
-    way: int
-
-
-class CurvePieceEnd(NamedTuple):
-    """What presses on a curve comes to the end of a piece of it (way 1), or to its start (-1)."""
-
-    contact: int
+    point: TrackPoint | OnCurve
     way: int
 
 
@@ -91,7 +87,6 @@ class Finder:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
         found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
-        found += self._ends_of_struck_pieces(step, end)
         if self.walls is not None and (touched := self.walls.first(step, end)) is not None:
             found.append(Event(touched[0], WallChange(touched[1]), bends=True))
         if self.goal is not None and self.goal(end.x) < 0:
@@ -124,37 +119,24 @@ class Finder:
         return float(self.goal(self._at(step, t).x))
 
     def _ends_of_pieces(self, step: Step, end: Held) -> list[Event]:
+        """Where slots' points, and what presses on curves, come to ends of pieces."""
+        slots = enumerate(self.model.coordinates.points)
+        curves = [contact.along_curve for contact in self.model.contacts]
+        followed: list[tuple[TrackPoint | OnCurve, float, Left]] = [
+            *((point, SEAM, partial(_left_of_slot, point, k)) for k, point in slots),
+            *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
+        ]
         found = []
-        for k, guide in enumerate(self.model.coordinates.points):
-            ahead, behind = guide.left(float(end.places[k]))
-            if min(ahead, behind) < -SEAM:
-                way = 1 if ahead < behind else -1
-                time = fall(partial(self._on_piece, step, k, way), step.t, step.end)
-                found.append(Event(time, PieceEnd(k, way)))
+        for point, seam, left in followed:
+            ahead, behind = left(end)
+            if min(ahead, behind) < -seam:
+                side, way = (0, 1) if ahead < behind else (1, -1)
+                time = fall(partial(self._on_piece, step, left, side), step.t, step.end)
+                found.append(Event(time, PieceEnd(point, way)))
         return found
 
-    def _on_piece(self, step: Step, k: int, way: int, t: float) -> float:
-        """How far a slot's point is from the end of its piece (way 1) or from its start (-1)."""
-        left = self.model.coordinates.points[k].left(float(self._at(step, t).places[k]))
-        return left[0] if way == 1 else left[1]
-
-    def _ends_of_struck_pieces(self, step: Step, end: Held) -> list[Event]:
-        """As `_ends_of_pieces`, of curves that contacts press on."""
-        found = []
-        for k, contact in enumerate(self.model.contacts):
-            shape = contact.along_curve
-            if shape is None:
-                continue
-            ahead, behind = shape.left(end.x.tolist())
-            if min(ahead, behind) < -NEAR_SEAM:
-                way = 1 if ahead < behind else -1
-                left = partial(self._on_struck_piece, step, shape, way)
-                found.append(Event(fall(left, step.t, step.end), CurvePieceEnd(k, way)))
-        return found
-
-    def _on_struck_piece(self, step: Step, shape: OnCurve, way: int, t: float) -> float:
-        left = shape.left(self._at(step, t).x.tolist())
-        return left[0] if way == 1 else left[1]
+    def _on_piece(self, step: Step, left: Left, side: int, t: float) -> float:
+        return left(self._at(step, t))[side]
 
     # --- contacts -----------------------------------------------------------------------------
 
@@ -264,3 +246,11 @@ def _pressed(before: Touch, after: Touch, h: float) -> bool:
     """Tell, likewise, that a contact lasted on its face."""
     way = farthest(before.gap_rate, after.gap_rate, h)
     return _on_the_face(before, after, h) and max(before.gap, after.gap) < -way
+
+
+def _left_of_slot(point: TrackPoint, k: int, held: Held) -> tuple[float, float]:
+    return point.left(float(held.places[k]))
+
+
+def _left_of_curve(curve: OnCurve, held: Held) -> tuple[float, float]:
+    return curve.left(held.x.tolist())

@@ -108,20 +108,17 @@ class SlotGuide(TrackPoint):
                 return found
             else:
                 u, done, part = found, ahead, 2 * part
-        if self._grazes(self._turned + done * way, u):
+        if self.grazes(self._turned + done * way, u):
             raise DeadCentreError(AT_DEAD_CENTRE)
         raise DeadCentreError("the guide's axis misses the track")
-
-    def grazes(self, angle: float) -> bool:
-        """Tell whether the guide's axis all but touches the track at the last place."""
-        return self._grazes(angle, self._home)
 
     def sine(self, angle: float, u: float) -> float:
         """Of the angle between the guide's axis and the track at a place."""
         _, _, dx, dy, _, _ = self.at(u)
         return (cos(angle) * dy - sin(angle) * dx) / hypot(dx, dy)
 
-    def _grazes(self, angle: float, u: float) -> bool:
+    def grazes(self, angle: float, u: float) -> bool:
+        """Tell whether the guide's axis all but touches the track at a place."""
         return abs(self.sine(angle, u)) < GRAZING
 
     def settle(self, u: float, angle: float) -> None:

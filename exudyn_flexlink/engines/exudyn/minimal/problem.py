@@ -24,7 +24,6 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
-    CurvePieceEnd,
     Finder,
     Goal,
     PieceEnd,
@@ -37,6 +36,7 @@ from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
@@ -139,7 +139,7 @@ class MinimalProblem:
         if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
             self.recorder.mark()  # even samples miss the peaks of a contact's force
         walls = self._finder.walls
-        if walls is not None and (broken := walls.broken()) is not None:
+        if walls is not None and (broken := self.model.walls.broken(walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
     def _note_reactions(self, step: Step) -> None:
@@ -238,14 +238,12 @@ class MinimalProblem:
         if isinstance(event.what, TurnsMade):
             self.reached = True
         elif isinstance(event.what, PieceEnd):
-            guide = self.model.coordinates.points[event.what.slot]
-            if not guide.next_piece(event.what.way, event.time):
-                self.stop_reason = f"the point of slot '{guide.slot.name}' reached the curve's end"
+            point, way = event.what
+            if isinstance(point, OnCurve):
+                point.next_piece(way)
+            elif not point.next_piece(way, event.time):
+                self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
-        elif isinstance(event.what, CurvePieceEnd):
-            shape = self.model.contacts[event.what.contact].along_curve
-            assert shape is not None  # what does not press comes to no end
-            shape.next_piece(event.what.way)
         elif isinstance(event.what, WallChange):
             assert self._finder.walls is not None
             longest = self._change_walls(self._finder.walls, event.time, event.what.pair)

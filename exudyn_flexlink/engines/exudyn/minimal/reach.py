@@ -43,8 +43,3 @@ class Reach:
         found = np.zeros((*free.shape[:-1], len(self.matrix)))
         found[..., self.chosen] = free
         return found
-
-
-def picked(chosen: slice | IndexArray, links: int) -> Reach:
-    """Independent coordinates that are some of the tree's."""
-    return Reach(np.eye(links)[:, chosen], chosen)

@@ -58,7 +58,7 @@ class Recorder:
         self.grid = grid
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
-        self.contacts = [*self.mechanism.touching, *model.walls.contacts]
+        self.contacts = seeker.contacts
         self.samples: list[Sample] = []
         self.accelerations: list[FloatArray] = []  # (samples, links) of each block
         self.left: list[FloatArray] = []

@@ -20,7 +20,6 @@ from exudyn_flexlink.engines.exudyn.minimal.walls import Walls
 from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.turning import StepPolynomial, highest
-from exudyn_flexlink.mechanism import Channel
 
 EXACT = 1e-11  # m: of an event function, what may be left of it at the event
 LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
@@ -38,15 +37,12 @@ class WallWatch:
 
     def __init__(self, walls: Walls, x: FloatArray, v: FloatArray) -> None:
         self.walls = walls
-        self._lengths, self._held = self.walls.faces.length, self.walls.held
-        self._any_held = bool(self._held.any())
+        self._lengths, self._held = self.walls.faces.length, self.walls.faces.held
         self.seen = self.walls.faces.look(x, v)
         self._ahead: tuple[Held, Seen] | None = None  # at the end of the last step looked at
 
     def _open(self, seen: Seen) -> Seen:
         """The same with what is held from both sides as if behind a face that never opens."""
-        if not self._any_held:
-            return seen
         gap, rate = np.where(self._held, INSIDE, seen.gap), np.where(self._held, 0, seen.gap_rate)
         return seen._replace(gap=gap, gap_rate=rate)
 
@@ -59,10 +55,6 @@ class WallWatch:
         if self._ahead is None or self._ahead[0] is not end:
             self._ahead = end, self.walls.faces.look(end.x, end.v)
         return self._ahead[1]
-
-    def broken(self) -> Channel | None:
-        """Channel whose wall the link has broken through."""
-        return self.walls.broken(self.seen)
 
     def touch(self, k: int) -> Touch:
         """Where pair k is."""

@@ -66,8 +66,8 @@ class WallFaces:
         self._start = self._back * np.array([complex(x, y) for _, x, y in starts])
         self.length = np.array([contact.length for contact in contacts])
         self._side = np.array([contact.side for contact in contacts])
-        self._held = self._side == 0
-        self._any_held = bool(self._held.any())
+        self.held = self._side == 0
+        self._any_held = bool(self.held.any())
         carried = kinematics.moved_by
         self._moved = carried[self._links].astype(float) - carried[self._bases]
 
@@ -77,9 +77,9 @@ class WallFaces:
         some._links, some._bases = self._links[which], self._bases[which]
         some._own, some._start = self._own[which], self._start[which]
         some._back, some._moved = self._back[which], self._moved[which]
-        some._side, some._held = self._side[which], self._held[which]
+        some._side, some.held = self._side[which], self.held[which]
         some.length = self.length[which]
-        some._any_held = bool(some._held.any())
+        some._any_held = bool(some.held.any())
         return some
 
     def look(self, x: FloatArray, v: FloatArray) -> Seen:
@@ -114,7 +114,7 @@ class WallFaces:
         """From places in the faces' axes and their rates; and on which side the gaps are."""
         side = self._side
         if self._any_held:
-            side = np.where(self._held, np.where(place.imag > 0, -1.0, 1.0), side)
+            side = np.where(self.held, np.where(place.imag > 0, -1.0, 1.0), side)
         return Seen(side * place.imag, place.real, side * rate.imag, rate.real), side
 
 

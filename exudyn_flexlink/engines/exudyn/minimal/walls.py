@@ -55,7 +55,6 @@ class Walls:
         both = [(channel, pair) for channel in channels for pair in pairs(channel)]
         self._channels, self.contacts = [one for one, _ in both], [pair for _, pair in both]
         self.faces = WallFaces(layout, kinematics, self.contacts)
-        self.held = np.array([pair.side == 0 for pair in self.contacts], dtype=bool)
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self._laws = np.array([_numbers(channel) for channel in self._channels]).reshape(-1, 5).T
         self._any_friction = bool(self._laws[3].any())
