@@ -64,8 +64,3 @@ def of_turns(scene: Scene, mechanism: Mechanism, time: float, left: float | None
         f"turns of {turns:g}",
         "raise 'at_most', or a drive's value" if scene.drives else "raise 'at_most'",
     )
-
-
-def stops(mechanism: Mechanism, end: float) -> list[float]:
-    """Instants (s) at which a drive, or a derivative of it, jumps, and the end."""
-    return [*mechanism.knots(end), end]

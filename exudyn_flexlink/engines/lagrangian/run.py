@@ -16,7 +16,6 @@ import numpy as np
 
 from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.diagnostics.walls import resolving
-from exudyn_flexlink.engines.ending import stops
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.addresses import own_functions
@@ -98,7 +97,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     else:
         stepper = CompiledStepper(problem, RADAU, control(model, tolerance, end))
     asked = Asked()
-    solution = Solution(stepper, problem, stops(mechanism, end), progress, asked.is_set)
+    solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
     return Prepared(scene, model, system, recorder, problem, stepper, solution, asked, tolerance)
 
 

@@ -238,22 +238,19 @@ class Impacts:
 
     # --- the state now ------------------------------------------------------------------------
 
-    def _look(self, time: float, which: Sequence[int]) -> tuple[Evaluation, Gaps]:
-        """Look at the present state, and the gaps of some contacts in it."""
-        return self._look_at(time, *self.model.coordinates.state(), which)
-
-    def _look_at(
-        self, time: float, z: FloatArray, v: FloatArray, which: Sequence[int]
+    def _look(
+        self, time: float, which: Sequence[int], later: float = 0.0
     ) -> tuple[Evaluation, Gaps]:
-        at = self.model.evaluate(time, z, v)
+        """Look at the state now, or a moment `later` (s), and at the gaps of some contacts then."""
+        z, v = self.model.coordinates.state()
+        at = self.model.evaluate(time + later, z + later * v, v)
         gaps = self.model.rigid.gaps(which, at.kept.held.pick(None))
         return at, gaps.pick(0)
 
     def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:
         """Accelerations (m/s^2) of gaps without force, as late as counts as the same instant."""
         moment = AT_ONCE * instant(time, EVENT_TIME)
-        z, v = self.model.coordinates.state()
-        at, gaps = self._look_at(time + moment, z + moment * v, v, which)
+        at, gaps = self._look(time, which, moment)
         return np.asarray(gaps.free @ at.accelerations + gaps.bend)
 
 

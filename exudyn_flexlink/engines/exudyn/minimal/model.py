@@ -9,7 +9,7 @@ left over in the other rows are the forces of motors, slots and loops.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,6 @@ class MinimalModel:
     def __init__(self, assembly: Assembly, layout: TreeLayout, events: list[Event]) -> None:
         self.assembly, self.layout = assembly, layout
         mechanism = assembly.mechanism
-        count = len(layout.links)
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
         self._reaches = Reaches(layout, self.kinematics, mechanism.parts)
@@ -86,11 +85,10 @@ class MinimalModel:
         self.loads = Loads(layout, self.kinematics, mechanism)
         self.window = Window()
         self.trouble: NoValueError | None = None  # of the last evaluation that failed
-        self._springy: tuple[FloatArray, FloatArray] | None = None
         self.contacts = [contact_of(layout, contact) for contact in mechanism.touching]
         self.rigid = RigidContacts(self.contacts)
         self.walls = Walls(layout, self.kinematics, mechanism.channels)
-        self._build(count)
+        self._build()
 
     # --- building -----------------------------------------------------------------------------
 
@@ -108,10 +106,10 @@ class MinimalModel:
         points = [TrackPoint(slot, places[slot.name], events) for slot in slots]
         return ClosedCoordinates(layout, self.kinematics, self.start, points, lengths)
 
-    def _build(self, count: int) -> None:
+    def _build(self) -> None:
         self._container = Engine.SystemContainer()
         self._mbs = self._container.AddSystem()
-        x, v = self.start
+        (x, v), count = self.start, len(self.layout.links)
         node = self._mbs.AddNode(
             items.NodeGenericODE2(
                 numberOfODE2Coordinates=count,
@@ -120,7 +118,9 @@ class MinimalModel:
                 initialCoordinates_t=v,
             )
         )
-        self._mbs.AddObject(items.ObjectKinematicTree(nodeNumber=node, **self._item()))
+        springs = self.all_springs.stiffness, self.all_springs.damping, self.all_springs.rest
+        item = tree_item(self.assembly.mechanism, self.layout, springs)
+        self._mbs.AddObject(items.ObjectKinematicTree(nodeNumber=node, **item))
         self._mbs.Assemble()
         settings = Engine.SimulationSettings()
         settings.timeIntegration.verboseMode = 0
@@ -129,10 +129,6 @@ class MinimalModel:
         self._solver = Engine.MainSolverImplicitSecondOrder()
         self._solver.InitializeSolver(self._mbs, settings)
         self._data = self._mbs.systemData
-
-    def _item(self) -> dict[str, Any]:
-        springs = self.all_springs.stiffness, self.all_springs.damping, self.all_springs.rest
-        return tree_item(self.assembly.mechanism, self.layout, springs)
 
     # --- coordinates --------------------------------------------------------------------------
 
@@ -250,13 +246,8 @@ class MinimalModel:
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
         held: Held = at.kept.held
-        steady = held.reach.chosen is not None and self.all_springs.straight
-        if steady and self._springy is not None:
-            return self._springy
         stiffness, damping = self.all_springs.slopes(held.x, held.v)
-        found = held.reach.square(stiffness), held.reach.square(damping)
-        self._springy = found if steady else None
-        return found
+        return held.reach.square(stiffness), held.reach.square(damping)
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""

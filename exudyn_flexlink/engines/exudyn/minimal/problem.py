@@ -186,10 +186,6 @@ class MinimalProblem:
         """Tell whether a stage, and whether the end, of the last step fell on a dead centre."""
         return self.model.coordinates.on_dead_centre()
 
-    def locked(self, at: Evaluation) -> str:
-        """Say at which dead centre the mechanism all but is; empty if at none."""
-        return self.model.coordinates.locked(at.kept.held)
-
     # --- events -------------------------------------------------------------------------------
 
     def first_event(self, step: Step) -> Event | None:

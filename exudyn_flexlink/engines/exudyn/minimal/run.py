@@ -12,7 +12,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.coasting import SWING, coasting
 from exudyn_flexlink.engines.diagnostics.contacts import shortened
 from exudyn_flexlink.engines.diagnostics.walls import resolving
-from exudyn_flexlink.engines.ending import of_turns, stops
+from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -79,10 +79,9 @@ def prepare(
     tolerance = resolving(accuracy.tolerance or smallest, mechanism)
     control = ErrorControl(tolerance, accuracy.step)
     stepper = ImplicitStepper(model, problem, control, lasting, end)
-    model.window.go_on(0.0, min(mechanism.knots(end), default=inf))
-    asked = Asked()
-    instants, leap = stops(mechanism, end), model.window.go_on
-    solution = Solution(stepper, problem, instants, progress, asked.is_set, leap)
+    knots, leap, asked = mechanism.knots(end), model.window.go_on, Asked()
+    leap(0.0, min(knots, default=inf))
+    solution = Solution(stepper, problem, [*knots, end], progress, asked.is_set, leap)
     return MinimalRun(scene, model, problem, stepper, solution, asked, recorder, events)
 
 
@@ -106,7 +105,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
 
 def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, str]:
     """Say why no step is short enough, and what to try."""
-    locked = run.problem.locked(run.stepper.at)
+    locked = run.model.coordinates.locked(run.stepper.at.kept.held)
     if locked:
         return locked, LOCKED_ADVICE
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time
