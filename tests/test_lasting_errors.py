@@ -44,8 +44,8 @@ def test_a_pair_that_has_touched_lets_its_gap_swing(run: MinimalRun) -> None:
     at, walls, swing = run.stepper.at, run.model.walls, 0.3
     walls.change(PAIR)
     walls.change(PAIR)
-    held = at.kept.held
-    stiffness = walls.catching(held, at.mass, swing)
+    state = at.kept.state
+    stiffness = walls.catching(state, at.mass, swing)
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(at.mass, stiffness)).real)
     assert squares[-1] == pytest.approx(swing**-2, rel=1e-9)
     assert abs(squares[:-1]).max() < 1e-9 * squares[-1]

@@ -10,7 +10,7 @@ import pytest
 from results import scene_from
 
 from exudyn_flexlink.engines import formulations, simulate
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions, start_coordinates
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -109,8 +109,8 @@ def test_links_start_where_the_parts_are_put_together(model: str) -> None:
     layout = tree_layout(assembly.mechanism)
     x, v = start_coordinates(layout, assembly)
     tree = MinimalModel(assembly, layout, [])
-    at = tree.evaluate(0.0, *tree.coordinates.state())
-    whole = tree.whole_accelerations(at.kept.held.pick(None), at.accelerations[None, :])
+    at = tree.evaluate(0.0, *tree.coordinates.independent())
+    whole = tree.whole_accelerations(at.kept.state.pick(None), at.accelerations[None, :])
     found = motions(layout, tree.kinematics, x[None], v[None], whole)
     np.testing.assert_allclose(found.poses[0], assembly.state.q, atol=1e-14)
     np.testing.assert_allclose(found.rates[0], assembly.state.v, atol=1e-13)
@@ -239,13 +239,13 @@ def test_forces_are_those_of_the_equations_at_every_sample() -> None:
 def test_the_end_of_a_step_is_put_together_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Events, walls and what is recorded all look at it."""
     ends = []
-    whole = MinimalModel.whole
+    whole = MinimalModel.state
 
-    def counted(model: MinimalModel, t: float, *state: np.ndarray) -> Held:
+    def counted(model: MinimalModel, t: float, *state: np.ndarray) -> TreeState:
         ends.append(t)
         return whole(model, t, *state)
 
-    monkeypatch.setattr(MinimalModel, "whole", counted)
+    monkeypatch.setattr(MinimalModel, "state", counted)
     # No wall is touched so early: every step is accepted as it was looked at.
     result = simulate(load_scene(MODELS / "clearance.yaml", ["run.turns=0.02"]), measure=False)
     assert result.checks.steps > 5
@@ -266,7 +266,7 @@ def test_stages_together_are_what_they_are_alone() -> None:
     assembly = assemble_scene(load_scene(MODELS / "clearance.yaml"))
     tree = MinimalModel(assembly, tree_layout(assembly.mechanism), [])
     tree.walls.change(2)
-    q, v = tree.coordinates.state()
+    q, v = tree.coordinates.independent()
     t, scale = np.array([0.0, 0.1, 0.2]), np.array([[1.0], [1.01], [0.99]])
     together = tree.evaluate_all(t, scale * q, scale * v)
     for i, at in enumerate(t.tolist()):
@@ -286,12 +286,12 @@ def test_a_look_that_fails_leaves_a_step_in_its_way_of_closing_a_loop() -> None:
     model = MODELS / "textbook" / "free_slider_crank.yaml"
     assembly = assemble_scene(load_scene(model))
     coordinates = MinimalModel(assembly, tree_layout(assembly.mechanism), []).coordinates
-    z, v = coordinates.state()
+    z, v = coordinates.independent()
     turn, t, speeds = np.array([3.0, 0.0]), 0.01 * C, np.tile(v, (len(C), 1))
     for part in np.linspace(0, 1, 21):  # rounds of an iteration lead there
-        coordinates.hold_stages(t, z + part * C[:, None] * turn, speeds)
+        coordinates.states_at_stages(t, z + part * C[:, None] * turn, speeds)
     end = t[-1:], z[None] + turn, v[None]
-    before = coordinates.hold(*end)
+    before = coordinates.states(*end)
     with pytest.raises(DeadCentreError):
-        coordinates.hold(t[-1:], np.full((1, len(z)), np.nan), v[None])
-    np.testing.assert_allclose(coordinates.hold(*end).x, before.x, rtol=0, atol=1e-12)
+        coordinates.states(t[-1:], np.full((1, len(z)), np.nan), v[None])
+    np.testing.assert_allclose(coordinates.states(*end).x, before.x, rtol=0, atol=1e-12)

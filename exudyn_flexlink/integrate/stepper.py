@@ -46,7 +46,7 @@ class HybridProblem(Protocol):
     def slow(self, at: Evaluation) -> FloatArray:
         """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
 
-    def worn(self) -> bool:
+    def repartition_due(self) -> bool:
         """Tell whether other coordinates should be chosen."""
 
     def accept(self, step: Step) -> None:
@@ -163,7 +163,7 @@ class ImplicitStepper:
 
     def _attempt(self, stop: float) -> Step:
         """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
-        if self.problem.worn():
+        if self.problem.repartition_due():
             self.restart(inf)
         h, first, lengths = min(self.h, self.problem.longest(self.at)), True, [*LENGTHS]
         while True:

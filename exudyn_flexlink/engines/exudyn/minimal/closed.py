@@ -21,11 +21,11 @@ from scipy.linalg import qr
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
-from exudyn_flexlink.engines.exudyn.minimal.reach import Reach
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.integrate.collocation import C, lagrange
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.mechanism.tree import TreeLayout
@@ -98,7 +98,7 @@ class ClosedCoordinates:
         self._last: tuple[FloatArray, FloatArray, _Placed] | None = None
         self._gains = np.zeros(1)  # m by residuals of 1 m, at those stages
         free = self._split.free
-        start_of = self.hold(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
+        start_of = self.states(np.zeros(1), self._y[None, free], self._v[None, free]).pick(0)
         self.settle(0.0, start_of, np.zeros(len(free)))
 
     @property
@@ -139,7 +139,7 @@ class ClosedCoordinates:
         free = np.array([i for i in range(len(self._y)) if i not in fixed], dtype=int)
         return _Split(dependent, free, rows)
 
-    def worn(self) -> bool:
+    def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
         return self._gain > LARGEST_GAIN and self._gain > 1.5 * self._gain_chosen
 
@@ -169,18 +169,18 @@ class ClosedCoordinates:
         gains = np.linalg.solve(square, matrix[np.ix_(split.rows, split.free)])
         return float(np.abs(gains).max(initial=0.0))
 
-    def state(self) -> tuple[FloatArray, FloatArray]:
+    def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
         return self._y[self._split.free], self._v[self._split.free]
 
     # --- all of them --------------------------------------------------------------------------
 
-    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
+    def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants, from the independent ones and their speeds."""
         return self._moving(t, v, self._placed(t, z))
 
-    def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
-        """As `hold`, at the stages of a step that is tried: what is searched next is near them."""
+    def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
+        """As `states`, at the stages of a step that is tried: later searches begin near them."""
         try:
             placed = self._placed(t, z)
         except DeadCentreError:
@@ -204,7 +204,7 @@ class ClosedCoordinates:
         reach[:, split.dependent] = -inverse @ jacobian[:, :, split.free]
         return _Placed(y, at, jacobian, np.asarray(inverse), reach)
 
-    def _moving(self, t: FloatArray, v: FloatArray, placed: _Placed) -> Held:
+    def _moving(self, t: FloatArray, v: FloatArray, placed: _Placed) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         split, links = self._split, self._links
         y, at, jacobian, inverse, reach = placed
@@ -217,13 +217,13 @@ class ClosedCoordinates:
         speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
         bends = self.closures.bends(t, at, speeds, pushes)[:, split.rows]
         pushes[:, split.dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
-        return Held(
+        return TreeState(
             y[:, :links],
             speeds[:, :links],
             pushes[:, :links],
             y[:, links:],
             speeds[:, links:],
-            Reach(reach[:, :links]),
+            Transform(reach[:, :links]),
         )
 
     def _guess(self, t: FloatArray, z: FloatArray) -> FloatArray:
@@ -279,23 +279,23 @@ class ClosedCoordinates:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def settle(self, time: float, end: Held, a: FloatArray) -> None:
+    def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
         self._time = time
         self._a = np.zeros(len(self._y))
-        self._a[: self._links] = end.b + end.reach.whole(a)
+        self._a[: self._links] = end.b + end.transform.expanded(a)
         self._y = np.concatenate([end.x, end.places])
         self._v = np.concatenate([end.v, end.place_rates])
         self._gain = self._gain_at_end()
         if time == 0.0:
             self._gain_chosen = self._gain
 
-    def longest(self, at: Held) -> float:
+    def longest(self, at: TreeState) -> float:
         """Limit of a step, s: links turn a little."""
         fastest = float(np.abs(at.v[self._hinges]).max(initial=0.0))
         return LARGEST_TURN / fastest if fastest > 0 else np.inf
 
-    def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
+    def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far what follows others, or a motor, ended a step from where its speeds take it.
 
         It jumped to another way of closing the loops, or went round a bend that the step does not
@@ -312,7 +312,7 @@ class ClosedCoordinates:
             self._last = None  # shorter steps, guessed from this one, would go the same way
         return slip
 
-    def pushed(self, k: int, at: Held) -> FloatArray:
+    def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
         y, split = np.append(at.x, at.places), self._split
         push = np.zeros((self.closures.count, 2))
@@ -327,7 +327,7 @@ class ClosedCoordinates:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
         return bool(self._gains.max() > SINGULAR), bool(self._gains[-1] > SINGULAR)
 
-    def locked(self, at: Held) -> str:
+    def locked(self, at: TreeState) -> str:
         """Say that the mechanism is all but at a dead centre; empty if it is not."""
         values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE

@@ -14,8 +14,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.guided import AT_DEAD_CENTRE, SlotGuide
-from exudyn_flexlink.engines.exudyn.minimal.reach import Reach
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.mechanism.tree import HINGE, TreeLayout
 
 LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
@@ -27,10 +27,10 @@ LARGEST_TURN = 0.3
 LARGEST_FREE_TURN = 1.0
 
 
-class Held(NamedTuple):
+class TreeState(NamedTuple):
     """All coordinates of the tree at one instant (links,), and the slots' places on their pieces.
 
-    `b` are accelerations that the independent ones do not cause, `reach` tells what they cause.
+    `b` are accelerations that the independent ones do not cause, `transform` tells what they cause.
     `place_rates` are those of `places`. Of several instants all have one axis more, the first.
     """
 
@@ -39,21 +39,21 @@ class Held(NamedTuple):
     b: FloatArray
     places: FloatArray
     place_rates: FloatArray
-    reach: Reach
+    transform: Transform
 
-    def pick(self, which: int | slice | None) -> Held:
+    def pick(self, which: int | slice | None) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
-        return Held(*(own[which] for own in self))  # type: ignore[arg-type]
+        return TreeState(*(own[which] for own in self))  # type: ignore[arg-type]
 
 
-def together(held: Sequence[Held]) -> Held:
+def joined(states: Sequence[TreeState]) -> TreeState:
     """Coordinates of several instants each, all in a row."""
-    *columns, reaches = zip(*held, strict=True)
-    reach: Reach = reaches[0]
-    if reach.chosen is None:
-        reach = Reach(np.concatenate([own.matrix for own in reaches]))
+    *columns, transforms = zip(*states, strict=True)
+    transform: Transform = transforms[0]
+    if transform.chosen is None:
+        transform = Transform(np.concatenate([own.matrix for own in transforms]))
     whole = [np.concatenate(own) for own in columns]
-    return Held(*whole, reach)  # type: ignore[arg-type, call-arg]
+    return TreeState(*whole, transform)  # type: ignore[arg-type, call-arg]
 
 
 class Coordinates(Protocol):
@@ -63,10 +63,10 @@ class Coordinates(Protocol):
     def points(self) -> Sequence[TrackPoint]:
         """The slots' points, as they are followed."""
 
-    def state(self) -> tuple[FloatArray, FloatArray]:
+    def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
 
-    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
+    def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants (n,), from the independent ones and their speeds (n, count).
 
         Raises:
@@ -74,34 +74,34 @@ class Coordinates(Protocol):
 
         """
 
-    def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
-        """As `hold`, at the stages of a step that is tried.
+    def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
+        """As `states`, at the stages of a step that is tried.
 
         From them further rounds of it, and what lies within it, are searched.
         """
 
-    def settle(self, time: float, end: Held, a: FloatArray) -> None:
+    def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
         """A step ended here, with these accelerations of the independent coordinates."""
 
     def resume(self) -> None:
         """Choose the independent coordinates anew, if that is better: the next step starts anew."""
 
-    def worn(self) -> bool:
+    def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
 
-    def longest(self, at: Held) -> float:
+    def longest(self, at: TreeState) -> float:
         """Limit of a step (s) so that the search for places stays local."""
 
-    def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
+    def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
 
-    def pushed(self, k: int, at: Held) -> FloatArray:
+    def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
     def on_dead_centre(self) -> tuple[bool, bool]:
         """Tell whether a stage, and whether the end, of the last step tried all but fell on one."""
 
-    def locked(self, at: Held) -> str:
+    def locked(self, at: TreeState) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
 
 
@@ -135,7 +135,7 @@ class OpenCoordinates:
         together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
         span = slice(last - len(self.free), last) if together else None
         self._chosen: slice | IndexArray = self.free if span is None else span
-        self._picked = Reach(np.eye(self._links)[:, self._chosen], self._chosen)
+        self._picked = Transform(np.eye(self._links)[:, self._chosen], self._chosen)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         # Per radian of each coordinate, how much of a step it makes.
         self._turning = np.array([link.kind == HINGE for link in layout.links]) / LARGEST_FREE_TURN
@@ -149,7 +149,7 @@ class OpenCoordinates:
         self._follows = turning or bool(self._riders)
         self._picks = np.zeros((self._links, len(self.free) + len(self._riders)))
         self._picks[self.free, np.arange(len(self.free))] = 1.0
-        self._driven: tuple[FloatArray, Held] | None = None  # by the instants asked for last
+        self._driven: tuple[FloatArray, TreeState] | None = None  # by the instants asked for last
         self._end = start
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
 
@@ -164,13 +164,13 @@ class OpenCoordinates:
         """The slots' points, as they are followed."""
         return [*self._guides, *self._riders]
 
-    def state(self) -> tuple[FloatArray, FloatArray]:
+    def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
         x, v = self._end
         places = [rider.u for rider in self._riders]
         return np.append(x[self.free], places), np.append(v[self.free], self._speeds)
 
-    def hold(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
+    def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants, from the independent ones and their speeds."""
         free = len(self.free)
         known = self._known(t)
@@ -181,16 +181,16 @@ class OpenCoordinates:
         reach = np.empty((len(t), *self._picks.shape))
         reach[:] = self._picks
         places, rates = np.zeros((2, len(t), self._slots))
-        held = Held(x, speed, known.b.copy(), places, rates, Reach(reach))
-        self._slide(held)
-        self._ride(held, z[:, free:], v[:, free:])
-        return held
+        state = TreeState(x, speed, known.b.copy(), places, rates, Transform(reach))
+        self._slide(state)
+        self._ride(state, z[:, free:], v[:, free:])
+        return state
 
-    def hold_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> Held:
-        """As `hold`: here no place is searched from others."""
-        return self.hold(t, z, v)
+    def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
+        """As `states`: here no place is searched from others."""
+        return self.states(t, z, v)
 
-    def _known(self, t: FloatArray) -> Held:
+    def _known(self, t: FloatArray) -> TreeState:
         """What depends on time alone: motors, and slides of guides that those turn.
 
         The rounds of an iteration come back with the same instants, in the same array.
@@ -199,20 +199,20 @@ class OpenCoordinates:
             return self._driven[1]
         x, speed, b = np.zeros((3, len(t), self._links))
         for link, motor, sign in self._motors:
-            course, times = motor.speed, t.tolist()
-            x[:, link] = [self._start[0][link] + sign * course.integral(at) for at in times]
-            speed[:, link] = [sign * course.at(at) for at in times]
-            b[:, link] = [sign * course.rate(at) for at in times]
+            motion, times = motor.speed, t.tolist()
+            x[:, link] = [self._start[0][link] + sign * motion.integral(at) for at in times]
+            speed[:, link] = [sign * motion.at(at) for at in times]
+            b[:, link] = [sign * motion.rate(at) for at in times]
         places, rates = np.zeros((2, len(t), self._slots))
-        held = Held(x, speed, b, places, rates, self._picked)
+        state = TreeState(x, speed, b, places, rates, self._picked)
         if not self._follows:
-            self._slide(held)
-        self._driven = t, held
-        return held
+            self._slide(state)
+        self._driven = t, state
+        return state
 
-    def _slide(self, held: Held) -> None:
+    def _slide(self, state: TreeState) -> None:
         """Fill in the slides that follow their guides, and the places of their points."""
-        x, speed, b, places, _, reach = held
+        x, speed, b, places, _, transform = state
         for k, guide in enumerate(self._guides):
             turning, sliding = guide.guided.turning, guide.guided.sliding
             found = np.array([(*guide.slide(angle), guide.u) for angle in x[:, turning].tolist()])
@@ -221,21 +221,21 @@ class OpenCoordinates:
             x[:, sliding], speed[:, sliding] = place, rate * omega
             b[:, sliding] = bend * omega * omega + rate * b[:, turning]
             if self._follows:
-                reach.matrix[:, sliding] += rate[:, None] * reach.matrix[:, turning]
+                transform.matrix[:, sliding] += rate[:, None] * transform.matrix[:, turning]
 
-    def _ride(self, held: Held, u: FloatArray, pace: FloatArray) -> None:
+    def _ride(self, state: TreeState, u: FloatArray, rate: FloatArray) -> None:
         """Fill in the slides of points that ride on their curves, at places and speeds there."""
-        x, speed, b, places, paces, reach = held
+        x, speed, b, places, place_rates, transform = state
         first = len(self._guides)
-        places[:, first:], paces[:, first:] = u, pace
+        places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
-            both = zip(u[:, k].tolist(), pace[:, k].tolist(), strict=True)
+            both = zip(u[:, k].tolist(), rate[:, k].tolist(), strict=True)
             found = np.array([_riding(rider.at(place), own) for place, own in both])
             x[:, slides] = found[:, :2]
-            reach.matrix[:, slides, len(self.free) + k] = found[:, 2:4]
+            transform.matrix[:, slides, len(self.free) + k] = found[:, 2:4]
             speed[:, slides], b[:, slides] = found[:, 4:6], found[:, 6:]
 
-    def settle(self, time: float, end: Held, a: FloatArray) -> None:  # noqa: ARG002
+    def settle(self, time: float, end: TreeState, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
         self._end = end.x, end.v
         first = len(self._guides)
@@ -251,26 +251,26 @@ class OpenCoordinates:
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
         self._driven = None
 
-    def worn(self) -> bool:
+    def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones: never."""
         return False
 
-    def longest(self, at: Held) -> float:
+    def longest(self, at: TreeState) -> float:
         """Limit of a step, s: guides, and what motors turn, turn a little, all else not much."""
         fastest = float((self._turning * np.abs(at.v)).max(initial=0.0))
         return 1.0 / fastest if fastest > 0 else np.inf
 
-    def slipped(self, h: float, weights: FloatArray, stages: Held, start: Held) -> float:
+    def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far a slide, or what a motor drives, ended a step from where its speeds take it.
 
-        It jumped to another place where the guide's axis crosses the track, or its course has a
+        It jumped to another place where the guide's axis crosses the track, or its motion has a
         bend that the step does not resolve: neither shows in the error of the coordinates solved
         for.
         """
         off = stages.x[-1] - start.x - h * (weights @ stages.v)
         return float((self._followed * np.abs(off)).max(initial=0.0))
 
-    def pushed(self, k: int, at: Held) -> FloatArray:
+    def pushed(self, k: int, at: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2.
 
         Pushed aside, a guided point slides by 1 / sine of the angle between guide and track.
@@ -288,17 +288,17 @@ class OpenCoordinates:
         """Tell whether a step fell on a dead centre that can be passed: there is none here."""
         return False, False
 
-    def locked(self, at: Held) -> str:
+    def locked(self, at: TreeState) -> str:
         """Say that a guide's axis all but touches its track; empty if none does."""
         places = zip(self._guides, at.places.tolist(), strict=False)
         grazing = any(g.grazes(float(at.x[g.guided.turning]), u) for g, u in places)
         return AT_DEAD_CENTRE if grazing else ""
 
 
-def _riding(at: tuple[float, ...], pace: float) -> tuple[float, ...]:
-    """Of a point that passes a place of its curve at a pace, what its slides along x and y make.
+def _riding(at: tuple[float, ...], rate: float) -> tuple[float, ...]:
+    """Of a point whose place on its curve changes at a rate, what its slides along x and y make.
 
     Coordinates, derivatives by the place, speeds, and accelerations without that of the place.
     """
     x, y, dx, dy, ddx, ddy = at
-    return x, y, dx, dy, dx * pace, dy * pace, ddx * pace * pace, ddy * pace * pace
+    return x, y, dx, dy, dx * rate, dy * rate, ddx * rate * rate, ddy * rate * rate

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     RigidContact,
     Side,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
@@ -27,7 +27,7 @@ from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
-Left = Callable[[Held], tuple[float, float]]
+Left = Callable[[TreeState], tuple[float, float]]
 """How far a point is from the end of its piece, and from its start."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
@@ -68,10 +68,10 @@ class Finder:
         self.touches = [contact.touch(x, v) for contact in model.contacts]
         self.x = x
         self.walls = WallWatch(model.walls, x, v) if model.walls.contacts else None
-        self._looks: dict[float, Held] = {}  # within the present step
-        self._ahead: tuple[Held, list[Touch]] | None = None  # at the end of the last step looked at
+        self._looks: dict[float, TreeState] = {}  # within the present step
+        self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
-    def accept(self, step: Step, end: Held) -> None:
+    def accept(self, step: Step, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
         if self.walls is not None:
             self.walls.accept(end)
@@ -83,7 +83,7 @@ class Finder:
                 contact.side = Side.BEHIND if touch.gap < -NOTHING else Side.APART
             contact.follow(end.x)
 
-    def first(self, step: Step, end: Held) -> Event | None:
+    def first(self, step: Step, end: TreeState) -> Event | None:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
         found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
@@ -94,31 +94,31 @@ class Finder:
             found.append(Event(time, TurnsMade()))
         return min(found, key=lambda event: event.time, default=None)
 
-    def look_again(self, end: Held) -> None:
+    def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
         self.touches = [contact.touch(end.x, end.v) for contact in self.model.contacts]
         if self.walls is not None:
             self.walls.accept(end)
 
-    def _at_end(self, end: Held) -> list[Touch]:
+    def _at_end(self, end: TreeState) -> list[Touch]:
         """Touches at the end of a step, which are asked for again as it is accepted."""
         if self._ahead is None or self._ahead[0] is not end:
             self._ahead = end, [contact.touch(end.x, end.v) for contact in self.model.contacts]
         return self._ahead[1]
 
-    def _at(self, step: Step, t: float) -> Held:
+    def _at(self, step: Step, t: float) -> TreeState:
         """All coordinates at a time within the step."""
-        held = self._looks.get(t)
-        if held is None:
+        state = self._looks.get(t)
+        if state is None:
             q, v = step.at(np.array([t]))
-            held = self._looks[t] = self.model.whole(t, q[0], v[0])
-        return held
+            state = self._looks[t] = self.model.state(t, q[0], v[0])
+        return state
 
     def _to_turn(self, step: Step, t: float) -> float:
         assert self.goal is not None
         return float(self.goal(self._at(step, t).x))
 
-    def _ends_of_pieces(self, step: Step, end: Held) -> list[Event]:
+    def _ends_of_pieces(self, step: Step, end: TreeState) -> list[Event]:
         """Where slots' points, and what presses on curves, come to ends of pieces."""
         slots = enumerate(self.model.coordinates.points)
         curves = [contact.along_curve for contact in self.model.contacts]
@@ -197,7 +197,7 @@ class Finder:
         """Value that is positive as long as a rigid contact presses (N), on its face (m)."""
         q, v = step.at(np.array([t]))
         at = self.model.evaluate(t, q[0], v[0]).kept
-        return min(float(at.pushes[k, 0]), contact.touch(at.held.x, at.held.v).inside)
+        return min(float(at.pushes[k, 0]), contact.touch(at.state.x, at.state.v).inside)
 
     def _closes(self, contact: MinimalContact, step: Step, t: float) -> float:
         """How fast (m/s) the gap closes of a contact that began just before its point touches."""
@@ -210,7 +210,7 @@ class Finder:
         apart = contact.side is not Side.PRESSED
         if apart and (_beside(contact.length, *ends, 2 * step.h) or _apart(*ends, 2 * step.h)):
             return True
-        x, v = step.stages.kept.held[:2]
+        x, v = step.stages.kept.state[:2]
         inner = [contact.touch(*at) for at in zip(x[:-1], v[:-1], strict=True)]
         touches, parts = [ends[0], *inner, ends[1]], step.h * np.diff([0.0, *C])
         unchanged = _apart if apart else _pressed
@@ -248,9 +248,9 @@ def _pressed(before: Touch, after: Touch, h: float) -> bool:
     return _on_the_face(before, after, h) and max(before.gap, after.gap) < -way
 
 
-def _left_of_slot(point: TrackPoint, k: int, held: Held) -> tuple[float, float]:
-    return point.left(float(held.places[k]))
+def _left_of_slot(point: TrackPoint, k: int, state: TreeState) -> tuple[float, float]:
+    return point.left(float(state.places[k]))
 
 
-def _left_of_curve(curve: OnCurve, held: Held) -> tuple[float, float]:
-    return curve.left(held.x.tolist())
+def _left_of_curve(curve: OnCurve, state: TreeState) -> tuple[float, float]:
+    return curve.left(state.x.tolist())

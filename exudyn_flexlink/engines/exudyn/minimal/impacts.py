@@ -27,7 +27,7 @@ from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, Side
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import Finder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
@@ -81,16 +81,16 @@ def jump_of(at: Evaluation, gaps: Gaps, restitution: FloatArray) -> Jump:
     after = before + moved @ push
     # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
     after = np.where(push > 0, -restitution * before, after)
-    held: Held = at.kept.held
+    state: TreeState = at.kept.state
     # Impulses of drives, by contact.
-    drives = at.kept.mass @ held.reach.matrix @ (arms * push) - gaps.rows.T * push
+    drives = at.kept.mass @ state.transform.matrix @ (arms * push) - gaps.rows.T * push
     return Jump(
         arms @ push,
         push,
         before,
         after,
         -0.5 * push * (before + after),
-        drives.T @ held.v,
+        drives.T @ state.v,
     )
 
 
@@ -177,8 +177,8 @@ class Impacts:
     def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:
         """Let the speeds jump, and write down the impacts."""
         coordinates, before = self.model.coordinates, self.finder.touches
-        z, v = coordinates.state()
-        end = self.model.whole(time, z, v + jump.speeds)
+        z, v = coordinates.independent()
+        end = self.model.state(time, z, v + jump.speeds)
         coordinates.settle(time, end, np.zeros(len(z)))
         self.finder.look_again(end)
         self.recorder.leap(which, jump.impulse, jump.lost, float(jump.motor_work.sum()))
@@ -242,9 +242,9 @@ class Impacts:
         self, time: float, which: Sequence[int], later: float = 0.0
     ) -> tuple[Evaluation, Gaps]:
         """Look at the state now, or a moment `later` (s), and at the gaps of some contacts then."""
-        z, v = self.model.coordinates.state()
+        z, v = self.model.coordinates.independent()
         at = self.model.evaluate(time + later, z + later * v, v)
-        gaps = self.model.rigid.gaps(which, at.kept.held.pick(None))
+        gaps = self.model.rigid.gaps(which, at.kept.state.pick(None))
         return at, gaps.pick(0)
 
     def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:

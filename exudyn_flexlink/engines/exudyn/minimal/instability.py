@@ -25,14 +25,14 @@ class Instability:
 
     def __init__(self, model: MinimalModel, end: float) -> None:
         self._model = model
-        mechanism, free = model.assembly.mechanism, len(model.coordinates.state()[0])
+        mechanism, free = model.assembly.mechanism, len(model.coordinates.independent()[0])
         # With play the error is measured in any case: touches multiply it.
         self._idle = bool(mechanism.channels or mechanism.bearings) or not free
         driven = mechanism.speed_motors or mechanism.torque_motors or model.loads.any
         looks = min(MOST_LOOKS, EVALUATIONS // (4 * max(free, 1)))
         self._growth = Growth(end / max(1, looks))
         self._on_one_path = free == 1 and not driven
-        self._paces: list[tuple[float, float]] = []  # speeds (m/s), accelerations (m/s^2)
+        self._along_path: list[tuple[float, float]] = []  # speeds (m/s), accelerations (m/s^2)
 
     @property
     def e_folds(self) -> float:
@@ -40,7 +40,7 @@ class Instability:
         found = self._growth.e_folds
         if found == 0 or not self._on_one_path:
             return found
-        speed, acceleration = np.array(self._paces).T
+        speed, acceleration = np.array(self._along_path).T
         own = np.hypot(speed, acceleration / self._growth.fastest)
         own = np.log(np.maximum(own, TINY))
         return min(found, float((own - np.minimum.accumulate(own)).max()))
@@ -65,7 +65,7 @@ class Instability:
             )
         self._growth.go(step.h)
         if self._on_one_path:
-            self._paces.append((float(size(start.v)), float(size(start.a))))
+            self._along_path.append((float(size(start.v)), float(size(start.a))))
 
     def _shifts(self, n: int) -> FloatArray:
         """Changes (n,) of the coordinates that move something by `SHIFT`, or hardly anything."""

@@ -139,7 +139,7 @@ class Points:
         return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._own)
 
 
-class Reaches:
+class PartPoints:
     """How the coordinates of a tree move its parts: their origins, and all that is referred to.
 
     A part may turn about any of these points, so that no single one tells of its angle.

@@ -48,15 +48,15 @@ class LastingErrors:
 
     def at(self, now: Evaluation) -> FloatArray:
         """Matrix (n, n), s, from errors of speeds to those of places: see `slow_motions`."""
-        walls, held = self._model.walls, now.kept.held
+        walls, state = self._model.walls, now.kept.state
         caught, known = bool(walls.touched.any()), self._known
-        if known is not None and held.reach.chosen is not None and not caught:
+        if known is not None and state.transform.chosen is not None and not caught:
             # Once for an open chain; what follows others may do so otherwise, or by other ones.
             return known
         stiffness = self._model.springs(now)[0]
         if caught:
             flight = max(self._flight.longest(float(now.kept.t)), SWING)
             swing = FREELY / PART * flight  # so slow that errors last as they do in free flight
-            stiffness = stiffness + walls.catching(held, now.mass, swing)
+            stiffness = stiffness + walls.catching(state, now.mass, swing)
         self._known = slow_motions(now.mass, stiffness, self._end, SWING)
         return self._known

@@ -21,18 +21,22 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     contact_of,
     press_by,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Coordinates, Held, OpenCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
+    Coordinates,
+    OpenCoordinates,
+    TreeState,
+)
 from exudyn_flexlink.engines.exudyn.minimal.guided import SlotGuide
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
-    Reaches,
+    PartPoints,
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads
-from exudyn_flexlink.engines.exudyn.minimal.reach import Reach
 from exudyn_flexlink.engines.exudyn.minimal.rigid import RigidContacts
 from exudyn_flexlink.engines.exudyn.minimal.springs import Springs
 from exudyn_flexlink.engines.exudyn.minimal.track_point import TrackPoint
+from exudyn_flexlink.engines.exudyn.minimal.transform import Transform
 from exudyn_flexlink.engines.exudyn.minimal.tree_item import tree_item
 from exudyn_flexlink.engines.exudyn.minimal.walls import WallPush, Walls
 from exudyn_flexlink.expressions import NoValueError
@@ -42,27 +46,27 @@ from exudyn_flexlink.mechanism import Assembly
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
-Hold = Callable[[FloatArray, FloatArray, FloatArray], Held]
+States = Callable[[FloatArray, FloatArray, FloatArray], TreeState]
 """All coordinates by instants, independent coordinates and their speeds."""
 
 
-class Whole(NamedTuple):
+class TreeForces(NamedTuple):
     """What Exudyn says of the tree at one instant, or at several: then with one axis more."""
 
     t: FloatArray
-    held: Held
+    state: TreeState
     mass: FloatArray  # (links, links)
     force: FloatArray  # (links,)
     pushes: FloatArray  # (contacts, 2): pressing force, N, and the power it takes, W
     wall: WallPush | None  # what pairs of link and guide do that press
     supply: FloatArray  # power of torques and forces, W
 
-    def pick(self, which: int | slice | None) -> Whole:
-        """Return one of several instants, or some of them: see `coordinates.Held`."""
+    def pick(self, which: int | slice | None) -> TreeForces:
+        """Return one of several instants, or some of them: see `coordinates.TreeState`."""
         wall = None if self.wall is None else self.wall.pick(which)
-        return Whole(
+        return TreeForces(
             self.t[which],
-            self.held.pick(which),
+            self.state.pick(which),
             self.mass[which],
             self.force[which],
             self.pushes[which],
@@ -79,7 +83,7 @@ class MinimalModel:
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        self._reaches = Reaches(layout, self.kinematics, mechanism.parts)
+        self._part_points = PartPoints(layout, self.kinematics, mechanism.parts)
         self.coordinates = self._coordinates(events)
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
@@ -95,7 +99,7 @@ class MinimalModel:
     def _coordinates(self, events: list[Event]) -> Coordinates:
         layout, slots = self.layout, self.assembly.mechanism.slots
         places = {s.name: float(p) for s, p in zip(slots, self.assembly.state.places, strict=True)}
-        lengths = self._reaches.lengths(self.start[0])
+        lengths = self._part_points.lengths(self.start[0])
         if not layout.closures:
             guides = [
                 SlotGuide(g, places[g.slot.name], float(self.start[0][g.turning]), events)
@@ -132,10 +136,10 @@ class MinimalModel:
 
     # --- coordinates --------------------------------------------------------------------------
 
-    def whole(self, t: float, z: FloatArray, v: FloatArray) -> Held:
+    def state(self, t: float, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates, speeds, and accelerations but for those of the independent ones."""
         times = self.window.all_inside(np.array([t]))
-        return self.coordinates.hold(times, z[None], v[None]).pick(0)
+        return self.coordinates.states(times, z[None], v[None]).pick(0)
 
     # --- equations ----------------------------------------------------------------------------
 
@@ -145,37 +149,38 @@ class MinimalModel:
 
     def evaluate_all(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """As `evaluate`, at instants (n,) together: coordinates and speeds (n, independent)."""
-        return self._found(self.coordinates.hold, t, q, v)
+        return self._found(self.coordinates.states, t, q, v)
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """As `evaluate_all`, at the stages of a step that is tried."""
-        return self._found(self.coordinates.hold_stages, t, q, v)
+        return self._found(self.coordinates.states_at_stages, t, q, v)
 
-    def _found(self, hold: Hold, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
+    def _found(self, states: States, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         t = self.window.all_inside(t)
         try:
-            return self._evaluated(t, hold(t, q, v))
+            return self._evaluated(t, states(t, q, v))
         except NoValueError as error:
             self.trouble = error
             raise
 
-    def _evaluated(self, t: FloatArray, held: Held) -> Evaluation:
-        mass, force = self._ask(held.x, held.v)
+    def _evaluated(self, t: FloatArray, state: TreeState) -> Evaluation:
+        mass, force = self._ask(state.x, state.v)
         if self.all_springs.pulls:
-            force += self.all_springs.pull(held.x, held.v)
+            force += self.all_springs.pull(state.x, state.v)
         supply = np.zeros(len(t))
         if self.loads.any:
-            applied = self.loads.push(t, held.x, held.v)
+            applied = self.loads.push(t, state.x, state.v)
             force += applied
-            supply += (applied * held.v).sum(axis=1)
-        pushes, touching = self._push(held.x, held.v, force)
-        wall = self.walls.push(held.x, held.v)
+            supply += (applied * state.v).sum(axis=1)
+        pushes, touching = self._push(state.x, state.v, force)
+        wall = self.walls.push(state.x, state.v)
         if wall is not None:
             force += wall.force
-        kept = Whole(t, held, mass, force, pushes, wall, supply)
-        left = force - (mass @ held.b[:, :, None])[:, :, 0]
-        free = Evaluation(held.reach.square(mass), held.reach.rows(left), kept, touching)
-        return self.rigid.held(free) if self.rigid.lasting() else free
+        kept = TreeForces(t, state, mass, force, pushes, wall, supply)
+        left = force - (mass @ state.b[:, :, None])[:, :, 0]
+        mass, force = state.transform.reduced(mass), state.transform.reduced_rows(left)
+        free = Evaluation(mass, force, kept, touching)
+        return self.rigid.with_reactions(free) if self.rigid.lasting() else free
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
@@ -222,22 +227,22 @@ class MinimalModel:
     def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without rigid contacts."""
         stiffness, damping = self.springs(at)
-        whole: Whole = at.kept
+        whole: TreeForces = at.kept
         slopes = self._slopes(whole)
         if whole.wall is None and not slopes:
             return stiffness, damping
-        reach = whole.held.reach
+        transform = whole.state.transform
         for across in slopes:
-            stiffness = stiffness + reach.square(across[0])
-            damping = damping + reach.square(across[1])
+            stiffness = stiffness + transform.reduced(across[0])
+            damping = damping + transform.reduced(across[1])
         if whole.wall is not None:
-            of_walls = self.walls.slopes(whole.wall, reach.matrix)
+            of_walls = self.walls.slopes(whole.wall, transform.matrix)
             stiffness, damping = stiffness + of_walls[0], damping + of_walls[1]
         return stiffness, damping
 
-    def _slopes(self, whole: Whole) -> list[tuple[FloatArray, FloatArray]]:
+    def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
-        x, v = whole.held.x, whole.held.v
+        x, v = whole.state.x, whole.state.v
         found = [contact.slopes(x, v) for _, contact in self._giving_way()]
         if self.loads.stiff:
             found.append(self.loads.slopes(float(whole.t), x, v))
@@ -245,18 +250,18 @@ class MinimalModel:
 
     def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
-        held: Held = at.kept.held
-        stiffness, damping = self.all_springs.slopes(held.x, held.v)
-        return held.reach.square(stiffness), held.reach.square(damping)
+        state: TreeState = at.kept.state
+        stiffness, damping = self.all_springs.slopes(state.x, state.v)
+        return state.transform.reduced(stiffness), state.transform.reduced(damping)
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
         acting = [contact for _, contact in self._giving_way()]
         if not acting:
             return None
-        held: Held = at.kept.held
-        rows = np.array([contact.gradient(held.x, held.v) for contact in acting])
-        rows = held.reach.rows(rows)
+        state: TreeState = at.kept.state
+        rows = np.array([contact.gradient(state.x, state.v) for contact in acting])
+        rows = state.transform.reduced_rows(rows)
         # Closed gaps let a force through to the same motions by which they let a gap open.
         keeping = self.rigid.keeping(at)
         rows = rows if keeping is None else rows @ keeping.through.T
@@ -267,20 +272,20 @@ class MinimalModel:
         moved = (change @ self._moves).view(complex)
         return float(np.abs(moved).max(initial=0.0))
 
-    def look(self, x: FloatArray, reach: Reach) -> None:
+    def look(self, x: FloatArray, transform: Transform) -> None:
         """Measure changes of coordinates by what they move where the tree is now."""
-        moves = self._reaches.moves(x)
+        moves = self._part_points.moves(x)
         # Real and imaginary parts side by side: real numbers are multiplied sooner.
-        self._moves = np.ascontiguousarray(reach.rows(moves.T).T).view(float)
+        self._moves = np.ascontiguousarray(transform.reduced_rows(moves.T).T).view(float)
 
-    def whole_accelerations(self, held: Held, free: FloatArray) -> FloatArray:
+    def whole_accelerations(self, state: TreeState, free: FloatArray) -> FloatArray:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
-        return held.b + held.reach.whole(free)
+        return state.b + state.transform.expanded(free)
 
-    def left_over(self, instants: Sequence[Whole], accelerations: FloatArray) -> FloatArray:
+    def left_over(self, instants: Sequence[TreeForces], accelerations: FloatArray) -> FloatArray:
         """Forces (n, links) that motors, slots and loops add where all coordinates move so.
 
-        The instants (n,) are several of each `Whole`, in a row.
+        The instants (n,) are several of each `TreeForces`, in a row.
         """
         mass = np.concatenate([whole.mass for whole in instants])
         force = np.concatenate([whole.force for whole in instants])
@@ -294,19 +299,19 @@ class MinimalModel:
 
     def places(self, at: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""
-        found: list[float] = at.kept.held.places.tolist()
+        found: list[float] = at.kept.state.places.tolist()
         return found
 
     def places_near(self, t: float, q: FloatArray, v: FloatArray) -> Sequence[float]:
         """As `places`, at coordinates and speeds."""
-        found: list[float] = self.whole(t, q, v).places.tolist()
+        found: list[float] = self.state(t, q, v).places.tolist()
         return found
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
         if not len(at.force):
             return 0.0
-        held: Held = at.kept.held
-        pushed = at.kept.mass @ self.coordinates.pushed(k, held)
-        along = held.reach.rows(pushed.T)
+        state: TreeState = at.kept.state
+        pushed = at.kept.mass @ self.coordinates.pushed(k, state)
+        along = state.transform.reduced_rows(pushed.T)
         return self.size(np.linalg.solve(at.mass, along.T).T)

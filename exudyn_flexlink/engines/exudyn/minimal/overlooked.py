@@ -64,7 +64,7 @@ class Overlooked:
         self._model = model
         self._shortest = SHORTEST * end
         self._senses = any(size.senses for size in model.loads.by_formula)
-        free = len(model.coordinates.state()[0])
+        free = len(model.coordinates.independent()[0])
         self._little = LITTLE if free else LITTLE_DRIVEN
         self._drives = list(_driven(model))
         self._largest: dict[Addend, float] = {}
@@ -101,7 +101,7 @@ class Overlooked:
         return earliest
 
     def _at_stages(self, step: Step) -> list[Given]:
-        begin, stages = step.begin.kept.held, step.stages.kept.held
+        begin, stages = step.begin.kept.state, step.stages.kept.state
         t = self._model.window.all_inside(step.t + step.h * AT_STAGES)
         x, v = np.vstack([begin.x, stages.x]), np.vstack([begin.v, stages.v])
         return self._model.loads.formulas(self._model.loads.now(t, x, v))
@@ -110,13 +110,13 @@ class Overlooked:
         """What formulas sense on the step's polynomial."""
         model = self._model
         t = model.window.all_inside(step.t + step.h * ON_WAY)
-        held = model.coordinates.hold(t, *step.at(t))
-        now: Now = model.loads.now(t, held.x, held.v)
+        state = model.coordinates.states(t, *step.at(t))
+        now: Now = model.loads.now(t, state.x, state.v)
         return model.loads.formulas(now)
 
     def _moved(self, begin: Evaluation, unit: FloatArray) -> float:
         """How much (m/s^2) anything accelerates by a unit of a torque or force."""
-        push = begin.kept.held.reach.rows(unit)
+        push = begin.kept.state.transform.reduced_rows(unit)
         return self._model.size(np.linalg.solve(begin.mass, push))
 
     def _earliest(

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
     RigidContact,
     Side,
 )
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
     Finder,
@@ -72,7 +72,7 @@ class MinimalProblem:
     reached: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
-    _ended: tuple[Step, Held] | None = None  # the last step looked at, with where it ends
+    _ended: tuple[Step, TreeState] | None = None  # the last step looked at, with where it ends
 
     def __post_init__(self) -> None:
         x, v = self.model.start
@@ -108,9 +108,9 @@ class MinimalProblem:
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
         self.model.coordinates.resume()
-        q, v = self.model.coordinates.state()
+        q, v = self.model.coordinates.independent()
         at = self.model.evaluate(time, q, v)
-        self.model.look(at.kept.held.x, at.kept.held.reach)
+        self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._rigid.changed:
             self._rigid.changed = False
             self.recorder.keep_again(at)
@@ -120,16 +120,16 @@ class MinimalProblem:
         """Matrix (n, n), s, by which slow motions make places of errors of speeds."""
         return self._lasting.at(at)
 
-    def worn(self) -> bool:
+    def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
-        return self.model.coordinates.worn()
+        return self.model.coordinates.repartition_due()
 
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
         self.instability.follow(step)
         end = self._end_of(step)
         self.model.coordinates.settle(step.end, end, step.finish.a)
-        self.model.look(end.x, end.reach)
+        self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
         for contact, touch in self._contacts():
             if contact.acts and isinstance(contact, PenaltyContact):
@@ -149,10 +149,10 @@ class MinimalProblem:
             contact = self.model.contacts[k]
             contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
 
-    def _end_of(self, step: Step) -> Held:
+    def _end_of(self, step: Step) -> TreeState:
         """All coordinates at the end of a step, found once."""
         if self._ended is None or self._ended[0] is not step:
-            self._ended = step, self.model.whole(step.end, step.finish.q, step.finish.v)
+            self._ended = step, self.model.state(step.end, step.finish.q, step.finish.v)
         return self._ended[1]
 
     def _contacts(self) -> list[tuple[MinimalContact, Touch]]:
@@ -161,7 +161,7 @@ class MinimalProblem:
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
-        near = self.model.coordinates.longest(at.kept.held)
+        near = self.model.coordinates.longest(at.kept.state)
         rests = [
             contact.rests_in(touch)
             for contact, touch in self._contacts()
@@ -175,7 +175,7 @@ class MinimalProblem:
 
     def slipped(self, step: Step) -> float:
         """How far (m) a dependent coordinate ended from where its speed would have taken it."""
-        stages, begin = step.stages.kept.held, step.begin.kept.held
+        stages, begin = step.stages.kept.state, step.begin.kept.state
         return self.model.coordinates.slipped(step.h, WEIGHTS, stages, begin)
 
     def overlooked(self, step: Step, allowed: float) -> float:

@@ -15,10 +15,10 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held, together
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
 from exudyn_flexlink.engines.exudyn.minimal.driven import cut
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
-from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, Whole
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
@@ -69,7 +69,7 @@ class Recorder:
         self.constraint_error = 0.0
         self._next = 1
         self._steps: list[Step] = []
-        self._ends: list[Held] = []
+        self._ends: list[TreeState] = []
         self._pressed: list[BoolArray] = []
         self._on_curves: list[tuple[float, ...]] = []  # places of the slots' points at their ends
         # Of each new sample: step of the block, part of it, leaps before it.
@@ -84,21 +84,21 @@ class Recorder:
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
-        start: Held = at.kept.held
+        start: TreeState = at.kept.state
         self._on_curves = [self._places(start.places)]
         self._check([start], self._reached[None, :], self._acting()[None])
         self._on_curves = []
         self._keep(at.pick(None), 0, np.zeros(1))
 
-    def take(self, step: Step, end: Held) -> None:
+    def take(self, step: Step, end: TreeState) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
         if len(step.finish.q):
             self._take(step, end)
             return
         for part in cut(self.model, step, self.grid[self._next :]):
-            self._take(part, part.stages.kept.held.pick(-1))
+            self._take(part, part.stages.kept.state.pick(-1))
 
-    def _take(self, step: Step, end: Held) -> None:
+    def _take(self, step: Step, end: TreeState) -> None:
         if len(self._steps) == BLOCK:
             self.flush()
         last = int(np.searchsorted(self.grid, step.end * (1 + 1e-14), side="right"))
@@ -159,10 +159,10 @@ class Recorder:
 
     def _keep(self, found: Evaluation, step: int, parts: FloatArray) -> None:
         """Keep samples (n,) at parts of a step of the block."""
-        whole: Whole = found.kept
+        whole: TreeForces = found.kept
         pressed = self._acting()
-        held, forces = whole.held, whole.pushes[..., 0]
-        instants = zip(whole.t.tolist(), held.x, held.v, held.places, forces, strict=True)
+        state, forces = whole.state, whole.pushes[..., 0]
+        instants = zip(whole.t.tolist(), state.x, state.v, state.places, forces, strict=True)
         for t, x, v, places, force in instants:
             self.samples.append(Sample(t, x, v, self._places(places), pressed, force))
         self._kept.append(found)
@@ -184,11 +184,11 @@ class Recorder:
                 self.totals.append(np.repeat(self._reached[None, :], len(self._between), axis=0))
                 self.at_notes += [self._reached for _ in self._notes]
             return
-        stages: list[Whole] = [step.stages.kept for step in steps]
+        stages: list[TreeForces] = [step.stages.kept for step in steps]
         free = np.concatenate([step.accelerations for step in steps])
-        held = together([whole.held for whole in stages])
-        left = self.model.left_over(stages, self.model.whole_accelerations(held, free))
-        rates = self._rates_of(stages, held, left).reshape(len(steps), STAGES, -1)
+        state = joined([whole.state for whole in stages])
+        left = self.model.left_over(stages, self.model.whole_accelerations(state, free))
+        rates = self._rates_of(stages, state, left).reshape(len(steps), STAGES, -1)
         lengths = np.array([step.h for step in steps])
         gained = lengths[:, None] * (WEIGHTS @ rates)
         nothing = 0 * self._reached
@@ -205,7 +205,7 @@ class Recorder:
         pressed = np.array(self._pressed)
         before = np.searchsorted([row for row, _ in self._leaps], np.arange(1, len(steps) + 1))
         self._check(self._ends, reached[1:] + leapt[before], pressed)
-        self._seek(held, lengths, pressed)
+        self._seek(state, lengths, pressed)
         self._reached = reached[-1] + leapt[-1]
         self._steps, self._ends, self._pressed, self._on_curves = [], [], [], []
         self._between, self._notes, self._leaps = [], [], []
@@ -219,13 +219,13 @@ class Recorder:
         self.left.append(left)
         self._kept = []
 
-    def _solved(self, found: Sequence[Evaluation]) -> tuple[Held, FloatArray, FloatArray]:
+    def _solved(self, found: Sequence[Evaluation]) -> tuple[TreeState, FloatArray, FloatArray]:
         """Coordinates, accelerations of all, and forces that are left over, all (n, ...)."""
-        instants: list[Whole] = [at.kept for at in found]
+        instants: list[TreeForces] = [at.kept for at in found]
         free = np.concatenate([at.accelerations for at in found])
-        held = together([whole.held for whole in instants])
-        accelerations = self.model.whole_accelerations(held, free)
-        return held, accelerations, self.model.left_over(instants, accelerations)
+        state = joined([whole.state for whole in instants])
+        accelerations = self.model.whole_accelerations(state, free)
+        return state, accelerations, self.model.left_over(instants, accelerations)
 
     def _rates_at_starts(self, steps: IndexArray) -> FloatArray:
         """Rates of the totals (n, ...) as these steps of the block begin."""
@@ -233,27 +233,29 @@ class Recorder:
         begins = [self._steps[k].begin.pick(None) for k in which.tolist()]
         if not begins:
             return np.zeros((0, len(self._reached)))
-        held, _, left = self._solved(begins)
-        return self._rates_of([at.kept for at in begins], held, left)[back]
+        state, _, left = self._solved(begins)
+        return self._rates_of([at.kept for at in begins], state, left)[back]
 
-    def _seek(self, held: Held, lengths: FloatArray, pressed: BoolArray) -> None:
+    def _seek(self, state: TreeState, lengths: FloatArray, pressed: BoolArray) -> None:
         """Look for extremes within the block's steps, with the coordinates at their stages."""
-        begins: list[Held] = [step.begin.kept.held for step in self._steps]
-        x = _at_nodes([begin.x for begin in begins], held.x)
-        v = _at_nodes([begin.v for begin in begins], held.v)
+        begins: list[TreeState] = [step.begin.kept.state for step in self._steps]
+        x = _at_nodes([begin.x for begin in begins], state.x)
+        v = _at_nodes([begin.v for begin in begins], state.v)
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         times = np.array([step.t for step in self._steps])
         self.seeker.take(times, lengths, (found.poses, found.rates), pressed)
 
-    def _rates_of(self, stages: Sequence[Whole], held: Held, left: FloatArray) -> FloatArray:
+    def _rates_of(
+        self, stages: Sequence[TreeForces], state: TreeState, left: FloatArray
+    ) -> FloatArray:
         """Rates of the totals (n, ...) at coordinates (n, ...), with the forces `left` (n, links).
 
         The instants (n,) are those of all stages in a row.
         """
         count, first = len(self.contacts), len(self.model.contacts)
-        v = held.v
+        v = state.v
         rates = np.zeros((len(v), 2 + 2 * count))
-        rates[:, 0] = self.model.all_springs.lost(held.x, v)
+        rates[:, 0] = self.model.all_springs.lost(state.x, v)
         rates[:, 1] = np.sum(left * v, axis=1)
         rates[:, 1] += np.concatenate([whole.supply for whole in stages])
         forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
@@ -268,7 +270,7 @@ class Recorder:
             done = rows.stop
         return rates
 
-    def _check(self, kept: list[Held], totals: FloatArray, pressed: BoolArray) -> None:
+    def _check(self, kept: list[TreeState], totals: FloatArray, pressed: BoolArray) -> None:
         x, v = np.array([whole.x for whole in kept]), np.array([whole.v for whole in kept])
         found = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         energies = self.energies(found.poses, found.rates, totals, pressed)

@@ -2,7 +2,7 @@
 
 With g the gaps and G their gradients by the independent coordinates, which accelerate by z'',
 
-    M z'' = f + G^T r,      G z'' + c = -2 HOLD g' - HOLD^2 g
+    M z'' = f + G^T r,      G z'' + c = -2 BAUMGARTE g' - BAUMGARTE^2 g
 
 for the reactions r (N); c is what gaps bend without z''. The right side lets die out what gaps
 are off by (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1).
@@ -17,10 +17,11 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.integrate.problem import Evaluation
 
-HOLD = 1e2  # 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared
+# 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
+BAUMGARTE = 1e2
 RANK = 1e-10  # of the largest mobility: contacts that depend on others share the load
 
 
@@ -56,8 +57,8 @@ class Keeping(NamedTuple):
 
     def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix with the reactions in them."""
-        of_gaps = HOLD * HOLD * self.closed
-        return self.through @ stiffness + of_gaps, self.through @ damping + 2 * HOLD * self.closed
+        of_gaps, of_rates = BAUMGARTE * BAUMGARTE * self.closed, 2 * BAUMGARTE * self.closed
+        return self.through @ stiffness + of_gaps, self.through @ damping + of_rates
 
 
 class RigidContacts:
@@ -70,26 +71,26 @@ class RigidContacts:
         """Numbers of those that press."""
         return [k for k, contact in self.all.items() if contact.acts]
 
-    def gaps(self, which: Sequence[int], held: Held) -> Gaps:
+    def gaps(self, which: Sequence[int], state: TreeState) -> Gaps:
         """Gaps at instants (n,)."""
-        shape = len(held.x), len(which)
-        rows, touching = np.empty((*shape, held.x.shape[1])), np.empty((*shape, 2))
+        shape = len(state.x), len(which)
+        rows, touching = np.empty((*shape, state.x.shape[1])), np.empty((*shape, 2))
         bend = np.empty(shape)
-        for i, (x, v) in enumerate(zip(held.x, held.v, strict=True)):
+        for i, (x, v) in enumerate(zip(state.x, state.v, strict=True)):
             for c, contact in enumerate(self.all[k] for k in which):
                 touch = contact.touch(x, v)
                 touching[i, c] = touch.gap, touch.gap_rate
                 rows[i, c], bend[i, c] = contact.gradient(x, v), contact.steady_bend(x, v)
-        bend += (rows @ held.b[:, :, None])[:, :, 0]
-        return Gaps(rows, rows @ held.reach.matrix, bend, touching)
+        bend += (rows @ state.b[:, :, None])[:, :, 0]
+        return Gaps(rows, rows @ state.transform.matrix, bend, touching)
 
-    def held(self, at: Evaluation) -> Evaluation:
+    def with_reactions(self, at: Evaluation) -> Evaluation:
         """Return evaluations at instants (n,) with the reactions of those that last."""
         which, kept = self.lasting(), at.kept
-        gaps = self.gaps(which, kept.held)
+        gaps = self.gaps(which, kept.state)
         arms, moved = mobility(gaps, at.mass)
         gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
-        wanted = -gaps.bend - 2 * HOLD * rate - HOLD * HOLD * gap
+        wanted = -gaps.bend - 2 * BAUMGARTE * rate - BAUMGARTE * BAUMGARTE * gap
         wanted -= (np.swapaxes(arms, -1, -2) @ at.force[..., None])[..., 0]
         press = (_inverse(moved) @ wanted[..., None])[..., 0]
         kept.pushes[:, which] = np.stack([press, -press * rate], axis=-1)
@@ -102,8 +103,8 @@ class RigidContacts:
         which = self.lasting()
         if not which:
             return None
-        held: Held = at.kept.held
-        gaps = self.gaps(which, held.pick(None)).pick(0)
+        state: TreeState = at.kept.state
+        gaps = self.gaps(which, state.pick(None)).pick(0)
         arms, moved = mobility(gaps, at.mass)
         back = gaps.free.T @ _inverse(moved)
         return Keeping(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)

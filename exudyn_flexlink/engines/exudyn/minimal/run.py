@@ -105,7 +105,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
 
 def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, str]:
     """Say why no step is short enough, and what to try."""
-    locked = run.model.coordinates.locked(run.stepper.at.kept.held)
+    locked = run.model.coordinates.locked(run.stepper.at.kept.state)
     if locked:
         return locked, LOCKED_ADVICE
     tolerance, time = run.scene.accuracy.tolerance, run.stepper.time

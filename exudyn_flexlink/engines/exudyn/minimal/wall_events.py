@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
 from exudyn_flexlink.engines.exudyn.minimal.walls import Walls
 from exudyn_flexlink.integrate.collocation import C
@@ -39,18 +39,18 @@ class WallWatch:
         self.walls = walls
         self._lengths, self._held = self.walls.faces.length, self.walls.faces.held
         self.seen = self.walls.faces.look(x, v)
-        self._ahead: tuple[Held, Seen] | None = None  # at the end of the last step looked at
+        self._ahead: tuple[TreeState, Seen] | None = None  # at the end of the last step looked at
 
     def _open(self, seen: Seen) -> Seen:
         """The same with what is held from both sides as if behind a face that never opens."""
         gap, rate = np.where(self._held, INSIDE, seen.gap), np.where(self._held, 0, seen.gap_rate)
         return seen._replace(gap=gap, gap_rate=rate)
 
-    def accept(self, end: Held) -> None:
+    def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
         self.seen = self._at_end(end)
 
-    def _at_end(self, end: Held) -> Seen:
+    def _at_end(self, end: TreeState) -> Seen:
         """All pairs at the end of a step, which is asked for again as it is accepted."""
         if self._ahead is None or self._ahead[0] is not end:
             self._ahead = end, self.walls.faces.look(end.x, end.v)
@@ -80,9 +80,9 @@ class WallWatch:
 
     # --- within a step ------------------------------------------------------------------------
 
-    def first(self, step: Step, end: Held) -> tuple[float, int] | None:
+    def first(self, step: Step, end: TreeState) -> tuple[float, int] | None:
         """Instant (s) and pair of the first event within a step; None if there is none."""
-        x, v = step.stages.kept.held[:2]
+        x, v = step.stages.kept.state[:2]
         x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
         stages = self.walls.faces.look(x, v)
         self._ahead = end, stages.pick(-1)
@@ -138,7 +138,7 @@ class WallWatch:
 
     # --- at its end ---------------------------------------------------------------------------
 
-    def missed(self, k: int, end: Held) -> float:
+    def missed(self, k: int, end: TreeState) -> float:
         """How far (s) the end of a step is from the event of pair k; positive: the event is later.
 
         0 where it is there.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.minimal.coordinates import Held
+from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen, WallFaces
 from exudyn_flexlink.mechanism import Channel, deepest_allowed, pairs
@@ -42,7 +42,7 @@ class WallPush(NamedTuple):
     along: FloatArray
 
     def pick(self, which: int | slice | None) -> WallPush:
-        """Return one of several instants, or some of them: see `coordinates.Held`."""
+        """Return one of several instants, or some of them: see `coordinates.TreeState`."""
         return WallPush(self.which, *(own[which] for own in self[1:]))
 
 
@@ -112,14 +112,14 @@ class Walls:
         damping = (pushed * damper) @ normal + (along.T * drag) @ along
         return (pushed * spring) @ normal, damping
 
-    def catching(self, held: Held, mass: FloatArray, swing: float) -> FloatArray:
+    def catching(self, state: TreeState, mass: FloatArray, swing: float) -> FloatArray:
         """Stiffness (n, n) of springs across the gaps of the pairs that have touched so far.
 
         Each of them alone would let its gap swing with the angular frequency 1/`swing`, 1/s. `mass`
         (n, n) is that of the independent coordinates.
         """
         faces = self.faces.some(np.flatnonzero(self.touched))
-        rows = faces.look_and_gradients(held.x, held.v)[1].gap @ held.reach.matrix
+        rows = faces.look_and_gradients(state.x, state.v)[1].gap @ state.transform.matrix
         mobility = np.sum(rows * np.linalg.solve(mass, rows.T).T, axis=1)
         free = mobility > MOBILE * mobility.max(initial=0.0)
         rows, mobility = rows[free], mobility[free]

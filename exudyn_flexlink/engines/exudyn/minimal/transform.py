@@ -10,7 +10,7 @@ from exudyn_flexlink.arrays import FloatArray, IndexArray
 
 
 @dataclass(frozen=True)
-class Reach:
+class Transform:
     """T of ``x'' = T z'' + b``, (links, independent); of several instants with one axis more.
 
     Where the independent coordinates are some of the tree's, `chosen`, and no other follows them, T
@@ -20,23 +20,23 @@ class Reach:
     matrix: FloatArray
     chosen: slice | IndexArray | None = None
 
-    def __getitem__(self, which: int | slice | None) -> Reach:
-        """One of several instants, or some of them: see `coordinates.Held`."""
-        return self if self.chosen is not None else Reach(self.matrix[which])
+    def __getitem__(self, which: int | slice | None) -> Transform:
+        """One of several instants, or some of them: see `coordinates.TreeState`."""
+        return self if self.chosen is not None else Transform(self.matrix[which])
 
-    def rows(self, rows: FloatArray) -> FloatArray:
+    def reduced_rows(self, rows: FloatArray) -> FloatArray:
         """Rows (..., links), as of forces, times T: those of the independent coordinates."""
         if self.chosen is not None:
             return np.asarray(rows[..., self.chosen])
         return np.asarray((rows[..., None, :] @ self.matrix)[..., 0, :])
 
-    def square(self, matrices: FloatArray) -> FloatArray:
+    def reduced(self, matrices: FloatArray) -> FloatArray:
         """``T^T M T`` of matrices (..., links, links)."""
         if self.chosen is not None:
             return np.asarray(matrices[..., self.chosen][..., self.chosen, :])
         return np.asarray(np.swapaxes(self.matrix, -1, -2) @ matrices @ self.matrix)
 
-    def whole(self, free: FloatArray) -> FloatArray:
+    def expanded(self, free: FloatArray) -> FloatArray:
         """T times independent values (..., independent): those of all coordinates."""
         if self.chosen is None:
             return np.asarray((self.matrix @ free[..., None])[..., 0])
