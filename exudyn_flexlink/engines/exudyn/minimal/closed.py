@@ -20,6 +20,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.curves import Evaluator
 from exudyn_flexlink.engines.exudyn.minimal.closures import Closures, Where
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import LARGEST_TURN, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
@@ -88,7 +89,7 @@ class ClosedCoordinates:
         self._known = np.array(sorted(layout.motors), dtype=int)
         self._start = start[0]
         self._row_scale = np.where(self.closures.angles, self._size, 1.0)
-        self._pieces = [(point.changes, point.piece) for point in self._points]
+        self._pieces = [(point.changes, point.at) for point in self._points]
         self._time = 0.0
         self._y = np.concatenate([start[0], [point.u for point in self._points]])
         self._v = np.append(start[1], self._place_rates(start[1]))
@@ -117,8 +118,7 @@ class ClosedCoordinates:
     def _scale(self, y: FloatArray) -> FloatArray:
         """How far (m) a unit of every coordinate moves anything."""
         places = zip(self._points, y[self._links :].tolist(), strict=True)
-        speeds = [abs(complex(*point.at(u)[2:4])) for point, u in places]
-        return np.concatenate([self._lengths, speeds])
+        return np.concatenate([self._lengths, [_stretch(point.at, u) for point, u in places]])
 
     def _jacobian(self, y: FloatArray) -> FloatArray:
         """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
@@ -146,14 +146,12 @@ class ClosedCoordinates:
     def resume(self) -> None:
         """Choose the independent coordinates anew, and go on to the slots' present pieces."""
         for k, point in enumerate(self._points):
-            changes, piece = self._pieces[k]
+            changes, at = self._pieces[k]
             if changes == point.changes:
                 continue
             i = self._links + k
-            before = abs(complex(*point.curve_rate(piece, self._y[i])))
-            _, _, dx, dy, _, _ = point.at(point.u)
-            self._pieces[k], self._y[i] = (point.changes, point.piece), point.u
-            self._v[i] *= before / abs(complex(dx, dy))
+            self._v[i] *= _stretch(at, self._y[i]) / _stretch(point.at, point.u)
+            self._pieces[k], self._y[i] = (point.changes, point.at), point.u
         rank = len(self._split.dependent)
         split = self._chosen()
         # At a singular position the Jacobian has less rank than elsewhere.
@@ -332,3 +330,8 @@ class ClosedCoordinates:
         values = np.linalg.svd(self._jacobian(np.append(at.x, at.places)), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
         return AT_DEAD_CENTRE if locked else ""
+
+
+def _stretch(at: Evaluator, u: float) -> float:
+    """Length (m) of a piece's curve per unit of its parameter."""
+    return abs(complex(*at(u)[2:4]))

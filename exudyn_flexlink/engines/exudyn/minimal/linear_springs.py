@@ -28,7 +28,6 @@ MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direc
 class _Stretched(NamedTuple):
     """Springs at some instants, (..., springs) each; `moved` (..., springs, links) is J."""
 
-    between: ComplexArray
     along: ComplexArray
     size: FloatArray
     rate: FloatArray
@@ -68,7 +67,7 @@ class LinearSprings:
         pulled = (self.stiffness * (size - self._length) + self.damping * rate) * along
         drawn = self.stiffness * between + self.damping * moving
         force = -np.where(self._drawn, drawn, pulled)
-        return _Stretched(between, along, size, rate, force, moving, moved)
+        return _Stretched(along, size, rate, force, moving, moved)
 
     def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Generalised forces (..., links) at coordinates and speeds (..., links)."""

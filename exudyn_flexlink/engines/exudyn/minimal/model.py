@@ -295,7 +295,7 @@ class MinimalModel:
 
     def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
         """Knots and jumps of the slots' present pieces."""
-        return [(p.knots.places, p.knots.jumps) for p in self.coordinates.points]
+        return [point.knots for point in self.coordinates.points]
 
     def places(self, at: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""

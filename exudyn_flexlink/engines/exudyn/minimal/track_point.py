@@ -29,11 +29,6 @@ class TrackPoint:
         """Point and derivatives at a parameter of the present piece, also beyond its ends."""
         return self._at[self.piece]
 
-    def curve_rate(self, piece: int, u: float) -> tuple[float, float]:
-        """Derivative of a piece's point by its parameter."""
-        _, _, dx, dy, _, _ = self._at[piece](u)
-        return dx, dy
-
     @property
     def knots(self) -> Knots:
         """Where on the present piece the third derivative jumps."""
