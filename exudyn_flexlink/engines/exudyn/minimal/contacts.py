@@ -60,9 +60,9 @@ class MinimalContact:
 
     @property
     def along_curve(self) -> OnCurve | None:
-        """Its shape, if it presses on a curve along whose pieces it is followed."""
+        """Its shape, if it presses on a curve: it is followed along the pieces of that."""
         shape = self._shape
-        return shape if self.acts and isinstance(shape, OnCurve) and shape.held else None
+        return shape if self.acts and isinstance(shape, OnCurve) else None
 
     def follow(self, x: FloatArray) -> None:
         """Take up a state in which the contact goes on, begins or ends."""

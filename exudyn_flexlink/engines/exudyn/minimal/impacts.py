@@ -98,15 +98,12 @@ def jump_of(at: Evaluation, gaps: Gaps, restitution: FloatArray) -> Jump:
 class Impacts:
     """Changes of a model's rigid contacts, in a run.
 
-    `entries` are the run's beginnings and ends of contacts; `impacts` what is without duration, by
-    the number of the contact. `changed` tells that the state is another one since the last step.
+    `changed` tells that the state is another one since the last step.
     """
 
     model: MinimalModel
     finder: Finder
     recorder: Recorder
-    entries: list[Entry]
-    impacts: list[tuple[int, Interval]]
     endless: str = ""
     changed: bool = False
 
@@ -185,7 +182,7 @@ class Impacts:
         for c, k in enumerate(which):
             if not over[c] and jump.impulse[c] > 0:
                 hit = _interval(time, before[k].place, jump, c)
-                self.impacts.append((k, hit))
+                self.recorder.impacts.append((k, hit))
                 endless = self._bounces[k].endless(time, hit.approach_speed, REST_SPEED)
                 self.endless = self.endless or endless
 
@@ -233,8 +230,7 @@ class Impacts:
 
     def _tell(self, time: float, k: int, kind: str, approach: float = 0.0) -> None:
         touch, peak = self.finder.touches[k], self._contacts[k].peak
-        self.entries.append(Entry(time, k, kind, touch, approach, peak))
-        self.recorder.note()
+        self.recorder.note(Entry(time, k, kind, touch, approach, peak))
 
     # --- the state now ------------------------------------------------------------------------
 

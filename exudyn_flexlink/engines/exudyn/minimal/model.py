@@ -228,11 +228,8 @@ class MinimalModel:
         """Stiffness and damping matrix without rigid contacts."""
         stiffness, damping = self.springs(at)
         whole: TreeForces = at.kept
-        slopes = self._slopes(whole)
-        if whole.wall is None and not slopes:
-            return stiffness, damping
         transform = whole.state.transform
-        for across in slopes:
+        for across in self._slopes(whole):
             stiffness = stiffness + transform.reduced(across[0])
             damping = damping + transform.reduced(across[1])
         if whole.wall is not None:

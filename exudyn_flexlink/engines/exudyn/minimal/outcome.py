@@ -152,16 +152,16 @@ class _Reading:
         )
 
     def _written(self) -> Written:
-        entries, recorder = self.run.problem.entries, self.run.recorder
-        noted = zip(entries, recorder.at_notes, strict=True)
+        recorder = self.run.recorder
+        noted = zip(recorder.entries, recorder.at_notes, strict=True)
         peaks = [contact.peak for contact in self.model.contacts]
         return Written(
-            entries,
+            recorder.entries,
             [recorder.totals_of(entry.index, at) for entry, at in noted],
             recorder.totals_of,
             lambda k: peaks[k] if k < len(peaks) else 0.0,  # of walls the seeker knows it
             recorder.seeker,
-            self.run.problem.impacts,
+            recorder.impacts,
         )
 
     def _settings(self) -> dict[str, float | str]:

@@ -5,7 +5,7 @@ Places on the slots' curves are followed along with the coordinates; contacts be
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -42,7 +42,6 @@ from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.intervals import Interval
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
@@ -57,8 +56,7 @@ class MinimalProblem:
     """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
 
     `half_periods` (s) are those of the contacts, then of the pairs of link and guide; `given` (s)
-    is the user's own step. `entries` are the contacts' beginnings and ends; `impacts` those without
-    duration, by their numbers.
+    is the user's own step.
     """
 
     model: MinimalModel
@@ -67,8 +65,6 @@ class MinimalProblem:
     half_periods: list[float]
     end: float
     given: float | None
-    entries: list[Entry] = field(default_factory=list)
-    impacts: list[tuple[int, Interval]] = field(default_factory=list)
     reached: bool = False
     stop_reason: str = ""
     stop_advice: str = ""
@@ -86,7 +82,7 @@ class MinimalProblem:
         self._finder = Finder(self.model, self.goal, x, v)
         if self._finder.walls is not None:
             self._change_walls(self._finder.walls, 0.0)
-        self._rigid = Impacts(self.model, self._finder, self.recorder, self.entries, self.impacts)
+        self._rigid = Impacts(self.model, self._finder, self.recorder)
 
     @property
     def over(self) -> bool:
@@ -294,5 +290,4 @@ class MinimalProblem:
         return longest
 
     def _tell(self, time: float, k: int, kind: str, touch: Touch, peak: float = 0.0) -> None:
-        self.entries.append(Entry(time, k, kind, touch, -touch.gap_rate, peak))
-        self.recorder.note()
+        self.recorder.note(Entry(time, k, kind, touch, -touch.gap_rate, peak))

@@ -15,6 +15,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.exudyn.contact_log import Entry
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
 from exudyn_flexlink.engines.exudyn.minimal.driven import cut
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
@@ -22,6 +23,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForce
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import EnergyMeter, approach, joint_residuals
 
@@ -49,7 +51,8 @@ class Recorder:
     For each sample `accelerations` and `left` are those of all coordinates and the forces that
     motors and slots add to them; `totals` the energies dissipated in dampers and supplied by drives
     (J), then the impulse of each contact (N s), then the work done on each (J), since time 0.
-    `at_notes` are the totals at the instants that were noted.
+    `entries` are the contacts' beginnings and ends, `at_notes` the totals then, `impacts` what is
+    without duration, by the number of the contact.
     """
 
     def __init__(self, model: MinimalModel, grid: FloatArray, seeker: ExtremeSeeker) -> None:
@@ -63,7 +66,9 @@ class Recorder:
         self.accelerations: list[FloatArray] = []  # (samples, links) of each block
         self.left: list[FloatArray] = []
         self.totals: list[FloatArray] = []
+        self.entries: list[Entry] = []
         self.at_notes: list[FloatArray] = []
+        self.impacts: list[tuple[int, Interval]] = []
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
         self.constraint_error = 0.0
@@ -120,8 +125,9 @@ class Recorder:
             last = self._steps[-1]
             self._keep(last.stages.pick(slice(-1, None)), len(self._steps) - 1, np.ones(1))
 
-    def note(self) -> None:
-        """Keep the totals at the end of the last step."""
+    def note(self, entry: Entry) -> None:
+        """Write down what a contact does at the end of the last step, with the totals then."""
+        self.entries.append(entry)
         self._notes.append((len(self._steps), len(self._leaps)))
 
     def leap(

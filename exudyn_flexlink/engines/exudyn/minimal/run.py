@@ -126,7 +126,7 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
 def _shortened(run: MinimalRun) -> list[str]:
     """Say where the user's own step was too long for a contact that came to be."""
     given, halves = run.problem.given, run.problem.half_periods
-    touched = {entry.index for entry in run.problem.entries}
+    touched = {entry.index for entry in run.recorder.entries}
     if given is None:
         return []
     found = [halves[k] for k in touched if IN_CONTACT * halves[k] < given]

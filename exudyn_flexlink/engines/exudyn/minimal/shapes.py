@@ -207,11 +207,6 @@ class OnCurve:
         turned -= 2 * self._side * turning * along
         return nx * (ax - bx) + ny * (ay - by) + turned + look.bend * along * along
 
-    @property
-    def held(self) -> bool:
-        """Whether the point is followed along a piece."""
-        return self._held is not None
-
     def follow(self, x: list[float]) -> None:
         """Follow the point from here on along the piece where it is."""
         at = self._seen(x)
