@@ -21,6 +21,15 @@ LARGE_GROWTH = 10.0
 MANY_STEPS = 500
 
 
+def beyond_steps(result: Result) -> str:
+    """Say why a run may be off by more than its steps foresee; empty if nothing speaks for it."""
+    if reason := multiplying(result):
+        return f"errors multiply ({reason})"
+    if reason := aiming(result):
+        return f"its steps only aim at the tolerance ({reason})"
+    return ""
+
+
 def multiplying(result: Result) -> str:
     """Say what may have multiplied errors beyond what steps foresee; empty if nothing did."""
     found = [

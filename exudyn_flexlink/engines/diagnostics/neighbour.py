@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf, sqrt
 
-from exudyn_flexlink.engines.diagnostics.amplification import aiming, multiplying
+from exudyn_flexlink.engines.diagnostics.amplification import beyond_steps
 from exudyn_flexlink.engines.diagnostics.bursts import alike_by_chance
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
@@ -47,7 +47,7 @@ class Measured:
 
 def unmeasured(result: Result) -> Result:
     """Return a run that says so where only a neighbour can measure its error."""
-    if not result.outcome.completed or not (multiplying(result) or aiming(result)):
+    if not result.outcome.completed or not beyond_steps(result):
         return result
     return replace(result, error=MeasuredError(missing=NOT_MEASURED))
 
@@ -95,7 +95,7 @@ def _finer(result: Result, again: Callable[[Scene], Result], factor: float) -> t
     """
     asked, scene = factor, retuned(result.scene, result, factor)
     neighbour = _made(again, scene)
-    if factor > 1 or "tolerance" not in result.settings or multiplying(result) or aiming(result):
+    if factor > 1 or "tolerance" not in result.settings or beyond_steps(result):
         return neighbour, asked
     for _ in range(MOST_AGAIN):
         more = neighbour.checks.steps >= MORE_STEPS * result.checks.steps
@@ -179,16 +179,9 @@ def _broken_off(result: Result, told: MeasuredError | None, why: str) -> Result:
 
 def _with(result: Result, error: MeasuredError) -> Result:
     """Return a run with its error, and with warnings of what is too large, or not known."""
-    told = [f"{text}{_why(result)}" for text in _told(error)]
+    why = beyond_steps(result)
+    told = [f"{text}: {why}" if why else text for text in _told(error)]
     return replace(result, error=error, warnings=(*result.warnings, *told))
-
-
-def _why(result: Result) -> str:
-    if reason := multiplying(result):
-        return f": errors multiply ({reason})"
-    if reason := aiming(result):
-        return f": its steps only aim at the tolerance ({reason})"
-    return ""
 
 
 def _told(error: MeasuredError) -> Iterator[str]:
