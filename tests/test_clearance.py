@@ -179,3 +179,17 @@ def test_a_link_at_rest_stays_there_where_it_ends_in_the_mouth_of_its_guide():
     assert result.outcome.completed, result.outcome
     assert path(result, "link.end").position[0] == pytest.approx([0.11, 0.0], abs=1e-15)
     assert np.abs(result.poses - result.poses[0]).max() < 1e-12
+
+
+def test_a_held_link_and_a_bearing_of_one_law_keep_the_energy():
+    """The same numbers press a link from both sides, and a journal from outside."""
+    settings = (
+        "bodies.link.rods=3",
+        "joints.pivot.clearance=1e-4",
+        "joints.pivot.law={stiffness: 1e5, restitution: 0.5}",
+        "gravity=[0, 50]",
+        "run={duration: 0.02}",
+        "solver.formulation=redundant",
+    )
+    result = simulate(load_scene(MODEL.with_name("supported.yaml"), settings), measure=False)
+    assert result.checks.energy_residual < 1e-6 * result.checks.largest_kinetic_energy

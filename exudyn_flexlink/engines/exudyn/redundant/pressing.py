@@ -24,7 +24,7 @@ from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, Fa
 
 Law = Callable[..., Any]
 
-COORDINATE_SPRING = "ObjectConnectorCoordinateSpringDamper"
+COORDINATE_SPRING, SPRING = "ObjectConnectorCoordinateSpringDamper", "ObjectConnectorSpringDamper"
 
 
 class Pressing:
@@ -42,7 +42,7 @@ class Pressing:
         self._items = [normal]
         self._friction = contact.friction
         if contact.friction is not None:
-            law = _law(system, contact.friction, _sliding(contact.friction))
+            law = _law(system, contact.friction, 0.0, COORDINATE_SPRING)
             anchors = contact.anchors[1][0], contact.anchors[0][0]
             self._slip_marker, self._slip = _across(system, anchors, (1.0, 0.0), law)
             self._items.append(self._slip)
@@ -74,8 +74,8 @@ class PressingFace(Pressing):
 
     def __init__(self, system: System, contact: FaceContact, geometry: FaceGeometry) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        side, both = contact.side or 1.0, contact.side == 0
-        law = _law(system, (contact.law, both), _pressing(contact.law, both))
+        side = contact.side or 1.0
+        law = _law(system, contact.law, 1.0 if contact.side else 0.0, COORDINATE_SPRING)
         normal = -side * geometry.ey, side * geometry.ex
         self._marker, item = _across(system, (contact.start, contact.point), normal, law)
         super().__init__(system, contact, geometry, item)
@@ -93,9 +93,7 @@ class PressingCircles(Pressing):
 
     def __init__(self, system: System, contact: CircleContact, geometry: CircleGeometry) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        spring = "ObjectConnectorSpringDamper"
-        key = contact.law, contact.inside
-        law = _law(system, key, _between_centres(contact.law, contact.inside), spring)
+        law = _law(system, contact.law, -1.0 if contact.inside else 1.0, SPRING)
         markers = [system.point_marker(contact.second), system.point_marker(contact.first)]
         item = system.mbs.AddObject(
             items.ObjectConnectorSpringDamper(
@@ -108,11 +106,13 @@ class PressingCircles(Pressing):
         super().__init__(system, contact, geometry, int(item))
 
 
-def _law(system: System, key: Any, law: Law, kind: str = COORDINATE_SPRING) -> Any:
-    """Return a symbolic function, one for all contacts of the same law."""
+def _law(system: System, law: RestitutionPenalty | Friction, free: float, kind: str) -> Any:
+    """Return a symbolic function for items of a kind, one for all contacts of the same law."""
+    key = law, free, kind
     if key not in system.laws:
+        force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)
         system.laws[key] = utilities.CreateSymbolicUserFunction(
-            system.mbs, law, "springForceUserFunction", itemTypeName=kind
+            system.mbs, force, "springForceUserFunction", itemTypeName=kind
         )
     return system.laws[key]
 
@@ -143,37 +143,24 @@ def _across(
     return int(marker), int(item)
 
 
-def _pressing(law: RestitutionPenalty, two_sided: bool) -> Law:
-    """Restoring force over the gap u and its rate v: minus that of `laws.RestitutionPenalty`.
+def _pressing(law: RestitutionPenalty, free: float) -> Law:
+    """Restoring force over the place u and its rate v: minus that of `laws.RestitutionPenalty`.
 
-    Two-sided, u is the distance to the left of the line, and whatever its sign pulled back.
+    `free` is the sign of u where nothing presses; 0: on either side the point is pulled back.
     """
     e2 = law.restitution**2
     elastic, lossy = law.stiffness * (1 + e2) / 2, law.stiffness * (1 - e2) / 2
     symbolic = Engine.symbolic
 
     def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
-        pressed = u * (elastic - lossy * symbolic.tanh(v / law.transition_speed))
-        return symbolic.IfThenElse(u < 0, pressed, 0.0 * u)
+        pressed = u * (elastic - lossy * symbolic.tanh(free * v / law.transition_speed))
+        return symbolic.IfThenElse(free * u < 0, pressed, 0.0 * u)
 
     def both_sides(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
         deeper = symbolic.sign(u) * v / law.transition_speed
         return u * (elastic + lossy * symbolic.tanh(deeper))
 
-    return both_sides if two_sided else one_side
-
-
-def _between_centres(law: RestitutionPenalty, inside: bool) -> Law:
-    """Force that pulls two centres together, over their distance less that at which they touch."""
-    e2, way = law.restitution**2, -1.0 if inside else 1.0
-    elastic, lossy = law.stiffness * (1 + e2) / 2, law.stiffness * (1 - e2) / 2
-    symbolic = Engine.symbolic
-
-    def pull(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _f: Any) -> Any:
-        pressed = u * (elastic - lossy * symbolic.tanh(way * v / law.transition_speed))
-        return symbolic.IfThenElse(way * u < 0, pressed, 0.0 * u)
-
-    return pull
+    return one_side if free else both_sides
 
 
 def _sliding(friction: Friction) -> Law:
