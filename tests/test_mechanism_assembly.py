@@ -76,7 +76,7 @@ SLIDER_CRANK = (
 def test_the_paper_at_time_0() -> None:
     found = paper()
     assert found.degrees_of_freedom == 10  # 9 hinges and the lever
-    assert found.redundant == 0
+    assert not found.surplus
     assert found.state.q[1] == pytest.approx([0.04, 0, 0], abs=1e-12)
     assert found.state.v[0] == pytest.approx([0, 0, 10], abs=1e-12)
     # P stays at the distance's extremum: it only turns about C, 0.02 m away.
@@ -141,7 +141,7 @@ def test_a_guess_picks_the_branch_of_a_four_bar(side: int) -> None:
 
 
 def test_a_four_bar_without_guesses_finds_a_branch() -> None:
-    assert assembled(FOUR_BAR).redundant == 0
+    assert not assembled(FOUR_BAR).surplus
 
 
 @pytest.mark.parametrize("angle", [0, 60, 90, 180, 270])
@@ -314,7 +314,7 @@ def test_a_link_in_walls_starts_as_one_on_the_axis(model: str, angle: float) -> 
     assert found.state.q == pytest.approx(ideal.state.q, abs=1e-12)
     assert found.state.v == pytest.approx(ideal.state.v, abs=1e-10)
     assert found.state.places == pytest.approx(ideal.state.places, abs=1e-12)
-    assert found.redundant == 0
+    assert not found.surplus
     # 9 hinges and the lever; with clearance the place of P and the direction of the link too.
     assert found.degrees_of_freedom == {"clearance": 12, "supported": 10}[model]
 

@@ -34,7 +34,7 @@ def test_the_schema_file_is_current() -> None:
 
 @any_model
 def test_it_loads_and_moves(path: Path) -> None:
-    assert assemble_scene(load_scene(path)).redundant == 0
+    assert not assemble_scene(load_scene(path)).surplus
 
 
 @any_model

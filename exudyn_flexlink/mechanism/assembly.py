@@ -59,11 +59,6 @@ class Assembly:
     degrees_of_freedom: int
     surplus: Mapping[str, int]
 
-    @property
-    def redundant(self) -> int:
-        """Number of constraints that others imply already."""
-        return sum(self.surplus.values())
-
 
 class CannotMoveError(ValueError):
     """A drive, or a speed at the start, contradicts the joints and those before it.

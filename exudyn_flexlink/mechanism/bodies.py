@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import atan2, hypot, sqrt
 
 from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise
@@ -60,15 +59,6 @@ def station(lengths: Sequence[float], place: float) -> tuple[int, float, float]:
     return rod, min(place, lengths[rod]), 0.0
 
 
-@dataclass(frozen=True)
-class _Body:
-    """Parts of a body, and its named points as anchors."""
-
-    first: int
-    last: int
-    points: dict[str, tuple[int, float, float]]  # part (index from the body's first), x, y
-
-
 class Bodies:
     """All parts, in the order of the scene's bodies, and what holds those of one body together."""
 
@@ -79,20 +69,22 @@ class Bodies:
         self.slides: list[Slide] = []
         self.springs: list[RotarySpring] = []
         self.linear_springs: list[LinearSpring] = []
-        self._bodies = {name: self._add_body(name) for name in scene.bodies}
+        self._first: dict[str, int] = {}
+        self._points: dict[str, dict[str, Anchor]] = {}
+        for name in scene.bodies:
+            self._first[name] = len(self.parts)
+            self._points[name] = self._add_body(name)
 
     def first_part(self, body: str) -> int:
         """Index of the first part of a body."""
-        return self._bodies[body].first
+        return self._first[body]
 
     def anchor(self, point: str, at: tuple[float, float] | None = None) -> Anchor:
         """Anchor of 'body.point', or of the place `at` for 'ground'."""
         body, name = split_point(point)
-        if body not in self._bodies:
-            x, y = at if at is not None else (0.0, 0.0)
-            return Anchor(GROUND, x, y)
-        part, x, y = self._bodies[body].points[name]
-        return Anchor(self._bodies[body].first + part, x, y)
+        if body not in self._points:
+            return Anchor(GROUND, *(at or (0.0, 0.0)))
+        return self._points[body][name]
 
     def carrier(self, curve: str) -> int:
         """Index of the part that carries a curve, GROUND where none does."""
@@ -121,18 +113,16 @@ class Bodies:
         x, y = found.axis
         return Slide(joint, *self.ends(found), atan2(y, x), found.angle)
 
-    def _add_body(self, name: str) -> _Body:
+    def _add_body(self, name: str) -> dict[str, Anchor]:
+        """Add the parts of a body; return its named points."""
         body = self.scene.bodies[name]
-        first = len(self.parts)
         if isinstance(body, FlexibleBody):
-            points = self._add_chain(name, body)
-        elif isinstance(body, RodBody):
-            points = self._add_rod(name, body)
-        else:
-            points = self._add_rigid(name, body)
-        return _Body(first, len(self.parts) - 1, points)
+            return self._add_chain(name, body)
+        if isinstance(body, RodBody):
+            return self._add_rod(name, body)
+        return self._add_rigid(name, body)
 
-    def _add_chain(self, name: str, body: FlexibleBody) -> dict[str, tuple[int, float, float]]:
+    def _add_chain(self, name: str, body: FlexibleBody) -> dict[str, Anchor]:
         chain, beam = chain_of(self.scene, body), beam_of(self.scene, body)
         first, rods = len(self.parts), chain.rods
         if body.stretch:  # each rod gives way between its halves
@@ -151,10 +141,12 @@ class Bodies:
                 self._add_stretch(label, before, after, axial / chain.rods[k].length)
             else:
                 self._add_hinge(f"{name} hinge {k + 1}", before, after, chain.hinges[k])
-        lengths = [rod.length for rod in rods]
-        stations = {key: station(lengths, place) for key, place in body.points.items()}
-        last = len(rods) - 1
-        return {"start": (0, 0.0, 0.0), "end": (last, lengths[last], 0.0), **stations}
+        lengths, last = [rod.length for rod in rods], first + len(rods) - 1
+        points = {"start": Anchor(first, 0.0, 0.0), "end": Anchor(last, lengths[-1], 0.0)}
+        for key, along in body.points.items():
+            part, *place = station(lengths, along)
+            points[key] = Anchor(first + part, *place)
+        return points
 
     def _add_hinge(self, label: str, before: Anchor, after: Anchor, hinge: Hinge) -> None:
         self.pins.append(Pin(label, before, after))
@@ -166,21 +158,19 @@ class Bodies:
         self.slides.append(Slide(label, before, after))
         self.linear_springs.append(LinearSpring(label, before, after, stiffness, 0.0, 0.0, True))
 
-    def _add_rod(self, name: str, body: RodBody) -> dict[str, tuple[int, float, float]]:
+    def _add_rod(self, name: str, body: RodBody) -> dict[str, Anchor]:
         rod, half = beam_of(self.scene, body).rod(body.length), body.length / 2
-        end = ((body.length, 0.0),)
+        end, places = ((body.length, 0.0),), {"start": 0.0, "end": body.length, "centre": half}
+        places |= body.points
+        points = {key: Anchor(len(self.parts), place, 0.0) for key, place in places.items()}
         self.parts.append(RigidPart(name, name, rod.mass, rod.inertia, (half, 0.0), end))
-        return {
-            "start": (0, 0.0, 0.0),
-            "end": (0, body.length, 0.0),
-            "centre": (0, half, 0.0),
-            **{key: (0, place, 0.0) for key, place in body.points.items()},
-        }
+        return points
 
-    def _add_rigid(self, name: str, body: RigidBody) -> dict[str, tuple[int, float, float]]:
+    def _add_rigid(self, name: str, body: RigidBody) -> dict[str, Anchor]:
         x, y = body.centre_of_mass
-        points = {"centre": (0, x, y)} | {key: (0, *at) for key, at in body.points.items()}
-        apart = [(px, py) for _, px, py in points.values() if px or py]
+        places = {"centre": (x, y), **body.points}
+        points = {key: Anchor(len(self.parts), *place) for key, place in places.items()}
+        apart = [place for place in places.values() if any(place)]
         if not apart:
             # A body that refers to its own origin only still has a size, to weigh its angle by.
             size = max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))

@@ -66,7 +66,7 @@ class CircleGeometry:
         between = Between((px - sx, py - sy), (pu - su, pv - sv), (spin, turning), second)
         touch, (nx, ny), far = self._circles.touch(between)
         # For `meeting` and `aim`: how the centres move past each other, and directions with rates.
-        self._far, self._past = far, nx * (pv - sv) - ny * (pu - su)
+        self._past = nx * (pv - sv) - ny * (pu - su)
         around = self._past / far if far > 0 else 0.0
         way = atan2(ny, nx)
         self._in_first, self._in_second = (

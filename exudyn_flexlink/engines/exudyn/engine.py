@@ -21,8 +21,3 @@ exudyn.config.printToConsole = False
 Engine: Any = exudyn
 items: Any = itemInterface
 utilities: Any = advancedUtilities
-
-
-def version() -> str:
-    """Version of Exudyn."""
-    return str(exudyn.__version__)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from platform import python_version
 
-import numpy as np
-
-from exudyn_flexlink.engines.exudyn.engine import version
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Assembly, least_tolerance
+from exudyn_flexlink.versions import version_of
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
 SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
@@ -19,7 +17,8 @@ LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths
 
 def versions() -> dict[str, str]:
     """Versions of what computes."""
-    return {"exudyn": version(), "numpy": np.__version__, "python": python_version()}
+    used = {package: version_of(package) for package in ("exudyn", "numpy")}
+    return {**used, "python": python_version()}
 
 
 def no_solution_advice(
