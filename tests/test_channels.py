@@ -199,7 +199,6 @@ def test_a_rigid_link_is_one_rod():
 def test_every_pair_has_the_law_of_the_sleeve():
     channel = assembled(model="clearance_friction.yaml").mechanism.channels[0]
     for contact in pairs(channel):
-        assert contact.walled
         assert contact.law == RestitutionPenalty(1e5, 0.5)
         assert contact.friction == Friction(0.15, 1e-3)
     assert assembled().mechanism.channels[0].friction is None

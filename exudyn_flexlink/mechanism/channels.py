@@ -59,7 +59,6 @@ def _on_wall(channel: Channel, node: int, side: float) -> FaceContact:
         -side,
         channel.law,
         channel.friction,
-        walled=True,
     )
 
 
@@ -73,7 +72,6 @@ def _on_corner(channel: Channel, rod: int, mouth: str, x: float, side: float) ->
         side,
         channel.law,
         channel.friction,
-        walled=True,
     )
 
 

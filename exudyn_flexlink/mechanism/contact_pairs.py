@@ -18,8 +18,8 @@ class FaceContact:
     """An anchor that cannot cross the segment from `start` to `end` of another part.
 
     `side` is +1 if the free side is left of the direction from start to end, -1 if right, and 0 if
-    neither is: the point is held on the line. `walled` contacts push back whatever is behind the
-    face, wherever it came from; others let pass what came there beside the face.
+    neither is: the point is held on the line. What came behind the face beside its ends may pass;
+    pairs of a `Channel` push it back.
     """
 
     name: str
@@ -29,7 +29,6 @@ class FaceContact:
     side: float
     law: RestitutionPenalty | Impulse
     friction: Friction | None = None
-    walled: bool = False
 
     @property
     def length(self) -> float:

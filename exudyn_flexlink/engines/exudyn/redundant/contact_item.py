@@ -53,7 +53,7 @@ class ContactItem:
         self.index = index
         self.contact = contact
         # Circles are walls all around: nothing comes beside or behind them.
-        self.walled = isinstance(contact, CircleContact) or contact.walled
+        self.walled = isinstance(contact, CircleContact) or channel is not None
         self.resolution, self.contact_step = resolution, resolution.step
         self._shortest = SHORTEST * resolution.step
         self.geometry: FaceGeometry | CircleGeometry

@@ -83,10 +83,9 @@ class SlotItems:
         place = float(system.assembly.state.places[index])
         self.piece, self.u = self.curve.locate(place)
         self._laps = pieces_of_laps(self.curve)
-        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         # Turns made round a closed curve, negative backwards. A point that starts on the seam and
         # runs backwards begins in turn -1.
-        self.winding = self._lap
+        self.winding = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
         self.row = 3 * self.slot.anchor.part
         self._carried = self.slot.carrier != GROUND
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
@@ -271,6 +270,10 @@ class SlotItems:
             details = {"lap": float(lap_number(self.winding))}
             self.events.append(Event(time, "lap", self.slot.name, details))
 
+    def _ends_of_lap(self) -> tuple[int, int]:
+        """First and last piece of the lap that the point is in."""
+        return self._laps[(lap_number(self.winding) - 1) % len(self._laps)]
+
     def _until_end(self, speed: float, along: float, rising: float) -> float:
         """Time (s) until the point reaches the end of the current piece; inf while it rests."""
         piece = self.curve.pieces[self.piece]
@@ -282,15 +285,14 @@ class SlotItems:
         return first_zero(left, -abs(along), -rising if along > 0 else rising)
 
     def _next_piece(self, way: int, time: float) -> None:
-        first, last = self._laps[self._lap]
+        first, last = self._ends_of_lap()
         after = self.piece + way
         if not first <= after <= last:
             if not self.curve.closed:
                 self.at_end = True
                 return
             self._cross_seam(way, time)
-            self._lap = (lap_number(self.winding) - 1) % len(self._laps)
-            first, last = self._laps[self._lap]
+            first, last = self._ends_of_lap()
             after = first if way > 0 else last
         item = self._item_of_piece[after]
         self.jumped = item != self._item_of_piece[self.piece] or item == self._general
