@@ -67,14 +67,13 @@ class Finder:
         self.model, self.goal = model, goal
         self.touches = [contact.touch(x, v) for contact in model.contacts]
         self.x = x
-        self.walls = WallWatch(model.walls, x, v) if model.walls.contacts else None
+        self.walls = WallWatch(model.walls, x, v)
         self._looks: dict[float, TreeState] = {}  # within the present step
         self._ahead: tuple[TreeState, list[Touch]] | None = None  # where the last step ends
 
     def accept(self, step: Step, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
-        if self.walls is not None:
-            self.walls.accept(end)
+        self.walls.accept(end)
         before, h, self.x = self.touches, step.h, end.x
         self.touches = self._at_end(end)
         for contact, touch, old in zip(self.model.contacts, self.touches, before, strict=True):
@@ -87,7 +86,7 @@ class Finder:
         """What happens first within the step, which ends at these coordinates."""
         self._looks = {step.end: end}
         found = [*self._ends_of_pieces(step, end), *self._changes_of_contacts(step)]
-        if self.walls is not None and (touched := self.walls.first(step, end)) is not None:
+        if (touched := self.walls.first(step, end)) is not None:
             found.append(Event(touched[0], WallChange(touched[1]), bends=True))
         if self.goal is not None and self.goal(end.x) < 0:
             time = fall(lambda t: self._to_turn(step, t), step.t, step.end)
@@ -97,8 +96,7 @@ class Finder:
     def look_again(self, end: TreeState) -> None:
         """Take the present state, whose speeds have jumped."""
         self.touches = [contact.touch(end.x, end.v) for contact in self.model.contacts]
-        if self.walls is not None:
-            self.walls.accept(end)
+        self.walls.accept(end)
 
     def _at_end(self, end: TreeState) -> list[Touch]:
         """Touches at the end of a step, which are asked for again as it is accepted."""

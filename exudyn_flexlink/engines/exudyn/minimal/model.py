@@ -204,14 +204,14 @@ class MinimalModel:
         (n, c, 2).
         """
         pushes = np.zeros((len(x), len(self.contacts), 2))
-        acting = self._giving_way()
+        acting = self.giving_way()
         touching = np.empty((len(x), len(acting), 2))
         for c, (k, contact) in enumerate(acting):
             for i in range(len(x)):
                 pushes[i, k], touching[i, c] = contact.push(x[i], v[i], onto[i])
         return pushes, touching
 
-    def _giving_way(self) -> list[tuple[int, PenaltyContact]]:
+    def giving_way(self) -> list[tuple[int, PenaltyContact]]:
         """Numbered contacts with a penalty force that acts."""
         all_of_them = enumerate(self.contacts)
         return [(k, c) for k, c in all_of_them if c.acts and isinstance(c, PenaltyContact)]
@@ -240,7 +240,7 @@ class MinimalModel:
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
         x, v = whole.state.x, whole.state.v
-        found = [contact.slopes(x, v) for _, contact in self._giving_way()]
+        found = [contact.slopes(x, v) for _, contact in self.giving_way()]
         if self.loads.stiff:
             found.append(self.loads.slopes(float(whole.t), x, v))
         return [slopes for slopes in found if slopes is not None]
@@ -253,7 +253,7 @@ class MinimalModel:
 
     def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
-        acting = [contact for _, contact in self._giving_way()]
+        acting = [contact for _, contact in self.giving_way()]
         if not acting:
             return None
         state: TreeState = at.kept.state

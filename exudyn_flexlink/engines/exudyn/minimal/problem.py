@@ -16,7 +16,6 @@ from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
-    MinimalContact,
     PenaltyContact,
     RigidContact,
     Side,
@@ -37,7 +36,6 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
-from exudyn_flexlink.engines.exudyn.minimal.wall_events import WallWatch
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
@@ -80,8 +78,7 @@ class MinimalProblem:
         self.instability = Instability(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = Finder(self.model, self.goal, x, v)
-        if self._finder.walls is not None:
-            self._change_walls(self._finder.walls, 0.0)
+        self._change_walls(0.0)
         self._rigid = Impacts(self.model, self._finder, self.recorder)
 
     @property
@@ -127,15 +124,13 @@ class MinimalProblem:
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
         self._finder.accept(step, end)
-        for contact, touch in self._contacts():
-            if contact.acts and isinstance(contact, PenaltyContact):
-                contact.peak = max(contact.peak, contact.force(touch))
+        for contact, touch in self._giving_way():
+            contact.peak = max(contact.peak, contact.force(touch))
         self._note_reactions(step)
         self.recorder.take(step, end)
         if any(contact.acts for contact in self.model.contacts[: self._of_scene]):
             self.recorder.mark()  # even samples miss the peaks of a contact's force
-        walls = self._finder.walls
-        if walls is not None and (broken := self.model.walls.broken(walls.seen)) is not None:
+        if (broken := self.model.walls.broken(self._finder.walls.seen)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
 
     def _note_reactions(self, step: Step) -> None:
@@ -151,18 +146,14 @@ class MinimalProblem:
             self._ended = step, self.model.state(step.end, step.finish.q, step.finish.v)
         return self._ended[1]
 
-    def _contacts(self) -> list[tuple[MinimalContact, Touch]]:
-        """Every contact with where it is."""
-        return list(zip(self.model.contacts, self._finder.touches, strict=True))
+    def _giving_way(self) -> list[tuple[PenaltyContact, Touch]]:
+        """Contacts with a penalty force that acts, with where they are."""
+        return [(contact, self._finder.touches[k]) for k, contact in self.model.giving_way()]
 
     def longest(self, at: Evaluation) -> float:
         """Limit of a step, s: places stay near those searched from, a point comes to rest."""
         near = self.model.coordinates.longest(at.kept.state)
-        rests = [
-            contact.rests_in(touch)
-            for contact, touch in self._contacts()
-            if contact.acts and isinstance(contact, PenaltyContact)
-        ]
+        rests = [contact.rests_in(touch) for contact, touch in self._giving_way()]
         limits = [near, *rests]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps
             acting = [*(one.acts for one in self.model.contacts), *self.model.walls.touching]
@@ -195,7 +186,6 @@ class MinimalProblem:
         closed: what gaps are off by would be as much as the smallest bounces.
         """
         if isinstance(event.what, WallChange):
-            assert self._finder.walls is not None
             return -self._finder.walls.missed(event.what.pair, self._end_of(step))
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
@@ -237,8 +227,7 @@ class MinimalProblem:
                 self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
                 self.stop_advice = "lengthen the curve, or end the run before"
         elif isinstance(event.what, WallChange):
-            assert self._finder.walls is not None
-            longest = self._change_walls(self._finder.walls, event.time, event.what.pair)
+            longest = self._change_walls(event.time, event.what.pair)
         elif isinstance(event.what, ContactChange):
             k = event.what.contact
             if k in self.model.rigid.all:
@@ -276,9 +265,9 @@ class MinimalProblem:
             self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
         contact.follow(self._finder.x)
 
-    def _change_walls(self, walls: WallWatch, time: float, first: int | None = None) -> float:
+    def _change_walls(self, time: float, first: int | None = None) -> float:
         """Let all pairs that do so, `first` first, begin or cease to press; as `cross`."""
-        longest, before = inf, len(self.model.contacts)
+        longest, before, walls = inf, len(self.model.contacts), self._finder.walls
         others = [k for k in walls.changed().tolist() if k != first]
         for k in others if first is None else [first, *others]:
             self.model.walls.change(k)

@@ -48,7 +48,8 @@ class WallWatch:
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
-        self.seen = self._at_end(end)
+        if self.walls.contacts:
+            self.seen = self._at_end(end)
 
     def _at_end(self, end: TreeState) -> Seen:
         """All pairs at the end of a step, which is asked for again as it is accepted."""
@@ -82,6 +83,8 @@ class WallWatch:
 
     def first(self, step: Step, end: TreeState) -> tuple[float, int] | None:
         """Instant (s) and pair of the first event within a step; None if there is none."""
+        if not self.walls.contacts:
+            return None
         x, v = step.stages.kept.state[:2]
         x, v = np.concatenate([x[:-1], end.x[None]]), np.concatenate([v[:-1], end.v[None]])
         stages = self.walls.faces.look(x, v)
