@@ -58,7 +58,7 @@ class TurnsMade(NamedTuple):
     """The turns that end the run are made."""
 
 
-class Finder:
+class EventFinder:
     """Looks at steps; `touches` are those of the contacts at the end of the last one accepted."""
 
     def __init__(

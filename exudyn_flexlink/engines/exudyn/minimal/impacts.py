@@ -28,7 +28,7 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, Side
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.events import Finder
+from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, mobility
@@ -102,7 +102,7 @@ class Impacts:
     """
 
     model: MinimalModel
-    finder: Finder
+    finder: EventFinder
     recorder: Recorder
     endless: str = ""
     changed: bool = False

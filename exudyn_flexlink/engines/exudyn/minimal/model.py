@@ -221,8 +221,8 @@ class MinimalModel:
 
         What else turns with the mechanism is left to the iteration.
         """
-        giving, keeping = self._giving(at), self.rigid.keeping(at)
-        return giving if keeping is None else keeping.slopes(*giving)
+        giving, projector = self._giving(at), self.rigid.projector(at)
+        return giving if projector is None else projector.slopes(*giving)
 
     def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without rigid contacts."""
@@ -260,8 +260,8 @@ class MinimalModel:
         rows = np.array([contact.gradient(state.x, state.v) for contact in acting])
         rows = state.transform.reduced_rows(rows)
         # Closed gaps let a force through to the same motions by which they let a gap open.
-        keeping = self.rigid.keeping(at)
-        rows = rows if keeping is None else rows @ keeping.through.T
+        projector = self.rigid.projector(at)
+        rows = rows if projector is None else rows @ projector.free.T
         return rows, press_by([contact.law for contact in acting])
 
     def size(self, change: FloatArray) -> float:

@@ -23,7 +23,7 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import (
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     ContactChange,
-    Finder,
+    EventFinder,
     Goal,
     PieceEnd,
     TurnsMade,
@@ -77,7 +77,7 @@ class MinimalProblem:
         self._overlooked = Overlooked(self.model, self.end)
         self.instability = Instability(self.model, self.end)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
-        self._finder = Finder(self.model, self.goal, x, v)
+        self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
         self._rigid = Impacts(self.model, self._finder, self.recorder)
 

@@ -49,16 +49,16 @@ def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
     return arms, gaps.free @ arms
 
 
-class Keeping(NamedTuple):
-    """What closed gaps let through: of forces (independent, independent), and of the gaps."""
+class Projector(NamedTuple):
+    """``1 - G^T W G M^-1`` of forces past closed gaps, and ``G^T W G``, ``W = (G M^-1 G^T)^-1``."""
 
-    through: FloatArray
+    free: FloatArray  # (independent, independent)
     closed: FloatArray
 
     def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix with the reactions in them."""
         of_gaps, of_rates = BAUMGARTE * BAUMGARTE * self.closed, 2 * BAUMGARTE * self.closed
-        return self.through @ stiffness + of_gaps, self.through @ damping + of_rates
+        return self.free @ stiffness + of_gaps, self.free @ damping + of_rates
 
 
 class RigidContacts:
@@ -98,7 +98,7 @@ class RigidContacts:
         free = at.force + (press[:, None] @ gaps.free)[:, 0]
         return at._replace(force=free, kept=kept._replace(force=force))
 
-    def keeping(self, at: Evaluation) -> Keeping | None:
+    def projector(self, at: Evaluation) -> Projector | None:
         """What those that last let through at one state; None if none does."""
         which = self.lasting()
         if not which:
@@ -107,7 +107,7 @@ class RigidContacts:
         gaps = self.gaps(which, state.pick(None)).pick(0)
         arms, moved = mobility(gaps, at.mass)
         back = gaps.free.T @ _inverse(moved)
-        return Keeping(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)
+        return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)
 
 
 def _inverse(moved: FloatArray) -> FloatArray:
