@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Event as Asked
 
@@ -50,12 +49,9 @@ class MinimalRun:
     events: list[Event]
 
 
-def result_of(run: MinimalRun, warnings: Sequence[str], outcome: Outcome) -> Result:
-    """Put the Result together; its timings are still to come."""
-    return _Reading(run).result(tuple(warnings), outcome)
+class RunReader:
+    """Reads what a run recorded, and puts its Result together."""
 
-
-class _Reading:
     def __init__(self, run: MinimalRun) -> None:
         self.run = run
         self.model, self.mechanism = run.model, run.model.assembly.mechanism
@@ -112,6 +108,7 @@ class _Reading:
         return found
 
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
+        """Return the Result; its timings are still to come."""
         poses, rates = self.moved.poses, self.moved.rates
         recorder, growing = self.run.recorder, self.run.problem.instability
         energies = recorder.energies(poses, rates, self.totals, self.pressed)

@@ -16,7 +16,7 @@ from exudyn_flexlink.engines.ending import of_turns
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.minimal.guided import DeadCentreError
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, result_of
+from exudyn_flexlink.engines.exudyn.minimal.outcome import MinimalRun, RunReader
 from exudyn_flexlink.engines.exudyn.minimal.problem import IN_CONTACT, MinimalProblem
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.reporting import (
@@ -119,8 +119,8 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     """Put the Result together; its timings are still to come."""
-    told = [*_shortened(run), *_on_dead_centres(run)]
-    return result_of(run, told, _outcome(run, *complaint))
+    told = (*_shortened(run), *_on_dead_centres(run))
+    return RunReader(run).result(told, _outcome(run, *complaint))
 
 
 def _shortened(run: MinimalRun) -> list[str]:
