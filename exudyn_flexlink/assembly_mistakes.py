@@ -196,7 +196,7 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Springs whose ends meet at the start, though they have a length: they act in no direction."""
     found = []
     for spring in assembly.mechanism.linear_springs:
-        if spring.along_slide:
+        if spring.slide is not None:
             continue
         spec, q = scene.springs[spring.name], assembly.state.q
         apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)

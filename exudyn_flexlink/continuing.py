@@ -14,7 +14,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Assembly, closest, laps_near, length_along, motor_place
+from exudyn_flexlink.mechanism import Assembly, closest, laps_near, motor_place
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import (
     FrozenMapping,
@@ -152,9 +152,5 @@ def _resting(spring: Spring, name: str, assembly: Assembly) -> Spring:
     assert isinstance(spring, LinearSpring)
     if spring.length is not None:
         return spring
-    if spring.joint is None:
-        length = next(own.length for own in mechanism.linear_springs if own.name == name)
-    else:
-        slide = next(own for own in mechanism.slides if own.name == spring.joint)
-        length = float(length_along(slide, assembly.state.q))
+    length = next(own.length for own in mechanism.linear_springs if own.name == name)
     return spring.model_copy(update={"length": length})

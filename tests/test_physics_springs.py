@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from test_physics_tools import run, total_energy, where
+from test_physics_tools import angle, run, speed, total_energy, velocity, where
 
 TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-8)
 
@@ -176,6 +176,54 @@ accuracy: {tolerance: 1.0e-6}
     ).y[0]  # fmt: skip
     place = np.stack([-0.6 + np.cos(swing), 0.8 + np.sin(swing)], axis=-1)
     assert np.abs(where(bob, "bob.c") - place).max() < 2e-6
+
+
+# A table that turns about a pivot, and two wedges on it that push each other.
+WEDGES = """
+bodies:
+  table: {type: rigid, mass: 1, inertia: 0.05, points: {o: [0, 0], x: [0.1, 0], y: [0, 0.1]}}
+  one: {type: rigid, mass: 0.6, inertia: 4.0e-3, points: {c: [0, 0]}}
+  two: {type: rigid, mass: 0.8, inertia: 6.0e-3, points: {c: [0, 0]}}
+joints:
+  pivot: {type: revolute, points: [ground, table.o], at: [0, 0]}
+  x: {type: prismatic, points: [table.x, one.c], axis: [1, 0]}
+  y: {type: prismatic, points: [table.y, two.c], axis: [0, 1]}
+  face: {type: prismatic, points: [one.c, two.c], axis: [-1, 0.7]}
+springs: {s: {type: linear, joint: JOINT, stiffness: 30, damping: 6, length: 0.15}}
+initial: {angles: {table: 0.2}, along: {x: 0.1}, speeds: {table: 6}}
+run: {duration: 0.6}
+accuracy: {tolerance: 1.0e-6}
+"""
+ALONG_OF = {"x": 0.0, "y": np.pi / 2, "face": np.arctan2(0.7, -1)}
+
+
+def assert_it_acts_along_its_joint(wedges, joint, bodies):
+    """A spring within what turns freely: the angular momentum stays, no force is across."""
+    spin = 0.05 * speed(wedges, "table")
+    for body, mass, inertia in bodies:
+        at, moving = where(wedges, f"{body}.c"), velocity(wedges, f"{body}.c")
+        spin = spin + inertia * speed(wedges, body)
+        spin = spin + mass * (at[:, 0] * moving[:, 1] - at[:, 1] * moving[:, 0])
+    assert np.ptp(spin) < 1e-4 * spin[0]
+    line = angle(wedges, "table") + ALONG_OF[joint]
+    force = wedges.spring_forces["s"] @ [1, 1j]
+    across = (force * np.exp(-1j * line)).imag
+    assert np.abs(across).max() < 1e-9 * np.abs(force).max()
+    assert wedges.checks.relative_energy_residual < 1e-3
+
+
+@pytest.mark.parametrize("joint", ["x", "y", "face"])
+def test_damper_between_parts_that_turn_gives_them_no_spin(joint):
+    """Each joint in turn is one of the tree, and two of the three close the loop of slides."""
+    wedges = run(WEDGES.replace("JOINT", joint))
+    assert_it_acts_along_its_joint(wedges, joint, [("one", 0.6, 4e-3), ("two", 0.8, 6e-3)])
+
+
+def test_redundant_coordinates_have_a_damper_along_a_line_that_turns():
+    lines = WEDGES.replace("JOINT", "x").splitlines()
+    alone = [line for line in lines if not line.startswith(("  two:", "  y:", "  face:"))]
+    wedges = run("\n".join(alone), "solver.formulation=redundant", "accuracy.tolerance=1e-5")
+    assert_it_acts_along_its_joint(wedges, "x", [("one", 0.6, 4e-3)])
 
 
 # --- free bodies ----------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from exudyn_flexlink.mechanism.constraints import (
     constraint_rows,
 )
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at
-from exudyn_flexlink.mechanism.kinematics import anchor_at, anchor_position, turning
+from exudyn_flexlink.mechanism.kinematics import anchor_position, length_along, turning
 from exudyn_flexlink.mechanism.laying_out import Start, slides_named
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
@@ -116,12 +116,11 @@ def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
 
 
 def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
-    """Give a spring that is at rest as assembled its length, or the place it is drawn to."""
+    """Give a spring that is at rest as assembled its length."""
     if spring.length is not None:
         return spring
-    if spring.along_slide:
-        place = anchor_position(spring.second, q)
-        return replace(spring, first=anchor_at(spring.first.part, place, q), length=0.0)
+    if spring.slide is not None:
+        return replace(spring, length=float(length_along(spring.slide, q)))
     between = anchor_position(spring.second, q) - anchor_position(spring.first, q)
     return replace(spring, length=float(np.hypot(*between)))
 

@@ -155,8 +155,9 @@ class Bodies:
 
     def _add_stretch(self, label: str, before: Anchor, after: Anchor, stiffness: float) -> None:
         """Let one half of a rod slide on the other, under its axial stiffness (N/m)."""
-        self.slides.append(Slide(label, before, after))
-        self.linear_springs.append(LinearSpring(label, before, after, stiffness, 0.0, 0.0, True))
+        slide = Slide(label, before, after)
+        self.slides.append(slide)
+        self.linear_springs.append(LinearSpring(label, before, after, stiffness, 0.0, 0.0, slide))
 
     def _add_rod(self, name: str, body: RodBody) -> dict[str, Anchor]:
         rod, half = beam_of(self.scene, body).rod(body.length), body.length / 2

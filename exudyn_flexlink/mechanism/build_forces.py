@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from math import hypot, pi
+from math import pi
 
 from exudyn_flexlink import scene
 from exudyn_flexlink.curves import Curve
@@ -46,14 +45,8 @@ def linear_spring_of(bodies: Bodies, name: str, spec: scene.LinearSpring) -> Lin
         assert spec.points is not None  # the scene checks that there is one of both
         first, second = (bodies.anchor(point, spec.at) for point in spec.points)
         return LinearSpring(name, first, second, stiffness, damping, length)
-    joint = bodies.scene.joints[spec.joint]
-    assert isinstance(joint, scene.PrismaticJoint)  # the scene's names are checked
-    first, second = bodies.ends(joint)
-    if length is not None:  # drawn to where it has no force: one of length 0
-        along = length / hypot(*joint.axis)
-        first = replace(first, x=first.x + along * joint.axis[0], y=first.y + along * joint.axis[1])
-        length = 0.0
-    return LinearSpring(name, first, second, stiffness, damping, length, along_slide=True)
+    slide = bodies.slide(spec.joint)
+    return LinearSpring(name, slide.first, slide.second, stiffness, damping, length, slide)
 
 
 def contact_of(

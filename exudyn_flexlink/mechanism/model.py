@@ -81,9 +81,9 @@ class LinearSpring:
     """Spring and damper between two anchors: N/m, N s/m.
 
     It acts along the line between them, without force at `length` (m); None: as assembled. One of
-    length 0 draws the second anchor to the first in every direction, as does its damper: between
-    parts that can only slide on each other that is a spring along their joint. `along_slide` tells
-    that it is one: left as assembled it has no force where both anchors are, not at a length.
+    length 0 draws the second anchor to the first in every direction, as does its damper. Along a
+    `slide` it acts on how far that is out: then its length has a sign, and its anchors are those of
+    the slide.
     """
 
     name: str
@@ -92,7 +92,7 @@ class LinearSpring:
     stiffness: float
     damping: float
     length: float | None
-    along_slide: bool = False
+    slide: Slide | None = None
 
 
 @dataclass(frozen=True)

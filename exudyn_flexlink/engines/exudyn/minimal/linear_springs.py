@@ -5,7 +5,8 @@ the coordinates J, a spring of stiffness k, damping c and length L pulls its sec
 
     F = -T n,  T = k (|d| - L) + c (n . d'),  n = d / |d|;      L = 0:  F = -k d - c d',
 
-so that Q = J . F. The stiffness is ``J . (-dF/dd) J - F . dJ``, the damping ``J . (-dF/dd') J``;
+so that Q = J . F. Along a slide n is the direction of its line, which turns with the first part,
+and |d| is n . d. The stiffness is ``J . (-dF/dd) J - F . dJ``, the damping ``J . (-dF/dd') J``;
 that the damper's line turns is left to the iteration. The second derivative of a point by two
 coordinates is i times its derivative by the outer one if the inner one is a hinge, else zero.
 """
@@ -13,6 +14,7 @@ coordinates is i times its derivative by the outer one if the inner one is a hin
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +50,10 @@ class LinearSprings:
         self.stiffness = np.array([spring.stiffness for spring in springs])
         self.damping = np.array([spring.damping for spring in springs])
         self._length = np.array([spring.length for spring in springs], dtype=float)
-        self._drawn = self._length == 0
+        self._line = np.array([_line_of(layout, spring) for spring in springs], dtype=complex)
+        self._slides = self._line != 0
+        self._drawn = (self._length == 0) & ~self._slides
+        self._turning = kinematics.turning.T[self._first.links]  # of first parts, by the hinges
         count = len(layout.links)
         above = kinematics.moved_by[:count]  # (links, links): what carries each
         self._turned = above.T & kinematics.hinge[:, None]  # inner hinge, outer coordinate
@@ -63,6 +68,10 @@ class LinearSprings:
         moved = moved - self._kinematics.moves(at, self._first.links, first)
         size = np.abs(between)
         along = between / np.maximum(size, MEETING)
+        if self._slides.any():
+            line = at.axis.take(self._first.links, axis=-1) * self._line
+            along = np.where(self._slides, line, along)
+            size = np.where(self._slides, (line.conj() * between).real, size)
         rate = (along.conj() * moving).real
         pulled = (self.stiffness * (size - self._length) + self.damping * rate) * along
         drawn = self.stiffness * between + self.damping * moving
@@ -86,9 +95,11 @@ class LinearSprings:
         by = now.along.conj()[:, None] * now.moved  # along the spring, and across it
         stretch, across = by.real, by.imag
         tension = -(now.along.conj() * now.force).real
-        aside = tension / np.maximum(now.size, MEETING)
-        aside = np.where(self._drawn, self.stiffness, aside)
-        stiffness = (stretch.T * self.stiffness) @ stretch + (across.T * aside) @ across
+        size = np.maximum(now.size, MEETING)[:, None]
+        turning = np.where(self._slides[:, None], self._turning, across / size)
+        turned = tension[:, None] * turning
+        turned = np.where(self._drawn[:, None], self.stiffness[:, None] * across, turned)
+        stiffness = (stretch.T * self.stiffness) @ stretch + across.T @ turned
         sideways = np.where(self._drawn, self.damping, 0.0)
         damping = (stretch.T * self.damping) @ stretch + (across.T * sideways) @ across
         return stiffness + self._of_turning(now), damping
@@ -98,3 +109,11 @@ class LinearSprings:
         pushed = (now.force.conj() @ (1j * now.moved)).real  # by outer coordinates
         upper = -np.where(self._turned, pushed, 0.0)
         return np.asarray(upper + upper.T - np.diag(np.diag(upper)))
+
+
+def _line_of(layout: TreeLayout, spring: LinearSpring) -> complex:
+    """Direction of a spring's slide in the axes of the link that carries its line; 0 without."""
+    if spring.slide is None:
+        return 0j
+    angle = spring.slide.direction + layout.frame(spring.slide.first.part).angle
+    return complex(cos(angle), sin(angle))

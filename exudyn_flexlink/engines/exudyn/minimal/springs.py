@@ -9,7 +9,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import LinkKinematics
 from exudyn_flexlink.engines.exudyn.minimal.linear_springs import LinearSprings
-from exudyn_flexlink.mechanism import LinearSpring, Mechanism, RotarySpring
+from exudyn_flexlink.mechanism import Anchor, LinearSpring, Mechanism, RotarySpring, Slide
 from exudyn_flexlink.mechanism.tree import ALONG_X, TreeLayout, hinge_between
 
 
@@ -53,7 +53,7 @@ class Springs:
 
     def _add_along(self, spring: LinearSpring) -> bool:
         """Add a spring along one slide of the tree; False if it acts otherwise."""
-        found = slide_between(self._layout, spring) if spring.length == 0 else None
+        found = slide_between(self._layout, spring)
         if found is not None:
             self._add_at(found[0], spring, found[1])
         return found is not None
@@ -96,11 +96,14 @@ class Springs:
 
 
 def slide_between(layout: TreeLayout, spring: LinearSpring) -> tuple[int, float] | None:
-    """Link whose slide is all that moves a spring's ends apart, and where they meet along it (m).
+    """Link whose slide is all that moves a spring's ends apart, and where it has no force (m).
 
     None if another joint, or more than one, is between the two.
     """
-    (first, *near), (second, *far) = layout.place(spring.first), layout.place(spring.second)
+    if spring.slide is None:
+        return None
+    resting = _resting_place(spring.slide, spring.length or 0.0)
+    (first, *near), (second, *far) = layout.place(resting), layout.place(spring.second)
     between = set(layout.path(first)) ^ set(layout.path(second))
     if len(between) != 1:
         return None
@@ -111,3 +114,9 @@ def slide_between(layout: TreeLayout, spring: LinearSpring) -> tuple[int, float]
     carried, (x, y) = (far[0], near) if second == number else (near[0], far)
     dx, dy = x - link.offset[0], y - link.offset[1]
     return number, cos(link.turn) * dx + sin(link.turn) * dy - carried
+
+
+def _resting_place(slide: Slide, length: float) -> Anchor:
+    """Point of the first part at which the second anchor is where the slide is out by a length."""
+    x, y = length * cos(slide.direction), length * sin(slide.direction)
+    return Anchor(slide.first.part, slide.first.x + x, slide.first.y + y)

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 from math import cos, sin
 from typing import Any
 
+import numpy as np
+
 from exudyn_flexlink.engines.exudyn.engine import Engine, items
 from exudyn_flexlink.engines.exudyn.redundant.beam import BeamLink, straight, without_rods
 from exudyn_flexlink.engines.exudyn.redundant.beam_coordinates import BeamCoordinates
@@ -234,8 +236,11 @@ def _add_spring(system: System, spring: RotarySpring) -> None:
 
 
 def _add_linear_spring(system: System, spring: LinearSpring) -> None:
-    markers = [system.point_marker(spring.first), system.point_marker(spring.second)]
     k, c = spring.stiffness, spring.damping
+    if spring.slide is not None:
+        _add_spring_along(system, spring, spring.slide)
+        return
+    markers = [system.point_marker(spring.first), system.point_marker(spring.second)]
     if spring.length == 0:
         item = items.ObjectConnectorCartesianSpringDamper(
             markerNumbers=markers, stiffness=[k, k, 0.0], damping=[c, c, 0.0]
@@ -245,6 +250,23 @@ def _add_linear_spring(system: System, spring: LinearSpring) -> None:
             markerNumbers=markers, stiffness=k, damping=c, referenceLength=spring.length
         )
     system.mbs.AddObject(item)
+
+
+def _add_spring_along(system: System, spring: LinearSpring, slide: Slide) -> None:
+    """Let a spring act along the slide's line, which turns with the first part."""
+    markers = [
+        system.rigid_marker(slide.first, slide.direction),
+        system.rigid_marker(slide.second, slide.direction - slide.angle),
+    ]
+    along = np.diag([1.0, 0, 0, 0, 0, 0])
+    system.mbs.AddObject(
+        items.ObjectConnectorRigidBodySpringDamper(
+            markerNumbers=markers,
+            stiffness=spring.stiffness * along,
+            damping=spring.damping * along,
+            offset=[spring.length or 0.0, 0, 0, 0, 0, 0],
+        )
+    )
 
 
 def _add_speed_motor(system: System, motor: Motor) -> int:
