@@ -26,12 +26,6 @@ def _arm(anchor: Anchor, q: FloatArray) -> FloatArray:
     return turned(np.array([anchor.x, anchor.y]), q[..., anchor.part, 2])
 
 
-def anchor_at(part: int, place: FloatArray, q: FloatArray) -> Anchor:
-    """Point of a part that is at a place (2,) m, with the parts at `q` (parts, 3)."""
-    x, y = seen_from(part, place, q).tolist()
-    return Anchor(part, x, y)
-
-
 def anchor_velocity(anchor: Anchor, q: FloatArray, v: FloatArray) -> FloatArray:
     """Velocity of an anchor, m/s; `q`, `v` (..., parts, 3) give (..., 2)."""
     if anchor.part == GROUND:
