@@ -64,6 +64,18 @@ def test_a_contact_that_ends_tells_how_the_point_parts(engine, settings):
     assert not first.slides_off
 
 
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_no_force_is_larger_than_the_law_gives_where_the_point_is_deepest(engine):
+    """The third touch slides off the face: what would press beyond its end is no force."""
+    settings = ["run={duration: 0.322, sample: 1 ms}"]
+    scene = load_scene(MODEL.with_name("rigid.yaml"), settings)
+    touches = list(simulate(scene, engine, measure=False).contacts["strike"].touches)
+    assert [touch.slides_off for touch in touches] == [False, False, True]
+    stiffness = scene.contacts["strike"].law.stiffness
+    for touch in touches:
+        assert 0 < touch.peak_force < stiffness * touch.penetration * (1 + 1e-6)
+
+
 def test_a_link_that_is_held_on_its_axis_at_time_0_is_a_run_like_others():
     """Its pairs press before the first step; a sleeve without clearance tells no touches."""
     changes = [

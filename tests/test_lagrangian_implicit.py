@@ -22,7 +22,7 @@ from exudyn_flexlink.curves import (
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
-from exudyn_flexlink.engines.lagrangian.contacts import Side
+from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.mode import _ramp
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.run import prepare, solve

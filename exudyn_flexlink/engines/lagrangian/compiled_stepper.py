@@ -20,8 +20,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import (
     numba,
     seldom_collecting,
 )
-from exudyn_flexlink.engines.lagrangian.contacts import SIDES
-from exudyn_flexlink.engines.lagrangian.event_functions import interpolate
+from exudyn_flexlink.engines.lagrangian.event_functions import Side, interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
@@ -138,10 +137,8 @@ class CompiledStepper:
         # An iteration that goes astray may overflow: it is not a number, hence rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             done, ended = advance(stop, mode, self._means, event_data, buffer)
-        for contact, side, peak in zip(
-            system.contacts, event_data.sides, event_data.peaks, strict=True
-        ):
-            contact.side, contact.peak = SIDES[side], max(contact.peak, float(peak))
+        for contact, side in zip(system.contacts, event_data.sides, strict=True):
+            contact.side = Side(side)
         self._take(0, done - 1 if ended == LOOK else done, mode)
         if ended == STUCK:
             self._give_up()

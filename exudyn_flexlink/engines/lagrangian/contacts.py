@@ -7,28 +7,17 @@ face and is behind it is not in contact until it is back on the free side.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from math import inf
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
+from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.impact import Impact
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import FaceContact
 from exudyn_flexlink.result import Event
-
-
-class Side(Enum):
-    """Where the point is."""
-
-    APART = "apart"
-    PRESSED = "pressed"
-    BEHIND = "behind"
-
-
-SIDES = tuple(Side)  # by their numbers in `event_functions`
 
 
 @dataclass
@@ -38,7 +27,7 @@ class Contact:
     face: FaceContact
     events: list[Event]  # of all contacts: what happened when
     side: Side = Side.APART
-    peak: float = 0.0
+    peak: float = 0.0  # N: largest force of an impulse law while the contact lasts
     intervals: list[Interval] = field(default_factory=list)  # those that ended, and impacts
     _before: tuple[float, float] | None = None  # gap and its rate at the last look
     _open: Interval | None = None  # with impulse and loss when it began

@@ -6,18 +6,27 @@ handed to the event loop, which evaluates them for itself.
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.faces import LAW, fill_gaps, touches
+from exudyn_flexlink.engines.lagrangian.faces import fill_gaps, touches
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
-from exudyn_flexlink.engines.lagrangian.penalty import penalty_force
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
 
-APART, PRESSED, BEHIND = 0, 1, 2  # sides of a contact
+
+class Side(IntEnum):
+    """Where the point of a contact is."""
+
+    APART = 0
+    PRESSED = 1
+    BEHIND = 2
+
+
+APART, PRESSED, BEHIND = map(int, Side)
 LOOKS = 8  # evaluations within a step where an event is possible
 SEEN = 3  # of a row of `EventData.seen`: where gaps begin
 NOTHING = 1e-13  # m: an event function this little below zero is there by rounding
@@ -29,7 +38,6 @@ class EventData(NamedTuple):
     sides: IntArray  # (c,) of the contacts; they change beyond the ends of faces
     lengths: FloatArray  # (c,) of their faces, m
     goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
-    peaks: FloatArray  # (c,) largest force of each contact in steps that were let pass, N
     # (2, 3 + 4 c) at the two ends of the last step: time, rate of the track's coordinate, way to
     # the end of its piece; gap, its rate, place and its rate of each contact
     seen: FloatArray
@@ -50,8 +58,7 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
 
 @inlined
 def _none_below_zero(at: Instant, mode: Mode, event_data: EventData) -> bool:
-    """Tell whether no event function has fallen at an instant; keep the largest forces."""
-    c = mode.constants
+    """Tell whether no event function has fallen at an instant."""
     q, v, point, u = coordinates_at(at, mode)
     if min(mode.piece[END] - u, u - mode.piece[START]) < -NOTHING:
         return False
@@ -59,14 +66,12 @@ def _none_below_zero(at: Instant, mode: Mode, event_data: EventData) -> bool:
         return False
     if len(mode.acting) == 0:
         return True
-    states, _, _ = touches(q, v, point, c)
+    states, _, _ = touches(q, v, point, mode.constants)
     for k in range(len(mode.acting)):
         gap, place, side = states[k, 0], states[k, 1], event_data.sides[k]
         if side == PRESSED:
             if min(place, event_data.lengths[k] - place, -gap) < -NOTHING:
                 return False
-            force = penalty_force(gap, states[k, 2], c.faces[k, LAW:])
-            event_data.peaks[k] = max(event_data.peaks[k], force)
         elif (gap if side == APART else -gap) < -NOTHING:
             return False
     return True

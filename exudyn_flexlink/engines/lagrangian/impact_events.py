@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
-from exudyn_flexlink.engines.lagrangian.contacts import Side
+from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix

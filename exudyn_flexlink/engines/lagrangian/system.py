@@ -9,8 +9,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for
-from exudyn_flexlink.engines.lagrangian.contacts import SIDES, Contact, Side
-from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData
+from exudyn_flexlink.engines.lagrangian.contacts import Contact
+from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
 from exudyn_flexlink.engines.lagrangian.mode import (
@@ -26,7 +26,6 @@ from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
 from exudyn_flexlink.result import Event
 
@@ -150,10 +149,9 @@ class System:
                     coordinates[i] = float(self.model.layout.coordinate(part))
             coordinates[2:] = self.goal.start, self.goal.turned
         return EventData(
-            np.array([SIDES.index(contact.side) for contact in self.contacts], dtype=np.int64),
+            np.array([contact.side for contact in self.contacts], dtype=np.int64),
             np.array([contact.length for contact in self.contacts], dtype=float),
             np.array(coordinates),
-            np.zeros(len(self.contacts)),
             np.full((2, SEEN + 4 * len(self.contacts)), np.nan),
         )
 
@@ -217,15 +215,9 @@ class System:
             forces = self.motion(t, y).forces if lasting else self.acting
             for contact, touch, force in zip(self.contacts, states, forces, strict=True):
                 values += contact.event_functions(touch, float(force))
-                if contact.side is Side.PRESSED:
-                    contact.peak = max(contact.peak, self._press(contact, touch, float(force)))
+                if contact.rigid and contact.side is Side.PRESSED:
+                    contact.peak = max(contact.peak, float(force))
         return values
-
-    def _press(self, contact: Contact, touch: FloatArray, force: float) -> float:
-        law = contact.face.law
-        if isinstance(law, RestitutionPenalty):
-            return float(law.force(-touch[0], -touch[2]))
-        return force
 
     def quiet(self, done: float, t: float, y: FloatArray) -> bool:
         """Tell whether nothing can have happened in the step that ended at t."""
