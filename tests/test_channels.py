@@ -124,7 +124,7 @@ def test_the_lagrangians_walls_are_those_of_the_channel(model, seed):
         return [approach(contact, poses[0], rates[0]) for contact in pairs(channel)]
 
     constants = model.machine_constants
-    states, total = walls.wall_forces(q, v, point_of(q), constants)
+    (states,), (total,) = walls.wall_forces(q[None], v[None], np.array([point_of(q)]), constants)
     assert states.shape == (len(pairs(channel)), 2)
     expected, sums, power = np.zeros(len(q)), np.zeros(2), 0.0
     touching = np.zeros(len(states), dtype=np.int64)

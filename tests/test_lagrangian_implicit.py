@@ -80,7 +80,7 @@ def lever_alone(steps: int, damping_ratio: float) -> tuple[float, float]:
     run.stepper.first_step = 1.0
     assert solve(run) == ""
     assert run.stepper.steps == steps
-    found = run.recorder.samples.motion[-1].q[-1]
+    found = run.recorder.samples.motion[-1].q[-1, -1]
     omega, t = 2 * np.pi * 40, 0.04
     root = np.sqrt(complex(damping_ratio**2 - 1))
     fast, slow = omega * (-damping_ratio - root), omega * (-damping_ratio + root)

@@ -19,7 +19,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.layout import Pivot
 from exudyn_flexlink.engines.lagrangian.model import Model
-from exudyn_flexlink.engines.lagrangian.system import Motion
+from exudyn_flexlink.engines.lagrangian.sampling import Motions
 from exudyn_flexlink.engines.lagrangian.walls import wall_forces
 from exudyn_flexlink.mechanism import GROUND, approach
 
@@ -29,23 +29,9 @@ class Forces:
     """Reactions (samples, 2) in N, global axes."""
 
     model: Model
-    motions: list[Motion]
+    motion: Motions
     poses: FloatArray
     rates: FloatArray
-
-    @cached_property
-    def contacts(self) -> FloatArray:
-        """Sizes of the contact forces, (samples, contacts)."""
-        return np.array([motion.forces for motion in self.motions])
-
-    @cached_property
-    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Coordinates, speeds, accelerations and P of all samples."""
-        stacked = [
-            np.array([getattr(motion, name) for motion in self.motions])
-            for name in ("q", "v", "a", "point")
-        ]
-        return stacked[0], stacked[1], stacked[2], stacked[3]
 
     @cached_property
     def walls(self) -> tuple[FloatArray, FloatArray]:
@@ -53,13 +39,10 @@ class Forces:
 
         Without pairs where there are no walls.
         """
-        constants, count = self.model.machine_constants, len(self.motions)
-        if not len(self.model.constants.channel):
-            return np.zeros((count, 0, 2)), np.zeros((count, 2))
-        pairs, sums = zip(
-            *(wall_forces(m.q, m.v, m.point, constants) for m in self.motions), strict=True
-        )
-        return np.array(pairs), np.array(sums)
+        at = self.motion
+        if not self.model.mechanism.channels:
+            return np.zeros((len(at.q), 0, 2)), np.zeros((len(at.q), 2))
+        return wall_forces(at.q, at.v, at.point, self.model.machine_constants)
 
     def drive_torques(self, time: FloatArray) -> dict[str, FloatArray]:
         """Torque of each drive on its joint's second part, N m."""
@@ -67,7 +50,7 @@ class Forces:
         motor = self.model.layout.motor
         if motor is not None:
             sign = -1.0 if motor.second == GROUND else 1.0
-            torques[motor.name] = sign * np.array([motion.motor for motion in self.motions])
+            torques[motor.name] = sign * self.motion.motor
         for torque, ramp in self.model.layout.torques:
             torques[torque.name] = np.array([ramp.at(t) for t in time])
         return torques
@@ -76,7 +59,7 @@ class Forces:
     def _on_link(self) -> FloatArray:
         """Contact forces and weight on the whole link."""
         constants = self.model.constants
-        force = np.tile(constants.mass * constants.gravity, (len(self.motions), 1))
+        force = np.tile(constants.mass * constants.gravity, (len(self.motion.q), 1))
         for k in range(len(self.model.layout.faces)):
             force += self._push(k)
         return force + self.walls[1]
@@ -84,7 +67,7 @@ class Forces:
     def _push(self, k: int) -> FloatArray:
         """Force of contact k on the link's point."""
         contact = self.model.layout.faces[k]
-        at, force = approach(contact, self.poses, self.rates), self.contacts[:, k]
+        at, force = approach(contact, self.poses, self.rates), self.motion.forces[:, k]
         push = force[:, None] * at.normal
         if contact.friction is None:
             return np.asarray(push)
@@ -92,7 +75,7 @@ class Forces:
 
     @cached_property
     def _momentum_rate(self) -> FloatArray:
-        q, v, a, point = self._motion
+        q, v, a, point = self.motion[:4]
         c = self.model.constants
         p, rods = int(c.track_coordinate), c.rods.astype(int)
         rate = c.mass * (point[:, 2:4] * a[:, p, None] + point[:, 4:6] * v[:, p, None] ** 2)
@@ -105,9 +88,8 @@ class Forces:
         """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
         if self.model.layout.play:
             return np.asarray(self._momentum_rate - self._on_link)
-        places = np.array([motion.place for motion in self.motions])
-        normal = self.model.mechanism.slots[0].curve.normal(places)
-        along, _ = _axes(self._motion[0][:, 0])
+        normal = self.model.mechanism.slots[0].curve.normal(self.motion.place)
+        along, _ = _axes(self.motion.q[:, 0])
         left = np.sum((self._momentum_rate - self._on_link) * along, axis=1)
         return np.asarray((left / np.sum(normal * along, axis=1))[:, None] * normal)
 
@@ -117,7 +99,7 @@ class Forces:
         on_guide = self._momentum_rate - self._on_link - self.slot + self.walls[1]
         forces = {layout.guide.joint: self._pivot(layout.guide, 0, on_guide)}
         for lever in layout.levers:
-            pushes = np.zeros((len(self.motions), 2))
+            pushes = np.zeros((len(self.motion.q), 2))
             for k, contact in enumerate(self.model.layout.faces):
                 if contact.start.part == lever.part:
                     pushes += self._push(k)
@@ -126,7 +108,7 @@ class Forces:
 
     def _pivot(self, pivot: Pivot, coordinate: int, given_on: FloatArray) -> FloatArray:
         """Force of a pivot whose part gives the force `given_on` on to others."""
-        q, v, a, _ = self._motion
+        q, v, a = self.motion[:3]
         c = self.model.constants
         mass = self.model.mechanism.parts[pivot.part].mass
         along, across = _axes(q[:, coordinate])

@@ -42,9 +42,9 @@ def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
 
 def _gap_acceleration(system: System, t: float, y: FloatArray, k: int) -> float:
     """G'' of a contact as long as it does not act."""
-    now = system.motion(t, y)
-    states, gradients, _ = touches(now.q, now.v, now.point, system.constants)
-    return float(gradients[k] @ now.a + states[k, 4])
+    accelerations = system.motion(t, y).a[0]
+    states, gradients, _ = touches(*system.coordinates(t, y), system.constants)
+    return float(gradients[k] @ accelerations + states[k, 4])
 
 
 def _jump(

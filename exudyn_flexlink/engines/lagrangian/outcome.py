@@ -17,6 +17,7 @@ from exudyn_flexlink.engines.lagrangian.forces import Forces
 from exudyn_flexlink.engines.lagrangian.model import Model
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
+from exudyn_flexlink.engines.lagrangian.sampling import Motions
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.walls import PRESS
 from exudyn_flexlink.integrate.explicit import ExplicitStepper
@@ -61,11 +62,9 @@ def finish(prepared: Prepared, complaint: str) -> Result:
     recorder, model = prepared.recorder, prepared.model
     kept = recorder.samples
     time = np.array(kept.time)
-    motions = kept.motion
-    points = np.array([motion.point for motion in motions])
-    q, v = (np.array([getattr(motion, name) for motion in motions]) for name in ("q", "v"))
-    poses, rates = map(np.ascontiguousarray, model.poses(q, v, points))
-    forces = Forces(model, motions, poses, rates)
+    motion = Motions(*map(np.concatenate, zip(*kept.motion, strict=True)))
+    poses, rates = map(np.ascontiguousarray, model.poses(motion.q, motion.v, motion.point))
+    forces = Forces(model, motion, poses, rates)
     events, end = prepared.system.events, prepared.solution.end
     laps = tuple(event for event in events if event.kind == "lap" and event.time < end)
     return Result(
@@ -113,7 +112,9 @@ def _contacts(prepared: Prepared, forces: Forces) -> dict[str, ContactHistory]:
     for k, contact in enumerate(prepared.model.mechanism.contacts):
         at = approach(contact, forces.poses, forces.rates)
         touches = Intervals.of(_intervals(prepared, k))
-        histories[contact.name] = ContactHistory(at.gap, at.place, forces.contacts[:, k], touches)
+        histories[contact.name] = ContactHistory(
+            at.gap, at.place, forces.motion.forces[:, k], touches
+        )
     return histories
 
 

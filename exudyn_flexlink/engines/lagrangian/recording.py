@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.sampling import Block, Motions, motions_at, states_within
-from exudyn_flexlink.engines.lagrangian.system import Motion, System
+from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.touching import Rule
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.laws import RestitutionPenalty
@@ -35,16 +35,17 @@ GAUSS = Rule.of(GAUSS_NODES, _WEIGHTS / 2)
 
 @dataclass
 class Samples:
-    """Kept instants, one list entry each."""
+    """Kept instants."""
 
     time: list[float] = field(default_factory=list)
-    motion: list[Motion] = field(default_factory=list)
+    motion: list[Motions] = field(default_factory=list)  # of some instants each
     totals: list[FloatArray] = field(default_factory=list)  # see Recorder._rows
 
     def drop_last(self) -> None:
         """Forget the last instant."""
-        for values in (self.time, self.motion, self.totals):
-            values.pop()
+        self.time.pop()
+        self.totals.pop()
+        self.motion[-1] = Motions(*(part[:-1] for part in self.motion[-1]))
 
 
 class _Steps(NamedTuple):
@@ -145,7 +146,7 @@ class Recorder:
             lengths = np.diff(block.times)
             self._take_walls(lengths, rule, (found.q, found.v, found.point))
         ends = slice(len(self.seeker.nodes) - 1, None, len(self.seeker.nodes))
-        q, v, points, u = (part[ends] for part in (found.q, found.v, found.point, found.u))
+        q, v, points, u = (part[ends] for part in (found.q, found.v, found.point, found.place))
         rows = self._rows(block.states[1:], found.pressed[ends])
         self._checked.append((q, v, np.column_stack([points, u + shift]), rows))
         self._waiting += len(rows)
@@ -209,10 +210,7 @@ class Recorder:
         if kept.time and kept.time[-1] >= instants[0]:
             kept.drop_last()
         kept.time += instants.tolist()
-        kept.motion += [
-            Motion(q, v, a, tuple(point), u + shift, motor, forces)
-            for q, v, a, point, u, motor, forces in zip(*found[:-1], strict=True)
-        ]
+        kept.motion.append(found._replace(place=found.place + shift))
         kept.totals += list(self._rows(states, found.pressed))
 
     def _rows(self, states: FloatArray, pressed: FloatArray) -> FloatArray:

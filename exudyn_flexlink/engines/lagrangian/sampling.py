@@ -44,15 +44,15 @@ class Block:
 
 
 class Motions(NamedTuple):
-    """The fields of `system.Motion`, of m instants; `u` is P's place on its piece."""
+    """Motion at m instants."""
 
     q: FloatArray  # (m, N)
     v: FloatArray  # (m, N)
     a: FloatArray  # (m, N)
-    point: FloatArray  # (m, 6)
-    u: FloatArray  # (m,)
-    motor: FloatArray  # (m,)
-    forces: FloatArray  # (m, c)
+    point: FloatArray  # (m, 6): P and its derivatives
+    place: FloatArray  # (m,) of P on its piece
+    motor: FloatArray  # (m,): torque of the speed drive
+    forces: FloatArray  # (m, c) of the contacts
     pressed: FloatArray  # (m,): sum of the squares of how deep the link is in its walls, m^2
 
 
@@ -96,7 +96,7 @@ def motions_at(
     for i in range(size):
         t, y = times[i], states[i]
         q, v, point, u = coordinates_at(Instant(t, y, places[i]), mode)
-        found.u[i] = u
+        found.place[i] = u
         for j in range(count):
             found.q[i, j], found.v[i, j] = q[j], v[j]
         for k in range(6):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import hypot, inf
 
 import numpy as np
@@ -21,7 +20,7 @@ from exudyn_flexlink.engines.lagrangian.mode import (
     state_rate,
 )
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
-from exudyn_flexlink.engines.lagrangian.sampling import motions_at
+from exudyn_flexlink.engines.lagrangian.sampling import Motions, motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
@@ -30,19 +29,6 @@ from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
 from exudyn_flexlink.result import Event
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Coordinates, speeds, accelerations (N,), P, torque of the speed drive, contact forces."""
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-    point: TrackPoint
-    place: float
-    motor: float
-    forces: FloatArray
 
 
 class System:
@@ -183,13 +169,12 @@ class System:
             else self.track.crossing(theta)
         )
 
-    def motion(self, t: float, y: FloatArray) -> Motion:
-        """Everything about one instant."""
+    def motion(self, t: float, y: FloatArray) -> Motions:
+        """Everything about one instant, P's place by the parameter of the whole curve."""
         q, v, point = self.coordinates(t, y)
-        place = np.array([self.track.u])
-        found = motions_at(np.array([t]), np.array([y]), place, self.mode(), True)
-        a, motor, forces = found.a[0], float(found.motor[0]), found.forces[0]
-        return Motion(q, v, a, point, self.track.place, motor, forces)
+        near, place = np.array([self.track.u]), np.array([self.track.place])
+        found = motions_at(np.array([t]), np.array([y]), near, self.mode(), True)
+        return found._replace(q=q[None], v=v[None], point=np.array([point]), place=place)
 
     def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
         """Energies dissipated in dampers and supplied, impulse of and work on each contact."""
@@ -212,7 +197,7 @@ class System:
         if self.contacts:
             states, _, _ = touches(q, v, point, self.constants)
             lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
-            forces = self.motion(t, y).forces if lasting else self.acting
+            forces = self.motion(t, y).forces[0] if lasting else self.acting
             for contact, touch, force in zip(self.contacts, states, forces, strict=True):
                 values += contact.event_functions(touch, float(force))
                 if contact.rigid and contact.side is Side.PRESSED:
@@ -250,11 +235,8 @@ class System:
         """Angle that is still to turn; 1 without a goal."""
         if self.goal is None:
             return 1.0
-        parts = [0.0] * (3 * len(self.model.mechanism.parts))
-        for part in (self.goal.first, self.goal.second):
-            if part != GROUND:
-                parts[3 * part + 2] = float(q[self.model.layout.coordinate(part)])
-        return self.goal.left(parts)
+        turned = turning_row(self.model.layout, self.goal.first, self.goal.second) @ q
+        return float(self.goal.turned - abs(turned - self.goal.start))
 
     # --- events -------------------------------------------------------------------------------
 

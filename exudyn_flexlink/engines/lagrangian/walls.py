@@ -244,23 +244,32 @@ def add_wall_slopes(
 
 @compiled
 def wall_forces(
-    q: FloatArray, v: FloatArray, point: TrackPoint, constants: Constants
+    q: FloatArray, v: FloatArray, points: FloatArray, constants: Constants
 ) -> tuple[FloatArray, FloatArray]:
-    """Force and friction of all pairs (pairs, 2), N, and their sum on the link (2,), global axes.
+    """Force and friction of all pairs (m, pairs, 2), N, and their sum on the link (m, 2).
 
-    Those press that are in touch by their places alone.
+    The motion q, v (m, N), P (m, 6) has m instants; sums are in global axes. Those press that are
+    in touch by their places alone.
     """
-    looked = look(q, v, point, constants)
-    forces, total = np.zeros((len(looked.pairs), 2)), np.zeros(2)
-    rows = np.empty((2, len(q)))
-    for k in range(len(forces)):
-        if looked.pairs[k, GAP] < 0.0 <= looked.pairs[k, INSIDE]:
-            nx, ny, tx, ty = fill_rows(k, looked, point, constants, rows)
-            press, rub = pressing(looked.pairs[k], constants.channel)
-            forces[k, PRESS], forces[k, RUB] = press, rub
-            total[0] += press * nx + rub * tx
-            total[1] += press * ny + rub * ty
-    return forces, total
+    count = (3 * len(constants.rods) + 1) * (2 if constants.channel[5] > 0.0 else 1)
+    forces, totals = np.zeros((len(q), count, 2)), np.zeros((len(q), 2))
+    rows = np.empty((2, q.shape[1]))
+    for i in range(len(q)):
+        point = _point(points[i])
+        looked, total = look(q[i], v[i], point, constants), totals[i]
+        for k in range(count):
+            if looked.pairs[k, GAP] < 0.0 <= looked.pairs[k, INSIDE]:
+                nx, ny, tx, ty = fill_rows(k, looked, point, constants, rows)
+                press, rub = pressing(looked.pairs[k], constants.channel)
+                forces[i, k, PRESS], forces[i, k, RUB] = press, rub
+                total[0] += press * nx + rub * tx
+                total[1] += press * ny + rub * ty
+    return forces, totals
+
+
+@inlined
+def _point(row: FloatArray) -> TrackPoint:
+    return row[0], row[1], row[2], row[3], row[4], row[5]
 
 
 @compiled
@@ -273,8 +282,7 @@ def wall_work(
     """
     found = np.zeros((len(q), len(touching), 3))
     for i in range(len(q)):
-        r = points[i]
-        pairs = look(q[i], v[i], (r[0], r[1], r[2], r[3], r[4], r[5]), constants).pairs
+        pairs = look(q[i], v[i], _point(points[i]), constants).pairs
         for k in range(len(touching)):
             if touching[k] != 0:
                 press, rub = pressing(pairs[k], constants.channel)
