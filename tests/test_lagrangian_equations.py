@@ -16,6 +16,7 @@ from exudyn_flexlink.engines.lagrangian import equations, faces
 from exudyn_flexlink.engines.lagrangian.compiled import PREFIX, fingerprint
 from exudyn_flexlink.engines.lagrangian.dense import eliminate
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
+from exudyn_flexlink.engines.lagrangian.mode import state_rate
 from exudyn_flexlink.engines.lagrangian.run import prepare
 from exudyn_flexlink.loading import load_scene
 
@@ -226,5 +227,5 @@ def test_compiled_code_is_dropped_when_any_of_its_sources_changes(tmp_path):
     beside = tmp_path / "beside"
     beside.write_text("another constant")
     assert fingerprint(tmp_path, [beside]) != fingerprint(tmp_path)
-    if hasattr(equations.state_rate, "stats") and equations.state_rate.stats.cache_path:
-        assert PREFIX in equations.state_rate.stats.cache_path
+    if hasattr(state_rate, "stats") and state_rate.stats.cache_path:
+        assert PREFIX in state_rate.stats.cache_path
