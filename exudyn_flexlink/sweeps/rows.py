@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Protocol
 
 from exudyn_flexlink.observables import (
     ANGLE,
@@ -36,13 +35,8 @@ RowFunction = Callable[[Result], Mapping[str, Scalar]]
 """Observables of one run, by the names of their columns, which end in their units."""
 
 
-class Simulate(Protocol):
-    """Runs a scene by the sweep's engine; a run that fails is a Result, too."""
-
-    def __call__(self, scene: Scene, /) -> Result:
-        """Run it."""
-        ...
-
+Simulate = Callable[[Scene], Result]
+"""Runs a scene by the sweep's engine; a run that fails is a Result, too."""
 
 Observe = Callable[[Scene, Simulate], Mapping[str, Scalar]]
 """Observables of one point that may need several runs: given its scene, and what runs a scene."""
