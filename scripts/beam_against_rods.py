@@ -24,16 +24,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 from numpy.typing import NDArray
 
+from exudyn_flexlink import load_scene
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import path
 from exudyn_flexlink.plots.panels import letter
 from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
 SCENES = {
     "smooth": ("smooth", ["run.turns=1", "run.sample=1 ms"]),
     "strike": ("no_clearance", ["run.turns=0.75", "run.sample=0.1 ms"]),
@@ -92,7 +91,7 @@ def simulated(name: str, kind: str, count: int) -> Run:
     model, settings = SCENES[name]
     tolerance = TOLERANCES[name]["beam" if kind == "beam" else "rods"]
     own = [*settings_of(kind, count), f"accuracy.tolerance={tolerance}"]
-    scene = load_scene(MODELS / f"{model}.yaml", [*settings, *own])
+    scene = load_scene(model, [*settings, *own])
     seconds = []
     for _ in range(REPEATS):
         began = process_time()

@@ -13,11 +13,9 @@ long as ten.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from exudyn_flexlink import load_scene, simulate
 
-MODEL = Path(__file__).parent.parent / "models" / "clearance.yaml"
 CLEARANCES = (1e-4, 5e-4, 1e-3, 5e-3)  # m
 SPEEDS = (100.0, 10.0, 1.0)  # rad/s
 
@@ -46,7 +44,7 @@ def row(clearance: float, speed: float, options: argparse.Namespace) -> str:
         f"run.turns={options.turns}",
         f"bodies.link.rods={options.rods}",
     ]
-    result = simulate(load_scene(MODEL, settings), options.engine, measure=False)
+    result = simulate(load_scene("clearance", settings), options.engine, measure=False)
     ended = "completed" if result.outcome.completed else f"stopped: {result.outcome.reason}"
     deepest = result.sleeves["sleeve"].deepest / clearance
     missed = result.checks.energy_residual / result.checks.largest_kinetic_energy

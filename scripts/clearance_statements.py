@@ -12,7 +12,6 @@ part decays to a tenth after the strike, and the lever's first amplitude. Takes 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -22,7 +21,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import lever_response, positions, strikes
 from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
 STEP = 5e-4  # s, between samples
 HIGH = 15.0  # Hz: the slowest vibration of the link has 29
 COMMON = ["run.turns=2", f"run.sample={STEP}"]
@@ -53,12 +51,10 @@ def main() -> None:
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="exudyn")
     engine = parser.parse_args().engine
     time = np.arange(0, 1.2566, STEP)
-    rigid = simulate(load_scene(MODELS / "rigid.yaml", COMMON), engine, measure=False)
+    rigid = simulate(load_scene("rigid", COMMON), engine, measure=False)
     print(f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|", sep="\n")
     for name, (model, settings) in VARIANTS.items():
-        result = simulate(
-            load_scene(MODELS / f"{model}.yaml", [*COMMON, *settings]), engine, measure=False
-        )
+        result = simulate(load_scene(model, [*COMMON, *settings]), engine, measure=False)
         print(row(name, result, rigid, time), flush=True)
 
 

@@ -24,7 +24,6 @@ from exudyn_flexlink.observables import separation
 from exudyn_flexlink.plots.panels import letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
 
-MODELS = Path(__file__).parent.parent / "models"
 CLEARANCES = (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)  # m
 STIFFNESSES = {1e4: GREEN, 1e5: PURPLE, 1e6: BLACK}  # N/m, and colours
 END = 0.3  # s: just before the strike
@@ -34,7 +33,7 @@ TIMES = np.arange(0, END, 5e-4)  # s
 def main() -> None:
     """Run all clearances and stiffnesses, print a table and draw it."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    parser.add_argument("--out", type=Path, default=MODELS.parent / "docs")
+    parser.add_argument("--out", type=Path, default=Path("docs"))
     parser.add_argument("--rods", type=int, default=4)
     add_figures(parser)
     options = parser.parse_args()
@@ -43,11 +42,11 @@ def main() -> None:
     print("stiffness      clearance   S from supported   deepest   part of the clearance")
     for stiffness in STIFFNESSES:
         law = f"joints.sleeve.law.stiffness={stiffness}"
-        held = simulate(load_scene(MODELS / "supported.yaml", [*common, law]), measure=False)
+        held = simulate(load_scene("supported", [*common, law]), measure=False)
         rows = []
         for clearance in CLEARANCES:
             settings = [*common, law, f"joints.sleeve.clearance={clearance}"]
-            result = simulate(load_scene(MODELS / "clearance.yaml", settings), measure=False)
+            result = simulate(load_scene("clearance", settings), measure=False)
             away = float(separation(result, held, TIMES, ["link.end"]).max())
             deepest = result.sleeves["sleeve"].deepest
             rows.append((away, deepest))

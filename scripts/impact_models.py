@@ -20,17 +20,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.cli.options import add_figures
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.observables import lever_response, strikes
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 from exudyn_flexlink.plots.style import BLACK, GREEN, PURPLE, SCREEN, Style, styled
 
-MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 STIFFNESS, SPEED = 2e4, 5e-3
 FACTORS = (1, 4, 16, 64, 256, 1024)
 RODS = (2, 3, 4, 5, 7, 10, 14, 20, 28, 40)
@@ -72,7 +71,9 @@ def answer(rods: int, impact: str, factor: float = 1.0) -> Answer:
         f"contacts.strike.law.stiffness={STIFFNESS * factor}",
         f"contacts.strike.law.transition_speed={SPEED / factor**0.5}",
     ]
-    result = simulate(with_impact(load_scene(MODEL, settings), impact), "lagrangian", measure=False)
+    result = simulate(
+        with_impact(load_scene("no_clearance", settings), impact), "lagrangian", measure=False
+    )
     response, first = lever_response(result, "strike"), strikes(result, "strike")[0]
     rate = np.interp(first.begin + SOON, response.time, response.rate)
     return Answer(

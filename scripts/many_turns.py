@@ -12,7 +12,6 @@ Exudyn takes an hour, the Lagrangian some minutes.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from exudyn_flexlink import load_scene, simulate
 from exudyn_flexlink.observables import strikes
 from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
 RUNS = (
     ("no_clearance", "exudyn", ()),
     ("no_clearance", "lagrangian", ()),
@@ -40,7 +38,7 @@ def main() -> None:
     print("|---" * 7 + "|")
     for model, engine, settings in RUNS:
         if options.only in (None, model):
-            scene = load_scene(MODELS / f"{model}.yaml", [*settings, f"run.turns={options.turns}"])
+            scene = load_scene(model, [*settings, f"run.turns={options.turns}"])
             told = ", ".join([f"`{model}.yaml`", *settings])
             print(row(told, simulate(scene, engine, measure=False)), flush=True)
 
