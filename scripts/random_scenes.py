@@ -21,25 +21,20 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from os import cpu_count
-from pathlib import Path
 
 import numpy as np
 from benchmarks.lever_tip import tip_apart
+from benchmarks.side_by_side import add_numbers, judged, numbers_of
 
-from exudyn_flexlink.cli.terminal import progress_bar
+from exudyn_flexlink import load_scene
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
 from exudyn_flexlink.engines.diagnostics.neighbour import retuned
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import SceneError
 
-MODELS = Path(__file__).parent.parent / "models"
 DECADE = 10.0
 SIZE = 3.0  # the whole mechanism is up to so much larger or smaller
 SHAPE = 1.3  # lengths, to one another
@@ -54,7 +49,7 @@ REFUSED, STOPPED, CRASHED = "refused", "stopped and said why", "crashed"
 AGREES, PARTED = "agrees to the end", "agrees to the horizon"
 WARNED, SILENT = "disagrees and warns", "disagrees silently"
 KINDS = (AGREES, PARTED, WARNED, SILENT, STOPPED, REFUSED, CRASHED)
-CLEAR = "clearance.yaml"
+CLEAR = "clearance"
 
 
 @dataclass(frozen=True)
@@ -122,19 +117,19 @@ def draw(rng: np.random.Generator) -> tuple[str, list[str]]:
         settings["joints.sleeve.clearance"] = f"{5e-3 * size * DECADE ** rng.uniform(-1, 0)}"
         settings["joints.sleeve.law.stiffness"] = f"{1e5 * factor()}"
         settings["joints.sleeve.law.restitution"] = f"{rng.uniform(0, 1)}"
-    model = CLEAR if clear else "no_clearance.yaml"
+    model = CLEAR if clear else "no_clearance"
     return model, [f"{key}={value}" for key, value in settings.items()]
 
 
 def judge(model: str, settings: list[str]) -> Verdict:
     """Run a scene by both engines, and compare."""
     try:
-        scene = load_scene(MODELS / model, settings)
+        scene = load_scene(model, settings)
     except SceneError as error:
         return Verdict(REFUSED, str(error).strip().splitlines()[0])
     tolerance = scene.accuracy.tolerance
     assert tolerance is not None
-    tight = load_scene(MODELS / model, [*settings, f"accuracy.tolerance={tolerance / TIGHTER}"])
+    tight = load_scene(model, [*settings, f"accuracy.tolerance={tolerance / TIGHTER}"])
     try:
         found, exact = simulate(scene, "exudyn"), simulate(tight, "lagrangian", measure=False)
         near = (
@@ -180,37 +175,25 @@ def verdict_of(number: int, seed: int) -> Verdict:
     return judge(*draw(np.random.default_rng([seed, number])))
 
 
-def verdicts(numbers: list[int], seed: int, jobs: int) -> Iterator[Verdict]:
-    """Judge scenes side by side."""
-    with ProcessPoolExecutor(jobs) as pool:
-        yield from pool.map(partial(verdict_of, seed=seed), numbers)
-
-
 def main() -> int:
     """Print the verdicts that are not agreement to the end, and the numbers of all."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", type=int, help="number of one scene, told in full")
-    parser.add_argument("--jobs", type=int, default=cpu_count() or 1, help="runs at once")
+    add_numbers(parser, 200)
     options = parser.parse_args()
     if options.only is not None:
         model, settings = draw(np.random.default_rng([options.seed, options.only]))
         print(model, *(f"     --set '{setting}'" for setting in settings), sep="\n")
-    numbers = list(range(options.count)) if options.only is None else [options.only]
+    judge_by_number = partial(verdict_of, seed=options.seed)
     counts: Counter[tuple[str, bool]] = Counter()
     ratios, tips = [], {}
-    with progress_bar(False, "judging") as progress:
-        for number, verdict in enumerate(verdicts(numbers, options.seed, options.jobs)):
-            clear = draw(np.random.default_rng([options.seed, numbers[number]]))[0] == CLEAR
-            counts[verdict.kind, clear] += 1
-            ratios += [verdict.ratio] if verdict.kind in {AGREES, PARTED} else []
-            if verdict.tip > 1:
-                tips[numbers[number]] = verdict.tip
-            if verdict.kind != AGREES or options.only is not None:
-                print(f"{numbers[number]:4d} {verdict.kind}: {verdict.told}", flush=True)
-            if progress is not None:
-                progress((number + 1) / len(numbers))
+    for number, verdict in judged(judge_by_number, numbers_of(options), options.jobs):
+        clear = draw(np.random.default_rng([options.seed, number]))[0] == CLEAR
+        counts[verdict.kind, clear] += 1
+        ratios += [verdict.ratio] if verdict.kind in {AGREES, PARTED} else []
+        if verdict.tip > 1:
+            tips[number] = verdict.tip
+        if verdict.kind != AGREES or options.only is not None:
+            print(f"{number:4d} {verdict.kind}: {verdict.told}", flush=True)
     print("| | without clearance | with clearance |\n|---|---|---|")
     for kind in KINDS:
         print(f"| {kind} | {counts[kind, False]} | {counts[kind, True]} |")

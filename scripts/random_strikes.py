@@ -1,7 +1,7 @@
 """Random strikes through both engines: none may silently be off by more than the tolerance.
 
 Usage:
-  .venv/bin/python scripts/random_strikes.py             250 scenes, two at once, ten minutes or so
+  .venv/bin/python scripts/random_strikes.py             250 scenes, on all cores, ten minutes or so
   .venv/bin/python scripts/random_strikes.py --count 20 --seed 7
   .venv/bin/python scripts/random_strikes.py --only 137  one of them, with its settings
   .venv/bin/python scripts/random_strikes.py --undamped  links that nothing damps
@@ -22,24 +22,22 @@ import sys
 import warnings
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from benchmarks.lever_tip import tip_apart
+from benchmarks.side_by_side import add_numbers, judged, numbers_of
 
-from exudyn_flexlink.cli.terminal import progress_bar
+from exudyn_flexlink import load_scene
 from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import NotRepresentableError, simulate
-from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import SceneError
 
-MODEL = Path(__file__).parent.parent / "models" / "no_clearance.yaml"
 ENGINES = ("exudyn", "lagrangian")
+MODEL = "no_clearance"
 TOLERANCE, TIGHTER = 1e-6, 100.0  # m, times
 CONFIRMED = 0.5  # of the tolerance: what the two runs to judge by may differ by
 REACH = -0.11  # m: where S is farthest to the left in odd laps
@@ -155,12 +153,6 @@ def verdicts_of(number: int, seed: int, undamped: bool) -> list[Verdict]:
     return judge(draw(np.random.default_rng([seed, number]), undamped))
 
 
-def verdicts(numbers: list[int], seed: int, undamped: bool, jobs: int) -> Iterator[list[Verdict]]:
-    """Judge scenes side by side."""
-    with ProcessPoolExecutor(jobs) as pool:
-        yield from pool.map(partial(verdicts_of, seed=seed, undamped=undamped), numbers)
-
-
 def table(found: list[Verdict]) -> Iterator[str]:
     """Lines that count the verdicts of each engine."""
     kinds = [RIGHT, TOLD, SILENT, STOPPED, OPEN, CRASHED]
@@ -180,30 +172,23 @@ def table(found: list[Verdict]) -> Iterator[str]:
 def main() -> int:
     """Print the verdicts that are not right, and a table of all."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--count", type=int, default=250)
-    parser.add_argument("--seed", type=int, default=1)
+    add_numbers(parser, 250)
     parser.add_argument("--undamped", action="store_true", help="nothing damps the link")
-    parser.add_argument("--only", type=int, help="number of one scene, with its settings")
-    parser.add_argument("--jobs", type=int, default=2, help="runs at once")
     options = parser.parse_args()
-    numbers = list(range(options.count)) if options.only is None else [options.only]
     if options.only is not None:
         settings = draw(np.random.default_rng([options.seed, options.only]), options.undamped)
         print(*(f"--set '{setting}'" for setting in settings), sep="\n")
     found: list[Verdict] = []
-    with progress_bar(False, "judging") as progress:
-        judged = verdicts(numbers, options.seed, options.undamped, options.jobs)
-        for number, pair in zip(numbers, judged, strict=True):
-            found += pair
-            for one in pair:
-                if one.kind != RIGHT or options.only is not None:
-                    print(
-                        f"{number:4d} {one.engine} {one.kind}: S {one.point:.2g}, "
-                        f"tip {one.tip:.2g} tolerances, {one.steps} steps; {one.told}",
-                        flush=True,
-                    )
-            if progress is not None:
-                progress(len(found) / len(ENGINES) / len(numbers))
+    judge_by_number = partial(verdicts_of, seed=options.seed, undamped=options.undamped)
+    for number, pair in judged(judge_by_number, numbers_of(options), options.jobs):
+        found += pair
+        for one in pair:
+            if one.kind != RIGHT or options.only is not None:
+                print(
+                    f"{number:4d} {one.engine} {one.kind}: S {one.point:.2g}, "
+                    f"tip {one.tip:.2g} tolerances, {one.steps} steps; {one.told}",
+                    flush=True,
+                )
     print(*table(found), sep="\n")
     return 1 if any(one.kind in {SILENT, CRASHED} for one in found) else 0
 

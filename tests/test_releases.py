@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from random_strikes import MODEL, draw
 
+import exudyn_flexlink as fl
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.amplification import multiplying
 from exudyn_flexlink.engines.diagnostics.bursts import bounced_apart
@@ -139,7 +140,7 @@ def test_a_strike_that_is_cut_off_leaves_an_error_of_speed_which_grows_within_a_
 def test_both_engines_tell_the_force_that_a_short_touch_sets_free() -> None:
     """A touch of 77 microseconds has few samples, or none, near to its end."""
     settings = draw(np.random.default_rng([11, 32]), undamped=True)
-    scene = load_scene(MODEL, [*settings, "run.turns=0.6"])
+    scene = fl.load_scene(MODEL, [*settings, "run.turns=0.6"])
     runs = [simulate(scene, engine, measure=False) for engine in ("exudyn", "lagrangian")]
     (first,), (second,) = map(releases, runs)
     assert first.time == pytest.approx(second.time, abs=1e-8)
