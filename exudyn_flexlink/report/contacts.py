@@ -20,16 +20,23 @@ from exudyn_flexlink.report.text import lines_of, table
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
 
-UNITS = {
-    **dict.fromkeys((state.told for state in State), "%"),
-    "touches": "",
-    "impacts": "",
-    "impulse": "N s",
-    "energy lost": "J",
-}
 MOST_LAPS = 12
 MOST_PAIRS = 3
 NO_PLAY = "no clearance"
+
+
+def _part_of_time(state: State) -> Column[ContactTotals]:
+    return "%", lambda totals: f"{100 * totals.fractions[state]:.1f}"
+
+
+_COLUMNS: dict[str, Column[ContactTotals]] = {
+    **{state.told: _part_of_time(state) for state in State},
+    "touches": ("", lambda totals: str(totals.touches)),
+    "impacts": ("", lambda totals: str(totals.impacts)),
+    "impulse": ("N s", lambda totals: f"{totals.impulse:.3g}"),
+    "energy lost": ("J", lambda totals: f"{totals.energy_lost:.2g}"),
+}
+"""All that is told of a stretch of time."""
 
 
 def guide_lines(result: Result, joint: str) -> list[str]:
@@ -42,9 +49,9 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    rows = [[str(i), *_numbers(lap)] for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
+    rows = [[str(i), *_cells(lap)] for i, lap in enumerate(laps[:MOST_LAPS], start=1)]
     if len(laps) != 1:
-        rows.append(["all", *_numbers(whole)])
+        rows.append(["all", *_cells(whole)])
     more = len(laps) - MOST_LAPS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
@@ -54,8 +61,8 @@ def guide_table(result: Result, joint: str) -> Table:
     return Table(
         what,
         rows,
-        ["lap" if laps else "", *UNITS],
-        ["", *UNITS.values()],
+        ["lap" if laps else "", *_COLUMNS],
+        ["", *(unit for unit, _ in _COLUMNS.values())],
         f"'all' includes {more} laps more" if more > 0 else "",
     )
 
@@ -105,27 +112,17 @@ def contact_rows(
     joint: str, one: ContactTotals | None, other: ContactTotals | None
 ) -> list[list[str]]:
     """Rows of a table: contacts of a link with its guide in two runs; one may have no clearance."""
-    first, second = ({} if totals is None else _told(totals) for totals in (one, other))
     return [
-        [f"{joint}: {name}", first.get(name, NO_PLAY), second.get(name, NO_PLAY)]
-        for name in first or second
+        [
+            f"{joint}: {name}",
+            *(NO_PLAY if own is None else f"{cell(own)} {unit}".rstrip() for own in (one, other)),
+        ]
+        for name, (unit, cell) in _COLUMNS.items()
     ]
 
 
-def _numbers(totals: ContactTotals) -> list[str]:
-    """All that is told, without units, which stand above."""
-    return [value.removesuffix(f" {UNITS[name]}") for name, value in _told(totals).items()]
-
-
-def _told(totals: ContactTotals) -> dict[str, str]:
-    """All that is told of a stretch of time, by name."""
-    parts = {state.told: f"{100 * totals.fractions[state]:.1f} %" for state in State}
-    return parts | {
-        "touches": str(totals.touches),
-        "impacts": str(totals.impacts),
-        "impulse": f"{totals.impulse:.3g} N s",
-        "energy lost": f"{totals.energy_lost:.2g} J",
-    }
+def _cells(totals: ContactTotals) -> list[str]:
+    return [cell(totals) for _, cell in _COLUMNS.values()]
 
 
 def _depth(result: Result, joint: str) -> list[str]:
