@@ -22,8 +22,15 @@ from exudyn_flexlink.scene import Scene
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 
-COLUMNS = ("run", "id", "status", "reason", "warnings", "wall_s")
-"""Columns of every table, beside the values that vary and what is observed."""
+COLUMNS = {
+    "run": "number",
+    "id": "id",
+    "status": "status",
+    "reason": "reason",
+    "warnings": "warnings",
+    "wall_s": "wall",
+}
+"""Columns of every table, beside the values that vary and what is observed; fields of `Row`."""
 
 OTHERWISE_TOLD = ("force_N", "penetration_m", ANGLE.name, DISPLACEMENT.name)
 """Extremes that have columns of their own."""

@@ -44,16 +44,15 @@ class SweepTable:
 
         None stands for a number that there is not.
         """
-        rows = self.rows
-        told = [(r.number, r.id, r.status, r.reason, r.warnings, r.wall) for r in rows]
-        own: list[list[Scalar]] = [[row[k] for row in told] for k in range(len(COLUMNS))]
-        found = dict(zip(COLUMNS[:2], own[:2], strict=True))
-        for i, varied in enumerate(self.varied):
-            found[varied.column] = [values[i] for values in self.values]
-        found |= dict(zip(COLUMNS[2:], own[2:], strict=True))
-        for name in self.observables:
-            found[name] = [row.numbers.get(name) for row in rows]
-        return found
+        told: dict[str, list[Scalar]] = {
+            column: [getattr(row, name) for row in self.rows] for column, name in COLUMNS.items()
+        }
+        first = {column: told.pop(column) for column in ("run", "id")}
+        varied: dict[str, list[Scalar]] = {
+            one.column: [values[i] for values in self.values] for i, one in enumerate(self.varied)
+        }
+        seen = {name: [row.numbers.get(name) for row in self.rows] for name in self.observables}
+        return first | varied | told | seen
 
 
 def table_of(sweep: Sweep, rows: Mapping[str, Row]) -> SweepTable:
