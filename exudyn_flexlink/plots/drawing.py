@@ -136,9 +136,8 @@ def _zoom(axes: Axes, sketch: Sketch, strike: Strike) -> tuple[FloatArray, Float
     around = slice(indices[0], indices[-1] + 1)
     body = split_point(result.scene.contacts[strike.contact].striking)[0]
     # Of the body that strikes, the half at its end is to be seen.
-    lines = sketch.lines(body, slice(indices[0], indices[0] + 1))
-    seen = [sketch.track[around], *(x[:, x.shape[1] // 2 :].reshape(-1, 2) for x in lines)]
-    points = np.concatenate(seen)
+    halves = [line[len(line) // 2 :] for line in sketch.lines(body, indices[0])]
+    points = np.concatenate([sketch.track[around], *halves])
     size = sketch.box[1] - sketch.box[0]
     part = max(LEAST_ZOOM, ZOOM_ROOM * float(np.max(np.ptp(points, axis=0) / size)))
     middle = (points.min(axis=0) + points.max(axis=0)) / 2

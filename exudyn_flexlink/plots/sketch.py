@@ -77,10 +77,10 @@ class Posed:
         axes.set_ylim(low[1], high[1])
         axes.set_aspect("equal")
 
-    def lines(self, body: str, samples: slice) -> list[FloatArray]:
-        """Polylines (instants, points, 2) in m for a body: its rods, or rays to its points."""
+    def lines(self, body: str, index: int) -> list[FloatArray]:
+        """Polylines (points, 2) m of a body at a sample: its rods, or rays to its points."""
         own = body_lines(self.scene, self.model, body)
-        return [line.at(self.poses[samples]) for line in own]
+        return [line.at(self.poses[index]) for line in own]
 
     def draw(self, axes: Axes, index: int, alpha: float = 1.0) -> None:
         """Draw curves, bodies and pivots on the ground at a sample."""

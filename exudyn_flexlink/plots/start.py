@@ -164,9 +164,7 @@ def _name(axes: Axes, posed: Posed) -> None:
     factor, _ = posed.unit
     low, high = posed.box
     middle, near = (low + high) / 2, SAME * float(np.max(high - low))
-    lines = {
-        body: [line[0] for line in posed.lines(body, slice(0, 1))] for body in posed.scene.bodies
-    }
+    lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
     every = [
         *(x for of in lines.values() for x in of),
         *(curve_line(slot).at(posed.poses[0]) for slot in posed.model.slots),
