@@ -7,8 +7,8 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from exudyn_flexlink.cli.copying import holds_schema
 from exudyn_flexlink.cli.figures import look_of
@@ -17,9 +17,9 @@ from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.sweeping import draw_sweep
 from exudyn_flexlink.cli.terminal import DONE, tell
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Assembly, beyond_redundant, formulation
+from exudyn_flexlink.mechanism import beyond_redundant, formulation
 from exudyn_flexlink.report import check_text
-from exudyn_flexlink.scene import Scene, json_schema
+from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import SceneError, did_you_mean
 from exudyn_flexlink.storage import (
     is_sweep,
@@ -29,9 +29,6 @@ from exudyn_flexlink.storage import (
     staged_files,
 )
 from exudyn_flexlink.sweeps import SweepTable
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def check_command(options: argparse.Namespace) -> int:
@@ -44,13 +41,9 @@ def check_command(options: argparse.Namespace) -> int:
     tell(f"{options.model}: no mistakes\n\n{check_text(scene, assembly)}")
     if options.figure is None:
         return DONE
-    return write_figure(options.figure, lambda: _start(scene, assembly), force=options.force)
-
-
-def _start(scene: Scene, assembly: Assembly) -> Figure:
     from exudyn_flexlink.plots import start
 
-    return start(scene, assembly)
+    return write_figure(options.figure, partial(start, scene, assembly), force=options.force)
 
 
 def plot_command(options: argparse.Namespace) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from functools import partial
 
 from exudyn_flexlink.cli.keeping import write_figure
 from exudyn_flexlink.cli.running import run
@@ -14,9 +14,6 @@ from exudyn_flexlink.report import verification_data, verification_markdown, ver
 from exudyn_flexlink.result import INTERRUPTED as STOPPED
 from exudyn_flexlink.shipped import benchmark_files
 from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def verify_command(options: argparse.Namespace) -> int:
@@ -32,7 +29,9 @@ def verify_command(options: argparse.Namespace) -> int:
     code = DONE if all(one.fine for one in found) else FAILED
     if options.figure is None:
         return code
-    return write_figure(options.figure, lambda: _drawn(found), force=options.force) or code
+    from exudyn_flexlink.plots import differences
+
+    return write_figure(options.figure, partial(differences, found), force=options.force) or code
 
 
 def _verify(
@@ -59,9 +58,3 @@ def _printed(found: Sequence[VerifiedRun], form: str) -> str:
     if form == "json":
         return json.dumps(verification_data(found), indent=2, ensure_ascii=False)
     return verification_markdown(found) if form == "markdown" else verification_text(found)
-
-
-def _drawn(found: Sequence[VerifiedRun]) -> Figure:
-    from exudyn_flexlink.plots import differences
-
-    return differences(found)
