@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from base64 import b64encode
 from html import escape
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,12 +15,13 @@ STYLE = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
 
 def page(title: str, text: str, figure: Figure | None) -> str:
     """Return HTML of a title, a text of fixed width and a small figure, if there is one."""
-    picture = "" if figure is None else f'<img alt="" src="data:image/png;base64,{_png(figure)}">'
+    picture = "" if figure is None else _image(figure)
     words = f"<pre>{escape(text)}</pre>"
     return f"<b>{escape(title)}</b><div style='{STYLE}'>{words}{picture}</div>"
 
 
-def _png(figure: Figure) -> str:
-    written = BytesIO()
-    figure.savefig(written, format="png", dpi=SMALL)
-    return b64encode(written.getvalue()).decode("ascii")
+def _image(figure: Figure) -> str:
+    from exudyn_flexlink.plots import figure_bytes
+
+    content = b64encode(figure_bytes(figure, "png", SMALL)).decode("ascii")
+    return f'<img alt="" src="data:image/png;base64,{content}">'

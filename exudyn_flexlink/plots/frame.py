@@ -5,13 +5,12 @@ from __future__ import annotations
 import textwrap
 import warnings
 from collections.abc import Sequence
-from io import BytesIO
 
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
-from exudyn_flexlink.plots.saving import MISSING
+from exudyn_flexlink.plots.saving import MISSING, figure_bytes
 from exudyn_flexlink.plots.style import BLACK, ENGINE_COLOURS, FAILED, GREY, SCREEN, Style
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, Scene
@@ -20,6 +19,7 @@ LINE = 0.022  # inches, of a line of text for each point of its font
 LETTERS = 145  # that fit into an inch of a line, over the points of their font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out
 EDGE = 0.1  # inches, left and right of text
+SHOWN = 100  # dots per inch in a notebook
 MOST_PASSES = 12  # of the layout; a tall mechanism beside a broad legend takes four
 
 
@@ -27,9 +27,7 @@ class ShownFigure(Figure):
     """A figure that a notebook shows as the value of a cell, with its inline backend or without."""
 
     def _repr_png_(self) -> bytes:
-        written = BytesIO()
-        self.savefig(written, format="png", dpi=100)
-        return written.getvalue()
+        return figure_bytes(self, "png", SHOWN)
 
 
 def new_figure(result: Result, subject: str, height: float, style: Style = SCREEN) -> Figure:

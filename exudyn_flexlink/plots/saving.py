@@ -40,12 +40,12 @@ def save_figure(
     return written
 
 
-def figure_bytes(figure: Figure, suffix: str) -> bytes:
-    """Return a figure as the content of a file of a format."""
+def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes:
+    """Return a figure as the content of a file of a format, with its own dots per inch or `dpi`."""
     written = BytesIO()
     with mpl.rc_context(_RC), warnings.catch_warnings():
         warnings.filterwarnings("ignore", MISSING)
-        figure.savefig(written, format=suffix, dpi=figure.dpi, metadata=_UNDATED.get(suffix))
+        figure.savefig(written, format=suffix, dpi=dpi or figure.dpi, metadata=_UNDATED.get(suffix))
     return written.getvalue()
 
 
