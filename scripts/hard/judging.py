@@ -135,9 +135,9 @@ def _against_truth(case: Case, variant: Variant, result: Result) -> tuple[float,
         return np.nan, allowed, [f"the judge stopped: {reference.outcome.reason}"]
     seen = compare(result, reference)
     if case.says.startswith("statistics"):
-        wrong = [*_levers(result, reference), *_touching(seen, parted=True), *_spread(seen)]
+        wrong = [*_levers(seen), *_touching(seen, parted=True), *_spread(seen)]
         return np.nan, np.inf, wrong
-    wrong = [*_levers(result, reference), *_touching(seen, parted=False)]
+    wrong = [*_levers(seen), *_touching(seen, parted=False)]
     return max(found, seen.deviation.largest, tip_apart(seen)), allowed, wrong
 
 
@@ -180,9 +180,8 @@ def _touching(seen: Comparison, parted: bool) -> Iterator[str]:
             yield f"{joint} is touched for {one:.4g} s in all, should be {other:.4g} s"
 
 
-def _levers(result: Result, reference: Result) -> Iterator[str]:
+def _levers(seen: Comparison) -> Iterator[str]:
     """Extremes of the levers that are more than a twentieth off."""
-    seen = compare(result, reference)
     for body in seen.levers:
         one, other = seen.first.levers[body], seen.second.levers[body]
         size = max(abs(other.least[0]), abs(other.greatest[0]))
