@@ -73,11 +73,7 @@ class VerifiedRun:
 
 
 class MissingError(ValueError):
-    """A run has no such instant, or no such touch; `key` of the number asks for it."""
-
-    def __init__(self, key: str, message: str) -> None:
-        super().__init__(message)
-        self.key = key
+    """A run has no sample at the instant that a number asks for by 'at'."""
 
 
 def judged(benchmark: Benchmark, run: BenchmarkRun, result: Result) -> VerifiedRun:
@@ -95,7 +91,7 @@ def judged(benchmark: Benchmark, run: BenchmarkRun, result: Result) -> VerifiedR
         try:
             value = nan if stopped else computed(number, result)
         except MissingError as error:
-            where = ("runs", run.name, "numbers", name, error.key)
+            where = ("runs", run.name, "numbers", name, "at")
             mistakes.append(Mistake(where, str(error)))
         numbers.append(
             Compared(
@@ -208,5 +204,5 @@ def _sample(at: float | None, result: Result) -> int:
         return len(result.time) - 1
     k = result.sample_at(at)
     if abs(float(result.time[k]) - at) > SAME_INSTANT * float(result.time[-1]):
-        raise MissingError("at", f"the run has no sample at {at:g} s: choose 'run.sample' for it")
+        raise MissingError(f"the run has no sample at {at:g} s: choose 'run.sample' for it")
     return k
