@@ -106,8 +106,7 @@ def test_nothing_moves():
 def test_a_beam_is_told_as_another_model():
     scene, world = scene_with(), World()
     methods = [Method("Exudyn, redundant", "exudyn"),
-               Method("Exudyn, beam", "exudyn", settings={"spectral_radius": 0.8},
-                      of_rods=False)]  # fmt: skip
+               Method("Exudyn, beam", "exudyn", settings={"formulation": "beam"})]  # fmt: skip
     study = judge(Studying(Runs(scene, 4e-5, methods), world.solve, 20.0, world.clock).run())
     assert "Exudyn, beam: another model of the link" in accuracy_text(study)
     assert advise(study).choice.method.name == "Exudyn, redundant"

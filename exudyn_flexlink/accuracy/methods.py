@@ -28,21 +28,24 @@ _OF_THE_METHOD = ("formulation", "elements")
 class Method:
     """A way to solve a scene, up to one number: a tolerance (m) or a step (s).
 
-    `settings` are keys of the scene's solver that make it this method. `of_rods` is False where
-    the link is another model than the scene's rods, so that no setting leads to their motion.
+    `settings` are keys of the scene's solver that make it this method.
     """
 
     name: str
     engine: str
     knob: Knob = "tolerance"
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
-    of_rods: bool = True
+
+    @property
+    def of_rods(self) -> bool:
+        """Whether the link is made of rods, as the scene's; a beam tends to another motion."""
+        return self.settings.get("formulation") != BEAM
 
     def at(self, scene: Scene, value: float) -> Scene:
         """Return the scene solved by this method at a value of its knob."""
         given = scene.solver.model_dump(exclude_unset=True)
         solver = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
-        if self.settings.get("formulation") == BEAM and "elements" in given:
+        if not self.of_rods and "elements" in given:
             solver["elements"] = given["elements"]
         return scene.changed(
             accuracy=type(scene.accuracy).model_validate({self.knob: value}),
@@ -82,7 +85,7 @@ def _of_engine(engine: str, formulations: Sequence[str]) -> list[Method]:
     if not formulations:
         return [Method(title, engine)]
     return [
-        Method(f"{title}, {name}", engine, "tolerance", {"formulation": name}, name != BEAM)
+        Method(f"{title}, {name}", engine, "tolerance", {"formulation": name})
         for name in formulations
     ]
 
