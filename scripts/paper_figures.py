@@ -37,10 +37,11 @@ from exudyn_flexlink.continuing import continued, moved, state_at
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import (
     LeverResponse,
-    between_samples,
     crank_angle,
     lever_response,
     path,
+    positions,
+    separation,
 )
 from exudyn_flexlink.plots.laps import by_lap, lap_label, lap_style, shade_laps
 from exudyn_flexlink.plots.motion import X_COLOURS, draw_radius, radial_scale
@@ -48,7 +49,7 @@ from exudyn_flexlink.plots.panels import BEYOND, columns_of
 from exudyn_flexlink.plots.style import BLACK, GREEN, GREY, PURPLE, SCREEN, STYLES, Style, styled
 from exudyn_flexlink.result import Result
 
-MODELS = Path(__file__).parent.parent / "models"
+S = "link.end"
 SCENES = {"a": ("no_clearance", "without clearance"), "b": ("clearance", "clearance 5 mm")}
 START = 1e-6  # rad, of every rod of the link: a neighbouring start
 LAPS = 2  # after which the mechanism does the same again
@@ -60,21 +61,16 @@ LOOSER = 10.0  # times the tolerance: such a run is no less far away than the fi
 
 @dataclass(frozen=True)
 class Case:
-    """A run, its neighbour, and S at even instants; `letter` is that of its panels."""
+    """A run, S at even instants, and its distance there in others; `letter` is of its panels."""
 
     letter: str
     name: str
     result: Result
     time: FloatArray
     end: FloatArray  # (N, 2), m
-    neighbour: FloatArray  # (N, 2), m
+    apart: FloatArray  # (N,), m: how far S is from that of a neighbouring start
     unsure: FloatArray  # (N,), m: how far S is from that of a looser tolerance
     lever: LeverResponse
-
-    @property
-    def apart(self) -> FloatArray:
-        """Distance (N,) of S in both runs, m."""
-        return np.asarray(np.linalg.norm(self.end - self.neighbour, axis=1))
 
     @property
     def told_until(self) -> float | None:
@@ -87,7 +83,7 @@ class Case:
     @property
     def position(self) -> FloatArray:
         """S (samples, 2) at the run's own samples, mm."""
-        return 1e3 * path(self.result, "link.end").position
+        return 1e3 * path(self.result, S).position
 
     @property
     def radius(self) -> FloatArray:
@@ -98,7 +94,7 @@ class Case:
 def main() -> None:
     """Run both scenes three times, and draw."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    parser.add_argument("--out", type=Path, default=MODELS.parent / "runs" / "paper")
+    parser.add_argument("--out", type=Path, default=Path("runs/paper"))
     parser.add_argument("--engine", choices=("exudyn", "lagrangian"), default="lagrangian")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of all runs, m")
     parser.add_argument("--turns", type=float, default=4.0)
@@ -114,7 +110,7 @@ def case(letter: str, model: str, name: str, options: argparse.Namespace) -> Cas
     """Run a model, once more from a neighbouring start, and once more at a looser tolerance."""
     scenes = [
         load_scene(
-            MODELS / f"{model}.yaml",
+            model,
             [f"run.turns={options.turns}", SAMPLE, f"accuracy.tolerance={x * options.tolerance}"],
         )
         for x in (1, LOOSER)
@@ -125,22 +121,16 @@ def case(letter: str, model: str, name: str, options: argparse.Namespace) -> Cas
     state[assemble_scene(result.scene).mechanism.parts_of("link"), 2] += START
     other = simulate(moved(continued(result, 0.0), state), options.engine, measure=False)
     time = np.arange(0.0, min(run.time[-1] for run in (result, other, check)), 2e-4)
-    end = end_of(result, time)
-    unsure = np.linalg.norm(end_of(check, time) - end, axis=1)
+    end = positions(result, [S], time)[:, 0]
+    apart, unsure = (separation(result, run, time, [S]) for run in (other, check))
     lever = lever_response(result, "strike")
-    seen = Case(letter, name, result, time, end, end_of(other, time), unsure, lever)
+    seen = Case(letter, name, result, time, end, apart, unsure, lever)
     print(
         f"({letter}) {name}: links start {START:.0e} rad apart, "
         f"S at most {seen.apart.max():.1e} m apart; "
         f"told until {seen.told_until or seen.time[-1]:.3g} s of {seen.time[-1]:.3g} s"
     )
     return seen
-
-
-def end_of(result: Result, time: FloatArray) -> FloatArray:
-    """Place of S (N, 2) at instants, m."""
-    seen = path(result, "link.end")
-    return between_samples(seen.time, seen.position, seen.velocity, time)
 
 
 @dataclass(frozen=True)

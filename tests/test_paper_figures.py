@@ -20,7 +20,8 @@ def cases():
     run = results.rigid_link(samples=401)
     lever = lever_response(run, "strike")
     end = results.exact_s(run.scene, run.time)
-    first = Case("a", "near", run, run.time, end, end + 1e-6, np.full(len(end), 1e-9), lever)
+    apart, unsure = (np.full(len(end), away) for away in (1e-6, 1e-9))
+    first = Case("a", "near", run, run.time, end, apart, unsure, lever)
     far = replace(run, poses=2 * run.poses)
     wide = replace(lever, value=3 * lever.value)
     return [first, replace(first, letter="b", name="far", result=far, lever=wide)]
