@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, exp, floor, log, log10
 from time import process_time
 from typing import TypeVar
 
+import numpy as np
+
 Value = TypeVar("Value")
+Key = TypeVar("Key", bound=Hashable)
+Run = Callable[[float], tuple[float, int]]
+"""Error (m) and number of steps of a run at a setting."""
 
 LONG = 8.0  # s: a run this long averages over disturbances by itself, and is not repeated
 
@@ -42,10 +47,10 @@ def timed(run: Callable[[], Value]) -> tuple[Value, float]:
 
 
 def interleaved(
-    runs: Mapping[str, Callable[[], object]],
+    runs: Mapping[Key, Callable[[], object]],
     repeat: int,
-    known: Mapping[str, float] | None = None,
-) -> dict[str, float]:
+    known: Mapping[Key, float] | None = None,
+) -> dict[Key, float]:
     """Least processor time (s) of each run, measured in turn: A B A B and so on.
 
     So what disturbs the machine for a while disturbs all of them. `known` are times measured
@@ -79,16 +84,8 @@ def loosest(points: Sequence[Measured], error: float) -> Measured | None:
     return min(good, key=lambda point: point.cost) if good else None
 
 
-def climb(
-    run: Callable[[float], tuple[float, int]],
-    rungs: Iterable[float],
-    error: float,
-    budget: float,
-) -> list[Measured]:
-    """Measure rung by rung until one makes at most `error`, or takes longer than `budget` (s).
-
-    `run` gives the error (m) and the steps at a setting.
-    """
+def climb(run: Run, rungs: Iterable[float], error: float, budget: float) -> list[Measured]:
+    """Measure rung by rung until one makes at most `error` (m), or takes more than `budget` (s)."""
     points: list[Measured] = []
     for rung in rungs:
         (made, steps), cost = timed(partial(run, rung))
@@ -96,6 +93,39 @@ def climb(
         if made <= error or cost > budget:
             break
     return points
+
+
+def cheapest(
+    runs: Mapping[str, Run],
+    rungs: Mapping[str, Iterable[float]],
+    errors: Sequence[float],
+    budget: float,
+) -> dict[tuple[str, float], Measured]:
+    """The cheapest run at each of some errors (m), by name and error; without those not reached.
+
+    `budget` (s) ends the climb of a ladder, see `climb`.
+    """
+    climbed = {name: climb(run, rungs[name], min(errors), budget) for name, run in runs.items()}
+    found = {(name, e): loosest(points, e) for name, points in climbed.items() for e in errors}
+    return {key: point for key, point in found.items() if point}
+
+
+def repeated(
+    runs: Mapping[str, Callable[[float], object]],
+    points: Mapping[tuple[str, float], Measured],
+    repeat: int,
+) -> dict[tuple[str, float], Measured]:
+    """Points, by the name of their run and what else they are told by, with their least costs.
+
+    Each setting of a run is measured again in turn with all others, see `interleaved`.
+    """
+    known = {(name, point.setting): point.cost for (name, _), point in points.items()}
+    again = {(name, setting): partial(runs[name], setting) for name, setting in known}
+    best = interleaved(again, repeat, known)
+    return {
+        (name, what): replace(point, cost=best[name, point.setting])
+        for (name, what), point in points.items()
+    }
 
 
 def cost_at(points: Sequence[Measured], error: float) -> tuple[float, bool]:
@@ -120,7 +150,4 @@ def cost_at(points: Sequence[Measured], error: float) -> tuple[float, bool]:
 
 def exponent(sizes: Sequence[float], costs: Sequence[float]) -> float:
     """Exponent p of the least-squares fit ``cost ~ size^p``."""
-    x, y = [log(size) for size in sizes], [log(cost) for cost in costs]
-    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    rise = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True))
-    return rise / sum((a - mean_x) ** 2 for a in x)
+    return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -13,15 +13,16 @@ from benchmarks.measuring import (
     LONG,
     Measured,
     Table,
+    cheapest,
     climb,
     cost_at,
-    interleaved,
     ladder,
-    loosest,
+    repeated,
 )
 from benchmarks.naive_exudyn import simulate_by_hand
 from benchmarks.variants import VARIANTS, Variant
 
+SCRIPT = "by hand"
 STEPS = (1e-4, 4e-5, 1e-5)  # s, of the script
 ERRORS = (1e-4, 1e-5, 1e-6, 1e-7)  # m
 
@@ -72,44 +73,28 @@ def measure(
     if min(errors) < strike.SERIES_KNOWS:
         strike.tight()  # not on anyone's bill
     naive = [m for step in steps for m in climb(by_hand, [step], 0.0, budget)]
-    found: dict[tuple[str, float], Measured | None] = {}
     for variant in VARIANTS:
         strike.warm_up(variant)
-        run = partial(ours, variant, min(errors))
-        points = climb(run, ladder(variant.first), min(errors), budget)
-        found |= {(variant.name, error): loosest(points, error) for error in errors}
-    naive, found = _again(naive, found, repeat - 1)
+    found = cheapest(
+        {variant.name: partial(ours, variant, min(errors)) for variant in VARIANTS},
+        {variant.name: ladder(variant.first) for variant in VARIANTS},
+        errors,
+        budget,
+    )
+    timed: dict[str, Callable[[float], object]] = {
+        SCRIPT: simulate_by_hand,
+        **{variant.name: partial(strike.run, variant) for variant in VARIANTS},
+    }
+    points = {(SCRIPT, point.setting): point for point in naive} | found
+    found = repeated(timed, points, repeat - 1)
+    naive = [found[SCRIPT, point.setting] for point in naive]
     matches = []
     for error in errors:
         cost, beyond = cost_at(naive, error)
         for variant in VARIANTS:
-            at = found[variant.name, error]
+            at = found.get((variant.name, error))
             matches.append(Match(error, cost, beyond, variant, at))
     return naive, matches
-
-
-def _again(
-    naive: list[Measured], found: dict[tuple[str, float], Measured | None], repeat: int
-) -> tuple[list[Measured], dict[tuple[str, float], Measured | None]]:
-    """Measure what was chosen again, in turn."""
-    variants = {variant.name: variant for variant in VARIANTS}
-    known = {f"{point.setting}": point.cost for point in naive}
-    runs: dict[str, Callable[[], object]] = {
-        f"{point.setting}": partial(simulate_by_hand, point.setting) for point in naive
-    }
-    for key, point in found.items():
-        if point is not None:
-            name, _ = key
-            runs[f"{name} {point.setting}"] = partial(strike.run, variants[name], point.setting)
-            known[f"{name} {point.setting}"] = point.cost
-    best = interleaved(runs, repeat, known)
-    return (
-        [replace(point, cost=best[f"{point.setting}"]) for point in naive],
-        {
-            key: point and replace(point, cost=best[f"{key[0]} {point.setting}"])
-            for key, point in found.items()
-        },
-    )
 
 
 def tables(quick: bool = False, repeat: int = 3) -> list[Table]:

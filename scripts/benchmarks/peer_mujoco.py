@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks import mujoco_chain, numpy_lagrangian
-from benchmarks.measuring import FINE, Measured, Table, climb, interleaved, ladder, loosest
+from benchmarks.measuring import FINE, Measured, Run, Table, cheapest, ladder, repeated
 from benchmarks.stepping import completed
 from benchmarks.strike import scene_of
 from benchmarks.variants import VARIANTS, Variant
@@ -27,8 +26,6 @@ TRUTH = 1e-9  # tolerance of the independent computation: leaves 1e-12 m
 # steps in a millisecond
 EVERY = (5, 10, 20, 30, 40, 50, 70, 100, 140, 200, 300, 400, 500, 1000, 2000)
 BUDGET = 4.0  # s
-
-Runs = dict[str, Callable[[float], tuple[float, int]]]
 
 
 @cache
@@ -70,7 +67,7 @@ def measure(
 ) -> dict[tuple[str, float], Measured]:
     """The cheapest run at every error reached, by name."""
     truth(duration)  # not on anyone's bill
-    runs: Runs = {
+    runs: dict[str, Run] = {
         f"mujoco {name}": partial(by_mujoco, integrator, duration)
         for name, integrator in mujoco_chain.integrators().items()
     }
@@ -79,22 +76,7 @@ def measure(
         run(variant, 1e-3, variant.first)  # load and compile
         runs[variant.name] = partial(ours, variant, duration)
         rungs[variant.name] = list(ladder(variant.first, mantissas=FINE))  # as fine as EVERY
-    chosen: dict[tuple[str, float], Measured] = {}
-    for name, measured_run in runs.items():
-        points = climb(measured_run, rungs[name], min(errors), BUDGET)
-        for error in errors:
-            if point := loosest(points, error):
-                chosen[name, error] = point
-    jobs = {f"{name} {p.setting}": (name, p) for (name, _), p in chosen.items()}
-    best = interleaved(
-        {key: partial(runs[name], p.setting) for key, (name, p) in jobs.items()},
-        repeat - 1,
-        {key: p.cost for key, (_, p) in jobs.items()},
-    )
-    return {
-        (name, error): replace(p, cost=best[f"{name} {p.setting}"])
-        for (name, error), p in chosen.items()
-    }
+    return repeated(runs, cheapest(runs, rungs, errors, BUDGET), repeat - 1)
 
 
 def tables(quick: bool = False, repeat: int = 3) -> list[Table]:

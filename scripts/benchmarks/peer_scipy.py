@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks import numpy_lagrangian, strike
-from benchmarks.measuring import Measured, Table, climb, interleaved, ladder, loosest
+from benchmarks.measuring import Measured, Table, cheapest, ladder, repeated
 from benchmarks.variants import VARIANTS, Variant
 
 ERROR = 1e-7  # m
@@ -34,25 +34,13 @@ def measure(until: float | None, repeat: int) -> dict[str, Measured | None]:
     """The cheapest run at `ERROR` by name, SciPy's first."""
     strike.tight(until)  # not on anyone's bill
     runs = {"scipy": partial(by_scipy, until)}
-    first = {"scipy": FIRST}
+    rungs = {"scipy": ladder(FIRST)}
     for variant in VARIANTS:
         strike.warm_up(variant)
         runs[variant.name] = partial(ours, variant, until)
-        first[variant.name] = variant.first
-    found = {
-        name: loosest(climb(run, ladder(first[name]), ERROR, BUDGET), ERROR)
-        for name, run in runs.items()
-    }
-    reached = {name: point for name, point in found.items() if point}
-    best = interleaved(
-        {name: partial(runs[name], point.setting) for name, point in reached.items()},
-        repeat - 1,
-        {name: point.cost for name, point in reached.items()},
-    )
-    return {
-        name: point and Measured(point.setting, point.error, best[name], point.steps)
-        for name, point in found.items()
-    }
+        rungs[variant.name] = ladder(variant.first)
+    found = repeated(runs, cheapest(runs, rungs, [ERROR], BUDGET), repeat - 1)
+    return {name: found.get((name, ERROR)) for name in runs}
 
 
 def tables(quick: bool = False, repeat: int = 3, full: bool = False) -> list[Table]:

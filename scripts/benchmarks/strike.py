@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.series import deviation, read_series
+from benchmarks.stepping import completed
 from benchmarks.variants import BEAM, VARIANTS, Variant
 from exudyn_flexlink import Result, Scene, load_scene, simulate
 from exudyn_flexlink.arrays import FloatArray
@@ -39,10 +40,7 @@ def run(variant: Variant, rung: float, *settings: str, until: float | None = Non
     if until is not None:
         length = f"run={{duration: {until}, sample: 1 ms}}"
     scene = scene_of(MODEL, (BEAM, length, *settings, *variant.at(rung)))
-    result = simulate(scene, variant.engine, measure=False)
-    if not result.outcome.completed:
-        raise RuntimeError(f"{variant.name} at {rung:g}: {result.outcome.reason}")
-    return result
+    return completed(simulate(scene, variant.engine, measure=False))
 
 
 def warm_up(variant: Variant) -> None:
