@@ -24,6 +24,7 @@ SETTLE = 0.25  # of the time: until the neighbour lies in the direction that gro
 FEWEST = 4  # batches: by fewer their scatter is hardly known,
 ENOUGH = 8  # and if there are more than twice as many, they may as well be longer
 SURE = 0.95  # of the cases the exponent is within its uncertainty
+SEED = 0  # of the first neighbour's direction, which is the same in every run
 MOST_CORRELATED = 0.95  # batches that follow one another: the mean of more tells nothing
 
 
@@ -101,14 +102,13 @@ class Neighbours:
     """How neighbours are made, and how far they are apart.
 
     They are put back to `distance`, which is Euclidean in states divided by `scales` (n,), ones if
-    None. The first is in a random direction of `seed`. The uncertainty is told by means over a time
+    None. The first is in a random direction. The uncertainty is told by means over a time
     `batch` (s), whole periods of what is periodic; see `half_width`.
     """
 
     distance: float
     batch: float
     scales: FloatArray | None = None
-    seed: int = 0
 
 
 def largest_exponent(
@@ -131,7 +131,7 @@ def largest_exponent(
     settled, edges = batches(motion.times, neighbours.batch)
     distance, scales = neighbours.distance, neighbours.scales
     unit = np.ones(motion.states.shape[1]) if scales is None else scales
-    way = np.random.default_rng(neighbours.seed).standard_normal(len(unit))
+    way = np.random.default_rng(SEED).standard_normal(len(unit))
     near = motion.states[0] + distance * unit * way / np.linalg.norm(way)
     rates, errors = np.zeros(count), np.zeros(count)
     for k in range(count):
