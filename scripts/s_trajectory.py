@@ -11,85 +11,54 @@ Exit codes: 0 done; 2 no such run or point, or a file can't be written.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
+from saved_run import parser, told
 
-from exudyn_flexlink.observables import crank_joint, laps, path, watched_point
-from exudyn_flexlink.plots import coordinates
-from exudyn_flexlink.result import Result
-from exudyn_flexlink.storage import StorageError, load, trajectory_columns, write_csv
+import exudyn_flexlink as fl
+from exudyn_flexlink.observables import crank_joint, laps, watched_point
+from exudyn_flexlink.storage import trajectory_columns
+
+COLUMNS = ("lap", "t from s", "to s", "x least mm", "greatest", "y least mm", "greatest")
 
 
 def main() -> int:
-    """Read a run folder, print the table, write what is asked for; returns the exit code."""
-    options = _parser().parse_args()
-    try:
-        result = load(options.run)
-        point = options.point or watched_point(result.scene)
-        table = _table(result, point)
-        if options.csv:
-            write_csv(options.csv, trajectory_columns(result, point))
-        if options.png:
-            _draw(result, point, options.png)
-    except (StorageError, ValueError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"can't write {error.filename}: {error.strerror}", file=sys.stderr)
-        return 2
-    Console().print(table)
-    if not result.outcome.completed:
-        print(f"incomplete: stopped at {result.outcome.time:.6g} s: {result.outcome.reason}")
-    return 0
+    """Read the arguments, tell what they ask for; returns the exit code."""
+    arguments = parser(__doc__)
+    arguments.add_argument("--point", help="another point, such as lever.end")
+    options = arguments.parse_args()
+
+    def point(result: fl.Result) -> str:
+        return options.point or watched_point(result.scene)
+
+    return told(
+        options,
+        lambda result: _table(result, point(result)),
+        lambda result: trajectory_columns(result, point(result)),
+        lambda result: result.plot.coordinates(point(result)),
+    )
 
 
-def _table(result: Result, point: str) -> Table:
+def _table(result: fl.Result, point: str) -> Table:
     """Extremes of both coordinates in mm and of the speed in m/s, lap by lap."""
-    seen = path(result, point)
+    seen = result.path(point)
     lap = laps(result) if crank_joint(result.scene) else np.ones(len(seen.time), dtype=int)
-    speed = np.linalg.norm(seen.velocity, axis=1)
     table = Table(title=f"{point}: {result.scene.title}")
-    columns = ("lap", "t from s", "to s", "x least mm", "greatest", "y least mm", "greatest")
-    for name in (*columns, "fastest m/s"):
+    for name in (*COLUMNS, "fastest m/s"):
         table.add_column(name, justify="right")
-    for number in range(1, int(lap.max()) + 1):
+    for number in np.unique(lap):
         here = lap == number
-        if not here.any():
-            continue
         x, y = 1e3 * seen.position[here].T
-        numbers = (x.min(), x.max(), y.min(), y.max())
-        time = seen.time[here]
+        time, speed = seen.time[here], np.linalg.norm(seen.velocity[here], axis=1)
         table.add_row(
             str(number),
-            f"{time[0]:.4f}",
-            f"{time[-1]:.4f}",
-            *(f"{value:.3f}" for value in numbers),
-            f"{speed[here].max():.4f}",
+            *(f"{value:.4f}" for value in (time[0], time[-1])),
+            *(f"{value:.3f}" for value in (x.min(), x.max(), y.min(), y.max())),
+            f"{speed.max():.4f}",
         )
     return table
-
-
-def _draw(result: Result, point: str, file: Path) -> None:
-    figure = coordinates(result, point)
-    if figure is None:
-        raise ValueError("the run has one instant only: nothing to draw")
-    figure.savefig(file, dpi=figure.dpi)
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("run", type=Path, metavar="RUN", help="folder of a finished run")
-    parser.add_argument("--point", help="another point, such as lever.end")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the path as CSV")
-    parser.add_argument("--png", type=Path, metavar="FILE", help="write the figure")
-    return parser
 
 
 if __name__ == "__main__":
