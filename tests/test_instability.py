@@ -128,14 +128,14 @@ def test_a_double_pendulum_says_from_when_on_it_is_off() -> None:
     assert found.error is not None
     assert found.error.largest >= apart.max()
     assert found.error.exceeds_from <= found.time[apart > tolerance][0]
-    assert any("unstable motion" in line for line in found.warnings)
+    assert any("the motion is unstable" in line for line in found.warnings)
 
 
 def test_passing_the_foot_of_a_spring_is_told() -> None:
     """The place at which the mass passes decides on where the spring throws it."""
     found = run(PAST_A_FOOT)
     assert found.checks.e_folds > 3
-    assert any("unstable motion" in line for line in found.warnings)
+    assert any("the motion is unstable" in line for line in found.warnings)
 
 
 def test_growth_is_that_of_the_fastest_solution_that_grows() -> None:
@@ -175,7 +175,7 @@ def told(
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
-    error, apart, times = told(LIMP, 1e-6, engine, "unstable motion")
+    error, apart, times = told(LIMP, 1e-6, engine, "the motion is unstable")
     assert apart.max() > 1e-4
     assert error.largest >= apart.max() / 2  # of the order of the link, once all is lost
     assert error.exceeds_from <= times[apart > 1e-6][0]
@@ -184,7 +184,7 @@ def test_a_limp_link_says_from_when_on_it_is_off(engine: str) -> None:
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_vibrations_that_nothing_damps_say_that_they_are_off(engine: str) -> None:
     """What single steps lose of them adds up: to more than the tolerance, after 550 steps."""
-    error, apart, _ = told(RINGING, 1e-5, engine, "vibrations that last")
+    error, apart, _ = told(RINGING, 1e-5, engine, "vibrations are hardly damped")
     assert error.largest >= apart.max() > 1e-5
     damped = [line.replace("damping: 0", "damping: 2.0e-5") for line in RINGING]
     assert moving(damped, 1e-5, engine).error is None

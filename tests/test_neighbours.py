@@ -94,7 +94,7 @@ def test_a_run_that_will_be_millimetres_off_is_told_from_which_instant_on():
     assert run.error.exceeds_from == pytest.approx(0.152, abs=0.01)
     assert 2e-5 < run.error.largest < 5e-4
     (told,) = run.warnings
-    assert told.startswith(f"from t = {run.error.exceeds_from:.4g} s on points may be off by more")
+    assert told.startswith(f"from t = {run.error.exceeds_from:.4g} s on, points may be off by more")
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
@@ -115,12 +115,12 @@ def test_what_is_told_of_a_neighbour_that_parts():
     found = measured_by(run, lambda scene: off_by(run, 1e-3)).result
     (told,) = found.warnings
     assert told == (
-        "from t = 0.5 s on points may be off by more than 1e-05 m, link.end in the end by "
-        "0.0015 m, as a neighbouring run shows: errors multiply "
-        "(3 touches of the walls of 'sleeve')"
+        "from t = 0.5 s on, points may be off by more than 1e-05 m, and link.end by up to "
+        "0.0015 m, as a neighbouring run with other steps shows: errors grow with every touch "
+        "(3 of the walls of 'sleeve')"
     )
     said = " ".join(run_text(found).split())
-    assert "within 1e-05 m up to t = 0.5 s; off by 0.0015 m in the end (link.end)" in said
+    assert "within 1e-05 m up to t = 0.5 s; then off by up to 0.0015 m (link.end)" in said
 
 
 def test_nothing_is_told_of_a_neighbour_that_agrees():
@@ -154,7 +154,8 @@ def test_steps_that_only_aim_at_a_tolerance_ask_for_a_neighbour():
     assert unmeasured(smooth).error.missing == NOT_MEASURED
     (told,) = found.warnings
     assert told.endswith(
-        "as a neighbouring run shows: its steps only aim at the tolerance (steps of order 2)"
+        "as a neighbouring run with other steps shows: its steps only aim at the tolerance "
+        "(steps of order 2)"
     )
     own = replace(touched(0, {"step": 1e-4, "steps_per_contact": 60}), sleeves={})
     assert unmeasured(own).error is None
@@ -167,7 +168,9 @@ def test_a_burst_of_one_strike_asks_for_no_neighbour():
         none = np.zeros(len(run.time))
         struck = {"strike": ContactHistory(none, none, none, bounces)}
         told = multiplying(replace(run, contacts=struck))
-        assert told == ("" if count == 3 else "4 strikes of 'strike' in a row")
+        assert told == (
+            "" if count == 3 else "errors grow with every strike (4 of 'strike' in a row)"
+        )
 
 
 def test_a_run_that_stopped_is_left_as_it_is():

@@ -97,9 +97,9 @@ def test_a_release_that_multiplies_errors_says_how_and_has_them_measured(
 ) -> None:
     (release,) = releases(slow)
     assert multiplying(slow) == (
-        f"the point of 'strike' crept off its face's end at {release.time:.6g} s, at "
-        f"{release.creep:.2g} m/s, and set free what it had pressed: "
-        f"{release.growth:.2g} times the error of before"
+        f"the point of 'strike' crept off the end of its face at {release.time:.6g} s, at "
+        f"{release.creep:.2g} m/s, and set free what it had pressed: errors are "
+        f"{release.growth:.2g} times as large from then on"
     )
     fast = pushed(tmp_path, FAST)
     (brisk,) = releases(fast)

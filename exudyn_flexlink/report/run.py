@@ -122,4 +122,4 @@ def positions_text(error: MeasuredError) -> str:
     if error.exceeds_from is None:
         return f"{points} off by {error.largest:.2g} m at most{worst}{until}, of {limit} allowed"
     within = f"within {limit} up to t = {number(error.exceeds_from)} s"
-    return f"{points} {within}; off by {error.largest:.2g} m in the end{worst}{until}"
+    return f"{points} {within}; then off by up to {error.largest:.2g} m{worst}{until}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import exp
+from math import exp, log
 
 import numpy as np
 
@@ -24,7 +24,7 @@ MANY_STEPS = 500
 def beyond_steps(result: Result) -> str:
     """Say why a run may be off by more than its steps foresee; empty if nothing speaks for it."""
     if reason := multiplying(result):
-        return f"errors multiply ({reason})"
+        return reason
     if reason := aiming(result):
         return f"its steps only aim at the tolerance ({reason})"
     return ""
@@ -58,7 +58,10 @@ def _rattling(result: Result) -> Iterator[str]:
     for name in joints_with_play(result):
         count = len(result.intervals[name])
         what = "bearing" if name in result.bearings else "walls"
-        yield f"{count} touches of the {what} of '{name}'" if count else f"play in '{name}'"
+        if count:
+            yield f"errors grow with every touch ({count} of the {what} of '{name}')"
+        else:
+            yield f"errors grow where there is play ('{name}', without a touch)"
 
 
 def _bouncing(result: Result) -> Iterator[str]:
@@ -67,19 +70,20 @@ def _bouncing(result: Result) -> Iterator[str]:
     for name, contact in result.contacts.items():
         count = int(np.histogram(contact.touches.begin, laps)[0].max())
         if count > FEW_BOUNCES:
-            yield f"{count} strikes of '{name}' in a row"
+            yield f"errors grow with every strike ({count} of '{name}' in a row)"
 
 
 def _unstable(result: Result) -> Iterator[str]:
     """Motion that neighbouring motions leave by themselves, as that of a double pendulum."""
     if exp(-result.checks.e_folds) * LARGE_GROWTH < 1:
-        yield f"unstable motion: up to e^{result.checks.e_folds:.2g} times as large"
+        digits = result.checks.e_folds / log(10)
+        yield f"the motion is unstable: errors may grow by up to {digits:.2g} powers of ten"
 
 
 def _ringing(result: Result) -> Iterator[str]:
     """Vibrations that hardly decay: they keep the errors of steps, and of strikes."""
     if (steps := result.checks.ringing) > MANY_STEPS:
-        yield f"vibrations that last over {steps:.0f} steps"
+        yield f"vibrations are hardly damped, and errors last as long as they: {steps:.0f} steps"
 
 
 def _sliding_off(result: Result) -> Iterator[str]:
@@ -91,7 +95,7 @@ def _sliding_off(result: Result) -> Iterator[str]:
             worst[release.contact] = release
     for name, release in worst.items():
         yield (
-            f"the point of '{name}' crept off its face's end at {release.time:.6g} s, at "
-            f"{release.creep:.2g} m/s, and set free what it had pressed: "
-            f"{release.growth:.2g} times the error of before"
+            f"the point of '{name}' crept off the end of its face at {release.time:.6g} s, at "
+            f"{release.creep:.2g} m/s, and set free what it had pressed: errors are "
+            f"{release.growth:.2g} times as large from then on"
         )

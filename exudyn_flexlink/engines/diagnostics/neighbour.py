@@ -190,9 +190,9 @@ def _told(error: MeasuredError) -> Iterator[str]:
         return
     if error.exceeds_from is not None:
         yield (
-            f"from t = {error.exceeds_from:.4g} s on points may be off by more than "
-            f"{error.limit:.3g} m, {error.worst} in the end by {error.largest:.2g} m, as a "
-            "neighbouring run shows"
+            f"from t = {error.exceeds_from:.4g} s on, points may be off by more than "
+            f"{error.limit:.3g} m, and {error.worst} by up to {error.largest:.2g} m, as a "
+            "neighbouring run with other steps shows"
         )
     if error.stopped is not None:
         yield (
