@@ -202,6 +202,8 @@ class _Builder:
             self._problem(node, path, "a key must be a text")
         elif node.tag != _CORE + "str":
             hint = f"in quotes it is one: '{node.value}'"
+            if node.tag in (_CORE + "int", _CORE + "float"):  # of 7,85 YAML takes the 85 for a key
+                hint += "; decimals begin with a point, as in 7.85"
             self._problem(node, path, f"a key must be a text, got {node.value or 'nothing'}", hint)
         elif _CONTROL.search(node.value):
             self._problem(node, path, "a key with a control character")

@@ -55,6 +55,14 @@ def test_without_a_command_the_help_is_shown(capsys: Capture) -> None:
     assert "first steps:\n  exudyn-flexlink simulate no_clearance\n" in said
 
 
+def test_a_model_without_a_name_is_no_folder(capsys: Capture) -> None:
+    """As a shell gives it for a variable that is empty."""
+    with pytest.raises(SystemExit) as ended:
+        main(["check", ""])
+    assert ended.value.code == 2
+    assert "MODEL: expected a file, or the name of a model; got nothing" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["check", "simulate"])
 def test_a_mistake_is_shown_where_it_stands(command: str, tmp_path: Path, capsys: Capture) -> None:
     model = tmp_path / "wrong.yaml"

@@ -288,6 +288,8 @@ def test_tables_are_those_of_the_saved_run(run, tilting):
     np.testing.assert_array_equal(path["x_m"], run.path("link.end").position[:, 0])
     assert len(run.to_dataframe("lever")) == len(run.time)
     assert len(run.to_dataframe("strike")) == 4
+    with pytest.raises(ValueError, match=r"'nix'; there are: lever, strike, .*link.end"):
+        run.to_dataframe("nix")
     touches = tilting.to_dataframe("sleeve")
     assert list(touches["impulse_N_s"]) == list(tilting.touches("sleeve").impulse)
 

@@ -115,6 +115,12 @@ def test_refused_where_it_stands(text: str, line: int, column: int, words: str) 
     assert (place.line, place.column) == (line, column)
 
 
+def test_a_decimal_comma_is_recognised() -> None:
+    told = str(refusal("steel: {density: 7,85, name: x}\n"))
+    assert "a key must be a text, got 85" in told
+    assert "hint: in quotes it is one: '85'; decimals begin with a point, as in 7.85" in told
+
+
 def test_exploding_aliases_are_refused() -> None:
     levels = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 12))
     assert "aliases" in str(refusal("a0: &a0 [x, x]\n" + levels))

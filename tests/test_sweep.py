@@ -8,7 +8,9 @@ import pytest
 from results import PENDULUM, rigid_link, scene_from
 
 import exudyn_flexlink as fl
+from exudyn_flexlink import plots
 from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.report import sweep_text
 from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Document, Mistake
@@ -17,8 +19,10 @@ from exudyn_flexlink.sweeps import (
     InThisProcess,
     Observe,
     OneRun,
+    Row,
     Sweep,
     SweepTable,
+    Varied,
     carried_out,
     grid,
     latin_hypercube,
@@ -193,3 +197,25 @@ def test_a_clearance_is_varied_from_0_on(begins: str) -> None:
     plan = plan_of({"joints.sleeve.clearance": "0:5 mm:3"}, scene)
     found = table(plan, lambda each, _: {"walls": len(build_mechanism(each).channels)})
     assert found.columns()["walls"] == [0, 1, 1]
+
+
+def test_what_differs_by_no_digit_that_is_told_is_not_drawn() -> None:
+    """A coordinate that is the same in all runs but for errors is no first panel of a figure."""
+
+    def row(number: int) -> Row:
+        told = {"x_m": 0.1295 * (1 + 4e-9 * number), "v_m_per_s": 1.0 + number, "same_m": 0.2}
+        return Row(number, str(number), "done", "", 0, 0.1, told)
+
+    varied = (Varied("run.turns", "", ""),)
+    rows = tuple(map(row, (1, 2, 3)))
+    table = SweepTable("t", "exudyn", varied, 3, rows, ((1.0,), (2.0,), (3.0,)))
+    titles = [axes.get_title(loc="left") for axes in plots.sweep(table).axes]
+    assert [title.split()[-2:] for title in titles] == [["v", "(m/s)"]]
+    assert [line.split()[0] for line in sweep_text(table).splitlines()[-2:]] == [
+        "run.turns",
+        "v_m_per_s",
+    ]
+    # Asked for by name it is drawn, with whole numbers on its axis.
+    (axes,) = plots.sweep(table, ["x_m"]).axes
+    axes.figure.canvas.draw()
+    assert axes.yaxis.get_offset_text().get_text() == ""

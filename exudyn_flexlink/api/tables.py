@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.observables import struck_bodies
+from exudyn_flexlink.observables import point_names, struck_bodies
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage import (
     arrays_of,
@@ -42,11 +42,8 @@ def _columns(result: Result, name: str) -> Mapping[str, FloatArray]:
     if name in result.intervals:
         return touch_columns(result, name)
     if "." not in name:
-        known = [*struck, *result.intervals]
-        raise ValueError(
-            f"nothing to tell of '{name}'; there are points such as 'link.end', and: "
-            f"{', '.join(known) or 'nothing else'}"
-        )
+        known = [*struck, *result.intervals, *point_names(result.scene)]
+        raise ValueError(f"nothing to tell of '{name}'; there are: {', '.join(known)}")
     return trajectory_columns(result, name)
 
 

@@ -70,6 +70,8 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
 
 def model_path(text: str) -> Path:
     """Return a file, or that of a model by its name where there is no such file."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected a file, or the name of a model; got nothing")
     path = Path(text)
     if path.suffix or path.exists():
         return path

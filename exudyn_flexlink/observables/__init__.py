@@ -49,6 +49,7 @@ from exudyn_flexlink.observables.points import (
     path,
     paths,
     point_anchor,
+    point_names,
     room,
     still_text,
     watched_point,

@@ -153,6 +153,11 @@ def room(result: Result, points: Iterable[str]) -> float:
     return max((float(np.linalg.norm(box)) for box in boxes), default=0.0)
 
 
+def point_names(scene: Scene) -> list[str]:
+    """Return the names of all points of a scene, as 'body.point'."""
+    return [f"{own}.{each}" for own, spec in scene.bodies.items() for each in spec.point_names]
+
+
 def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
     """Find the point 'body.point' on its part.
 
@@ -163,7 +168,7 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
     name, inner = split_point(point)
     body = scene.bodies.get(name)
     if body is None or inner not in body.point_names:
-        known = [f"{own}.{each}" for own, spec in scene.bodies.items() for each in spec.point_names]
+        known = point_names(scene)
         hint = did_you_mean(point, known) or f"; there are: {', '.join(known)}"
         raise ValueError(f"the scene has no point '{point}'{hint}")
     own = mechanism.parts_of(name)

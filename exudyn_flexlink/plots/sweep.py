@@ -21,6 +21,7 @@ from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, Scalar, SweepTable, in_si, 
 
 MOST_PANELS = 6
 MOST_TOLD = 4  # axes of observables beside those of what varied
+NOTICEABLE = 1e-4  # of a number: the summary prints numbers that differ by less alike
 ROUNDING, LEAST = 1e-9, 1e-12  # of a number; SI: smaller differences tell nothing
 FEW = 8  # values that all have a tick
 LINES, MAP = 1.5, 2.6  # inches on a screen, of a panel
@@ -63,20 +64,25 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
 
 
 def _telling(table: SweepTable) -> list[str]:
-    """Observables that are numbers and not the same in all rows."""
+    """Observables that are numbers and not the same in all rows, to the eye if there are any."""
+    return _differing(table, NOTICEABLE) or _differing(table, ROUNDING)
+
+
+def _differing(table: SweepTable, part: float) -> list[str]:
+    """Observables that are numbers and differ from row to row by more than a part of them."""
     columns = table.columns()
     found = []
     for name in table.observables:
         values = [value for value in columns[name] if value is not None]
         numbers = [float(value) for value in values if isinstance(value, float | int)]
-        if values and len(numbers) == len(values) and np.ptp(numbers) > _rounding(numbers):
+        if values and len(numbers) == len(values) and _differ(numbers, part):
             found.append(name)
     return found
 
 
-def _rounding(numbers: Sequence[float]) -> float:
-    """What may be rounding of some numbers, and no difference."""
-    return max(ROUNDING * float(np.max(np.abs(numbers))), LEAST)
+def _differ(numbers: Sequence[float], part: float) -> bool:
+    """Tell whether numbers differ by more than a part of them, and than what is nothing in SI."""
+    return bool(np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST))
 
 
 def _along(table: SweepTable, i: int) -> Scale:
@@ -146,6 +152,8 @@ def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Styl
         for k, place in enumerate(x.places[failed]):
             axes.axvline(place, color=RED, linestyle=":", label="failed" if k == 0 else None)
         axes.set_title(own.label, parse_math=False)
+        if not own.words:  # no number that would have to be added to each
+            axes.yaxis.get_major_formatter().set_useOffset(False)
     _ticked(panels[-1], x, "x")
     letter(panels)
     if failed.any() or doubtful.any():

@@ -28,14 +28,15 @@ def _head(found: SweepTable) -> list[str]:
 
 
 def _ranges(found: SweepTable) -> list[str]:
-    """Least and largest value of every number that is not the same in all rows."""
+    """Least and largest value of every number that is not printed alike in all rows."""
     columns = found.columns()
     varied = [one.column for one in found.varied]
     rows = [["", "from", "to"]]
     for name in (*varied, *found.observables):
         values = [float(value) for value in columns[name] if isinstance(value, float | int)]
-        if values and (name in varied or min(values) != max(values)):
-            rows.append([name, number(min(values)), number(max(values))])
+        ends = [number(end(values)) for end in (min, max)] if values else ["", ""]
+        if values and (name in varied or ends[0] != ends[1]):
+            rows.append([name, *ends])
     return table(rows) if len(rows) > 1 else []
 
 
