@@ -1,6 +1,7 @@
 """Fixtures that several files share."""
 
 import os
+import signal
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,8 @@ from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: tests send Ctrl-C
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 MOST_WORKERS = 8  # each takes 0.6 GB, and collects all tests for itself
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from signal import SIG_DFL, SIGINT, getsignal, signal
+from signal import SIG_DFL, SIG_IGN, SIGINT, getsignal, signal
 from types import FrameType
 from typing import Any
 
@@ -31,6 +31,11 @@ class DeferrableInterrupt:
             self._before(number, frame)
         elif number != SIGINT:  # handed on by who handles other signals: only Ctrl-C is ignored
             raise KeyboardInterrupt
+
+    @property
+    def ignores(self) -> bool:
+        """Whether Ctrl-C is ignored, as in the background jobs of a shell."""
+        return self._before is SIG_IGN
 
     def defer(self) -> None:
         """From now on, only take note of Ctrl-C."""
@@ -57,10 +62,18 @@ def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
 def interrupts(end: Callable[[], None]) -> Iterator[None]:
     """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
 
-    What follows in `simulate` puts the result together: there Ctrl-C is deferred.
+    What follows in `simulate` puts the result together: there Ctrl-C is deferred. A Ctrl-C that is
+    ignored stays so: only requests of other signals, which come this way too, then end the run.
     """
+    before = getsignal(SIGINT)
+    ignored = before.ignores if isinstance(before, DeferrableInterrupt) else before is SIG_IGN
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if number != SIGINT or not ignored:
+            end()
+
     try:
-        before = signal(SIGINT, lambda *_: end())
+        signal(SIGINT, handle)
     except ValueError:  # not the main thread: Ctrl-C is not ours
         yield
         return
@@ -69,7 +82,7 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
     finally:
         if isinstance(before, DeferrableInterrupt):
             before.defer()
-        signal(SIGINT, before)
+        signal(SIGINT, SIG_DFL if before is None else before)
 
 
 @contextmanager
