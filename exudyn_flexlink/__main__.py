@@ -1,12 +1,15 @@
-"""Run the program: ``python -m exudyn_flexlink``."""
+"""Run the program: ``python -m exudyn_flexlink``, or ``exudyn-flexlink`` where it is installed."""
 
 import os
 import sys
 
-from exudyn_flexlink.cli import main
-
 # The Lagrangian's code runs as fast with the compiler's lowest level, and is there a third sooner.
 os.environ.setdefault("NUMBA_OPT", "1")
+
+try:
+    from exudyn_flexlink.cli import main
+except KeyboardInterrupt:  # while it was read
+    sys.exit(130)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -45,6 +45,19 @@ def test_help_imports_not_even_numpy() -> None:
     assert python("-c", code).stdout.strip() == ""
 
 
+def test_ctrl_c_while_the_program_is_read_is_no_traceback() -> None:
+    code = (
+        "import runpy, sys\n"
+        "class Interrupted:\n"
+        "    def find_spec(name, *_):\n"
+        "        if name == 'exudyn_flexlink.cli': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupted)\n"
+        "runpy.run_module('exudyn_flexlink', run_name='__main__')"
+    )
+    ran = python("-c", code)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (130, "", "")
+
+
 # --- bad input ------------------------------------------------------------------------------
 
 
