@@ -15,7 +15,7 @@ import sys
 
 import numpy as np
 from rich.table import Table
-from saved_run import parser, told
+from saved.run import parser, told
 
 import exudyn_flexlink as fl
 from exudyn_flexlink.observables import LeverResponse, Strike, lever_response, settled

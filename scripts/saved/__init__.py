@@ -1,0 +1,1 @@
+"""What scripts about one saved run share."""
