@@ -165,7 +165,8 @@ class Checks:
     largest_step: float  # s
     steps_per_contact: float  # in the shortest half period; inf: no contact, or steps by error
     largest_penetration: float  # m
-    # By how many factors e unstable motion may have multiplied errors; 0 by steps of order 2.
+    # By how many factors e unstable motion, and strikes of one lap, may have multiplied errors; 0
+    # by steps of order 2. The Lagrangian does not count strikes.
     e_folds: float = 0.0
     ringing: float = 0.0  # likewise, over how many steps vibrations last of over a radian a step
 

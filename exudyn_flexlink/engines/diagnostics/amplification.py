@@ -74,10 +74,10 @@ def _bouncing(result: Result) -> Iterator[str]:
 
 
 def _unstable(result: Result) -> Iterator[str]:
-    """Motion that neighbouring motions leave by themselves, as that of a double pendulum."""
+    """Motion that its neighbours leave: of a double pendulum by itself, of a pinball by strikes."""
     if exp(-result.checks.e_folds) * LARGE_GROWTH < 1:
-        digits = result.checks.e_folds / log(10)
-        yield f"the motion is unstable: errors may grow by up to {digits:.2g} powers of ten"
+        digits, why = result.checks.e_folds / log(10), "the motion is unstable, or strikes scatter"
+        yield f"{why}: errors may grow by up to {digits:.2g} powers of ten"
 
 
 def _ringing(result: Result) -> Iterator[str]:

@@ -55,20 +55,21 @@ class Instability:
             return
         start, size = step.start, self._model.size
         if self._growth.due(step.t):
-            places = self._shifts(len(start.q))
-            shifts = places, places / step.h
+            places = shifts(self._model)
             self._growth.look(
                 step.t,
                 (start.q, start.v),
-                shifts,
+                (places, places / step.h),
                 lambda q, v: self._model.evaluate_all(np.full(len(q), step.t), q, v).accelerations,
             )
         self._growth.go(step.h)
         if self._on_one_path:
             self._along_path.append((float(size(start.v)), float(size(start.a))))
 
-    def _shifts(self, n: int) -> FloatArray:
-        """Changes (n,) of the coordinates that move something by `SHIFT`, or hardly anything."""
-        reach = max(part.reach for part in self._model.assembly.mechanism.parts)
-        moves = np.array([self._model.size(row) for row in np.eye(n)])
-        return np.asarray(SHIFT * reach / np.maximum(moves, SHIFT))
+
+def shifts(model: MinimalModel) -> FloatArray:
+    """Changes (n,) of the coordinates that move something by `SHIFT`, or hardly anything."""
+    reach = max(part.reach for part in model.assembly.mechanism.parts)
+    each = np.eye(len(model.coordinates.independent()[0]))
+    moves = np.array([model.size(row) for row in each])
+    return np.asarray(SHIFT * reach / np.maximum(moves, SHIFT))

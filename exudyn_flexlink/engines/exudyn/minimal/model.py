@@ -79,7 +79,7 @@ class MinimalModel:
     """An Exudyn system with one tree; it solves nothing, only evaluates."""
 
     def __init__(self, assembly: Assembly, layout: TreeLayout, events: list[Event]) -> None:
-        self.assembly, self.layout = assembly, layout
+        self.assembly, self.layout, self.events = assembly, layout, events
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)

@@ -35,6 +35,7 @@ from exudyn_flexlink.engines.exudyn.minimal.lasting import LastingErrors
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.overlooked import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
+from exudyn_flexlink.engines.exudyn.minimal.scattering import Scattering
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import NOTHING, Event
@@ -76,6 +77,7 @@ class MinimalProblem:
         self._lasting = LastingErrors(self.model, self.end)
         self._overlooked = Overlooked(self.model, self.end)
         self.instability = Instability(self.model, self.end)
+        self.scattering = Scattering(self.model)
         self._of_scene = len(self.model.assembly.mechanism.contacts)
         self._finder = EventFinder(self.model, self.goal, x, v)
         self._change_walls(0.0)
@@ -120,6 +122,7 @@ class MinimalProblem:
     def accept(self, step: Step) -> None:
         """Go to the end of a step, and record it."""
         self.instability.follow(step)
+        self.scattering.follow(step)
         end = self._end_of(step)
         self.model.coordinates.settle(step.end, end, step.finish.a)
         self.model.look(end.x, end.transform)
@@ -241,12 +244,16 @@ class MinimalProblem:
         return longest
 
     def _change_rigid(self, time: float, k: int) -> None:
+        before = len(self.recorder.impacts)
         try:
             self._rigid.change(time, k)
         except ArithmeticError as error:
             self.stop_reason, self.stop_advice = str(error), GIVE_WAY
         if self._rigid.endless:
             self.stop_reason, self.stop_advice = self._rigid.endless, LOSE_SPEED
+        self.scattering.strike(
+            time, [(k, hit.impulse) for k, hit in self.recorder.impacts[before:]]
+        )
         for contact in self.model.rigid.all.values():  # one impact may begin or end others
             contact.follow(self._finder.x)
 
@@ -263,6 +270,7 @@ class MinimalProblem:
             off = touch.inside < min(-touch.gap, 1e-9)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
+            self.scattering.release(time, k)
         contact.follow(self._finder.x)
 
     def _change_walls(self, time: float, first: int | None = None) -> float:

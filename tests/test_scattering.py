@@ -1,0 +1,140 @@
+"""Strikes that part motions which were near each other: what they do to errors is measured."""
+
+from __future__ import annotations
+
+from math import log
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from exudyn_flexlink import load_scene
+from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.diagnostics.amplification import LARGE_GROWTH
+from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.observables import path
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.source import parse_document
+
+MODELS = Path(__file__).parent.parent / "models"
+MASS, SPEED, LASTS = 2.0, 3.0, 2.0  # kg, m/s, s
+RETURNED, NEAR = 0.5, 0.3  # m: where the ball starts, from the peg's edge
+
+PEG = """title: a ball flies into the middle of a peg
+bodies: {{ball: {{type: rigid, mass: {mass}, inertia: 0, points: {{c: [0, 0]}}}}}}
+contacts:
+  hit:
+    type: circle_on_circle
+    circles: [{{at: ball.c, radius: 0.01}}, {{at: ground, place: [0, 0], radius: {radius}}}]
+    law: {law}
+initial: {{positions: {{ball: [{start}, 0]}}, velocities: {{ball: [-{speed}, 0]}}}}
+run: {{duration: {lasts}}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+PUSHED, STIFF, AROUND = 19.0, 1e7, 0.08  # N/m of the spring and of the peg; m, the spring's length
+PEG_AT, REACH = (0.5834, 0.0576), 0.0094  # m: of the peg, with the radius of the ball
+START, FROM = (0.8, 0.1), (-1.836, -1.934)
+ON_A_SPRING = f"""title: a ball on a spring strikes a small peg, and once more after four seconds
+bodies: {{ball: {{type: rigid, mass: 1, inertia: 0, points: {{c: [0, 0]}}}}}}
+springs:
+  s: {{type: linear, points: [ground, ball.c], at: [0, 0], stiffness: {PUSHED}, length: {AROUND}}}
+contacts:
+  hit:
+    type: circle_on_circle
+    circles:
+      - {{at: ball.c, radius: 1 mm}}
+      - {{at: ground, place: [{PEG_AT[0]}, {PEG_AT[1]}], radius: {REACH - 1e-3}}}
+    law: {{stiffness: {STIFF}, restitution: 1}}
+gravity: 9.81
+initial:
+  positions: {{ball: [{START[0]}, {START[1]}]}}
+  velocities: {{ball: [{FROM[0]}, {FROM[1]}]}}
+run: {{duration: 6}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+
+
+def run(text: str) -> Result:
+    return simulate(scene_of(parse_document(text, "pegs.yaml")), "exudyn")
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        f"{{type: impulse, restitution: {RETURNED}}}",
+        f"{{stiffness: 1.0e+9, restitution: {RETURNED}, transition_speed: 0.01 mm/s}}",
+    ],
+)
+def test_a_strike_of_a_peg_parts_motions_by_its_curvature(law: str) -> None:
+    """Beside the middle by s the normal is turned by s/R: it flies off by (1 + e) v s/R more."""
+    radius = 0.04
+    far = radius + 0.01
+    start = far + NEAR
+    found = run(
+        PEG.format(mass=MASS, radius=radius, law=law, start=start, speed=SPEED, lasts=LASTS)
+    )
+    left = LASTS - NEAR / SPEED
+    assert found.checks.e_folds == pytest.approx(
+        log(1 + (1 + RETURNED) * SPEED * left / far), rel=1e-3
+    )
+    assert found.error is not None
+
+
+def test_a_flat_wall_parts_nothing() -> None:
+    text = PEG.format(
+        mass=MASS, radius=1e9, law="{type: impulse, restitution: 1}", start=0, speed=SPEED, lasts=1
+    ).replace("place: [0, 0]", f"place: [{-1e9 - 0.5}, 0]")
+    found = run(text)
+    assert len(found.contacts["hit"].touches) == 1
+    assert found.checks.e_folds < 1e-6
+    assert found.error is None
+
+
+def on_a_spring(times: FloatArray) -> FloatArray:
+    """Places (n, 2) of the ball, by an explicit method whose steps end where it touches."""
+    peg = np.array(PEG_AT)
+
+    def rates(_: float, y: FloatArray) -> FloatArray:
+        far, away = np.hypot(*y[:2]), y[:2] - peg
+        force = -PUSHED * (far - AROUND) * y[:2] / far + (0.0, -9.81)
+        depth = REACH - np.hypot(*away)
+        if depth > 0:
+            force = force + STIFF * depth * away / np.hypot(*away)
+        return np.array([*y[2:], *force])
+
+    def gap(_: float, y: FloatArray) -> float:
+        return float(np.hypot(*(y[:2] - peg)) - REACH)
+
+    gap.terminal = True  # type: ignore[attr-defined]
+    found, begin, y = np.full((len(times), 2), np.nan), 0.0, np.array([*START, *FROM])
+    accuracy = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 2e-3}
+    while begin < times[-1]:
+        part = solve_ivp(rates, (begin, times[-1]), y, events=gap, dense_output=True, **accuracy)
+        end = float(part.t[-1])
+        own = (times >= begin) & (times <= end)
+        found[own] = part.sol(times[own])[:2].T
+        moment = 1e-12  # s: on to where the event is over
+        y, begin = part.y[:, -1] + moment * rates(end, part.y[:, -1]), end + moment
+    return found
+
+
+def test_two_strikes_of_a_peg_are_measured() -> None:
+    """They make it 2.7 tolerances off; two strikes in a row are too few to be measured for."""
+    found = run(ON_A_SPRING)
+    assert len(found.contacts["hit"].touches) == 2
+    off = np.hypot(*(path(found, "ball.c").position - on_a_spring(found.time)).T)
+    largest = float(np.nanmax(off))  # an event's own sample may fall between two parts
+    assert largest > 1e-6
+    assert found.error is not None
+    assert found.error.largest >= largest
+    assert any("strikes that scatter" in line for line in found.warnings)
+
+
+def test_the_papers_strike_parts_little() -> None:
+    """It is not measured in vain; its laps count each by itself."""
+    found = simulate(load_scene(MODELS / "no_clearance.yaml"), "exudyn")
+    assert len(found.laps) > 1
+    assert 0 < found.checks.e_folds < log(LARGE_GROWTH)
+    assert found.error is None
