@@ -129,7 +129,7 @@ def test_two_strikes_of_a_peg_are_measured() -> None:
     assert largest > 1e-6
     assert found.error is not None
     assert found.error.largest >= largest
-    assert any("strikes that scatter" in line for line in found.warnings)
+    assert any("strikes scatter" in line for line in found.warnings)
 
 
 def test_the_papers_strike_parts_little() -> None:
