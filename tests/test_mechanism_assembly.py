@@ -422,3 +422,25 @@ joints:
         text + "initial: {angles: {crank: 30 deg}, guesses: {rocker: 90 deg}}\n"
     ).state
     assert state.q[0, 2] == pytest.approx(radians(30))
+
+
+def test_a_slot_whose_arm_reaches_beyond_its_end_is_refused() -> None:
+    text = """curves: {rail: {type: line, from: [0, 0.1], to: [1, 0.1]}}
+bodies: {arm: {type: rigid, mass: 1, inertia: 0.01, points: {foot: [0, 0], tip: [1.5, 0]}}}
+joints:
+  pivot: {type: revolute, points: [ground, arm.foot], at: [0, 0]}
+  slot: {type: slot, point: arm.tip, curve: rail}
+"""
+    away = 1.5 * cos(asin(0.1 / 1.5)) - 1  # m
+    with pytest.raises(SceneError, match=rf"joints\.slot: the point .*: {away:.3g} m missing"):
+        assembled(text)
+
+
+def test_a_place_beyond_the_end_of_a_curve_is_refused() -> None:
+    text = """curves: {rail: {type: line, from: [0, 0], to: [1, 0]}}
+bodies: {bead: {type: rigid, mass: 1, inertia: 0, points: {c: [0, 0]}}}
+joints: {slot: {type: slot, point: bead.c, curve: rail}}
+"""
+    assert assembled(text + "initial: {positions: {bead: [1, 0]}}\n").state.q[0, 0] == 1
+    with pytest.raises(SceneError, match=r"do not allow this position: 0\.2 m missing"):
+        assembled(text + "initial: {positions: {bead: [1.2, 0]}}\n")

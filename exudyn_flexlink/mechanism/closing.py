@@ -76,7 +76,7 @@ def positions(
         for tried in starts:
             q = lay_out(mechanism, tried, laid_out_by)
             try:
-                return _close(mechanism, q, kept, straight)
+                return _close_on_curves(mechanism, q, kept, straight)
             except CannotAssembleError as error:
                 errors.append(error)
     least = min(errors, key=lambda error: error.gap)
@@ -119,7 +119,8 @@ def straight_positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, 
         CannotAssembleError: this search closes no joints.
 
     """
-    return _close(mechanism, lay_out(mechanism, start), _held(mechanism, start), straight=True)
+    q = lay_out(mechanism, start)
+    return _close_on_curves(mechanism, q, _held(mechanism, start), straight=True)
 
 
 def closest(
@@ -221,6 +222,18 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
             held |= ends
     slides = slides_named(mechanism, start.along)
     return _Held(held, start.positions, slides, list(start.along.values()))
+
+
+def _close_on_curves(
+    mechanism: Mechanism, q: FloatArray, held: _Held, straight: bool
+) -> tuple[FloatArray, FloatArray]:
+    """As `_close`, with no point beyond an end of its curve: there its row is zero, too."""
+    q, places = _close(mechanism, q, held, straight)
+    for slot, place in zip(mechanism.slots, places, strict=True):
+        away = float(np.hypot(*(slot_point(slot, q) - slot.curve.point(place))))
+        if away > CLOSED:
+            raise CannotAssembleError(slot.name, "slot", away, 0.0)
+    return q, places
 
 
 def _close(
