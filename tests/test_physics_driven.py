@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from test_physics_tools import run, run_model
+from test_physics_tools import alone, run, run_model
 
 BOB = """
 bodies:
@@ -101,3 +101,28 @@ def test_every_turn_of_what_turns_evenly_is_found(formulation, off):
         expected = expected[expected > 0] / 20
         np.testing.assert_allclose(turns.time, [0, *expected, 3], atol=1e-5)
         np.testing.assert_allclose(np.abs(turns.value[1:-1]), 0.3, atol=off)
+
+
+def test_the_work_of_a_motion_that_shakes_beside_a_slow_pendulum():
+    """The pendulum allows long steps, in which the wheel swings by A sin(b t): J (A b cos b t)^2/2.
+
+    Nothing couples the two, so that all that the motor supplies is the kinetic energy of the wheel.
+    """
+    moment, swing, pace = 0.01, 0.3, 40.0
+    result = alone(f"""
+bodies:
+  wheel: {{type: rigid, mass: 1, inertia: {moment}, points: {{hub: [0, 0], rim: [50 mm, 0]}}}}
+  pendulum: {{type: rigid, mass: 1, inertia: 1.0e-3, centre_of_mass: [0.2, 0],
+             points: {{a: [0, 0]}}}}
+joints:
+  shaft: {{type: revolute, points: [ground, wheel.hub], at: [0, 0]}}
+  pivot: {{type: revolute, points: [ground, pendulum.a], at: [1, 0]}}
+drives: {{motor: {{type: motion, joint: shaft, value: {swing} * sin({pace} * t)}}}}
+gravity: [0, -9.81]
+initial: {{angles: {{pendulum: -60 deg}}}}
+run: {{duration: 1, sample: 2 ms}}
+accuracy: {{tolerance: 1.0e-5}}
+""")
+    rate = swing * pace * np.cos(pace * result.time)
+    supplied = 0.5 * moment * (rate**2 - rate[0] ** 2)
+    np.testing.assert_allclose(result.energy.supplied, supplied, atol=1e-9)

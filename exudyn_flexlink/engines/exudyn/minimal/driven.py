@@ -1,7 +1,8 @@
-"""Steps of runs in which drives decide on everything: nothing is solved for, all follows from time.
+"""Steps of runs in which drives decide on everything, or prescribe motions that vary.
 
-Such steps are as long as the drives are smooth, and nothing is left in them to be in error. What is
-summed up over them, or looked for within, needs them shorter: they are cut at the samples.
+Such motions follow from time: nothing is solved for in them, so that no error of theirs makes a
+step short. What is summed up over steps, such as the work of the motor, or looked for within, needs
+them shorter: they are cut at the samples.
 """
 
 from __future__ import annotations
@@ -16,12 +17,23 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import STAGES, C
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.mechanism import Ramp
+from exudyn_flexlink.mechanism.tree import TreeLayout
 
 AT_ONCE = 512  # parts of a step that are evaluated together: more take memory, and no less time
 
 
+def shaken(layout: TreeLayout) -> bool:
+    """Tell whether motors may do more within a step than its stages see.
+
+    How far a motor turns within a step is limited where anything is solved for: that is enough for
+    a constant speed and its ramp, but a motion may shake a little, fast.
+    """
+    return any(not isinstance(motor.speed, Ramp) for motor, _ in layout.motors.values())
+
+
 def cut(model: MinimalModel, step: Step, instants: FloatArray) -> Iterator[Step]:
-    """Yield a step without independent coordinates as several.
+    """Yield a step as several, the states within it being those of its polynomial.
 
     They end at those of the `instants` (n,) s, increasing, that lie within.
     """
@@ -34,9 +46,12 @@ def cut(model: MinimalModel, step: Step, instants: FloatArray) -> Iterator[Step]
     for k in range(0, len(edges) - 1, AT_ONCE):
         begins, lengths = edges[k:-1][:AT_ONCE], np.diff(edges[k:])[:AT_ONCE]
         times = (begins[:, None] + lengths[:, None] * C).ravel()
-        nothing = np.zeros((len(times), 0))
-        found = model.evaluate_all(times, nothing, nothing)
+        found = model.evaluate_all(times, *step.at(times))
+        accelerations = found.accelerations
         for i, (t, h) in enumerate(zip(begins.tolist(), lengths.tolist(), strict=True)):
-            stages = found.pick(slice(STAGES * i, STAGES * (i + 1)))
-            yield step._replace(t=t, h=h, begin=begin, stages=stages)
+            rows = slice(STAGES * i, STAGES * (i + 1))
+            stages = found.pick(rows)
+            yield step._replace(
+                t=t, h=h, begin=begin, stages=stages, accelerations=accelerations[rows]
+            )
             begin = stages.pick(-1)

@@ -17,7 +17,7 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState, joined
-from exudyn_flexlink.engines.exudyn.minimal.driven import cut
+from exudyn_flexlink.engines.exudyn.minimal.driven import cut, shaken
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
@@ -62,6 +62,7 @@ class Recorder:
         self.mechanism = model.assembly.mechanism
         self.meter = EnergyMeter(self.mechanism)
         self.contacts = seeker.contacts
+        self._shaken = shaken(model.layout)
         self.samples: list[Sample] = []
         self.accelerations: list[FloatArray] = []  # (samples, links) of each block
         self.left: list[FloatArray] = []
@@ -97,13 +98,15 @@ class Recorder:
 
     def take(self, step: Step, end: TreeState) -> None:
         """Take a step to `end`: the samples within, and what its energies and checks need."""
-        if len(step.finish.q):
-            self._take(step, end)
+        if len(step.finish.q) and not self._shaken:
+            self._take(step, step, end)
             return
         for part in cut(self.model, step, self.grid[self._next :]):
-            self._take(part, part.stages.kept.state.pick(-1))
+            last = part.end >= step.end
+            self._take(step, part, end if last else part.stages.kept.state.pick(-1))
 
-    def _take(self, step: Step, end: TreeState) -> None:
+    def _take(self, whole: Step, step: Step, end: TreeState) -> None:
+        """Take `step`, or a part of it: the polynomial is that of the `whole`."""
         if len(self._steps) == BLOCK:
             self.flush()
         last = int(np.searchsorted(self.grid, step.end * (1 + 1e-14), side="right"))
@@ -112,7 +115,7 @@ class Recorder:
             self._next = last
             # Forces come from the equations at the samples: derivatives of the step's polynomial
             # are of a lower order, which a force shows that is small beside those it balances.
-            found = self.model.evaluate_all(wanted, *step.at(wanted))
+            found = self.model.evaluate_all(wanted, *whole.at(wanted))
             self._keep(found, len(self._steps), (wanted - step.t) / step.h)
         self._steps.append(step)
         self._pressed.append(self._acting())
