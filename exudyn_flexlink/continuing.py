@@ -13,8 +13,16 @@ from dataclasses import replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves import Laps
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Assembly, closest, laps_near, motor_place
+from exudyn_flexlink.mechanism import (
+    Assembly,
+    Mechanism,
+    closest,
+    laps_near,
+    motor_place,
+    slot_point,
+)
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import (
     FrozenMapping,
@@ -28,6 +36,7 @@ from exudyn_flexlink.scene import (
 )
 
 ROUNDING = 1e-12  # s, of an instant: a lap that begins as a run goes on has begun
+LOOKS = 64  # samples that tell by the way to the next which way round a point has run
 
 
 class CannotContinueError(ValueError):
@@ -42,16 +51,19 @@ def continued(result: Result, at: float | None = None) -> Scene:
     assembled stay at rest there.
 
     Raises:
-        CannotContinueError: something presses at that instant, or nobody knows where the run was.
+        CannotContinueError: something presses at that instant, or a point has run backwards along
+            a curve with laps, so that its lap does not tell where the curve goes on.
 
     """
     k = len(result.time) - 1 if at is None else result.sample_at(at)
     time = float(result.time[k])
     _require_free(result, time)
-    bodies = assemble_scene(result.scene).mechanism.bodies
+    mechanism = assemble_scene(result.scene).mechanism
+    _require_forwards(result, mechanism, time)
     state = state_at(result, time)
+    rows = {body: _rows(state[list(own)]) for body, own in mechanism.bodies.items()}
     initial = Initial(
-        states=FrozenMapping({body: _rows(state[list(own)]) for body, own in bodies.items()}),
+        states=FrozenMapping(rows),
         laps=FrozenMapping(_laps(result, time)),
         clock=result.scene.initial.clock + time,
     )
@@ -117,6 +129,22 @@ def _require_free(result: Result, time: float) -> None:
     hint = f"; nothing does {' and '.join(near)}" if near else ""
     names = ", ".join(f"'{name}'" for name in pressing)
     raise CannotContinueError(f"{names} presses at {time:.9g} s{hint}")
+
+
+def _require_forwards(result: Result, mechanism: Mechanism, time: float) -> None:
+    """Refuse points that have run backwards along a curve with laps: laps count alike both ways."""
+    last = result.sample_at(time)
+    looks = np.linspace(0, last - 1, LOOKS).astype(int)
+    for slot in mechanism.slots:
+        if not isinstance(slot.curve, Laps) or last == 0:
+            continue
+        here, then = (slot_point(slot, result.poses[k]) for k in (looks, looks + 1))
+        tangents = slot.curve.tangent(slot.curve.closest((here + then) / 2))
+        if np.sum((then - here) * tangents) < 0:
+            raise CannotContinueError(
+                f"the point of slot '{slot.name}' has run backwards along a curve with laps: a run "
+                "that goes on there would take them in another order"
+            )
 
 
 def _laps(result: Result, time: float) -> dict[str, int]:

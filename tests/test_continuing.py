@@ -59,6 +59,16 @@ def test_the_papers_mechanism_goes_on_in_its_second_lap(engine, settings):
     assert np.abs(again.poses[0] - whole.poses[np.abs(whole.time - 0.65).argmin()]).max() < 1e-12
 
 
+def test_a_point_that_ran_backwards_over_the_seam_of_its_laps_does_not_go_on():
+    """Laps count alike both ways: the lap alone does not tell which curve follows."""
+    settings = ("drives.motor.value=-10 rad/s", "run.turns=0.7", "accuracy.tolerance=1e-4")
+    back = simulate(load_scene(MODELS / "rigid.yaml", settings), measure=False)
+    with pytest.raises(
+        CannotContinueError, match="'pin' has run backwards along"
+    ):
+        continued(back)
+
+
 def test_a_link_with_clearance_goes_on_between_two_touches():
     settings = ("run.turns=0.5", "accuracy.tolerance=1e-9", "bodies.link.rods=4")
     whole = simulate(load_scene(MODELS / "clearance.yaml", settings), "lagrangian", measure=False)

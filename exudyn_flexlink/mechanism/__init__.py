@@ -45,6 +45,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     length_along,
     line_of,
     rate_of_jacobian_times_velocity,
+    slot_point,
     speed_along,
     turned,
     turning,
