@@ -63,9 +63,7 @@ def test_a_point_that_ran_backwards_over_the_seam_of_its_laps_does_not_go_on():
     """Laps count alike both ways: the lap alone does not tell which curve follows."""
     settings = ("drives.motor.value=-10 rad/s", "run.turns=0.7", "accuracy.tolerance=1e-4")
     back = simulate(load_scene(MODELS / "rigid.yaml", settings), measure=False)
-    with pytest.raises(
-        CannotContinueError, match="'pin' has run backwards along"
-    ):
+    with pytest.raises(CannotContinueError, match="'pin' has run backwards along"):
         continued(back)
 
 

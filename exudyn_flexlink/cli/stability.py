@@ -23,6 +23,7 @@ from exudyn_flexlink.cli.terminal import (
     complain,
     progress_bar,
 )
+from exudyn_flexlink.continuing import CannotContinueError
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
 from exudyn_flexlink.result import Result
@@ -55,9 +56,10 @@ def stability_command(options: argparse.Namespace) -> int:
             code = _write(found, folder, options)
     except (ImpossibleLapsError, NoRhythmError, TooShortError) as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
-    except (StoppedError, KeyboardInterrupt) as error:
-        stopped = isinstance(error, StoppedError)
-        return complain(str(error) if stopped else UNTOLD, FAILED if stopped else INTERRUPTED)
+    except (StoppedError, CannotContinueError) as error:
+        return complain(str(error), FAILED)
+    except KeyboardInterrupt:
+        return complain(UNTOLD, INTERRUPTED)
     return place.ended(_tell(found, place, place.code(code)))
 
 
