@@ -340,7 +340,7 @@ def test_a_run_takes_no_signals(engine, settings):
 @pytest.mark.parametrize(("engine", "settings"), RUNS)
 def test_ctrl_c_in_python_is_what_it_is_everywhere(engine, settings):
     """Also out of Exudyn's own solver, through which nothing may be raised."""
-    long = {"run": {"duration": 20}, "bodies.link.rods": 3}
+    long = {"run": {"duration": 400}, "bodies.link.rods": 3}
     scene = fl.load_scene("smooth", tolerance=1e-5).with_({**long, **settings})
     with pytest.raises(KeyboardInterrupt) as raised:
         fl.simulate(scene, engine, lambda _: signal.raise_signal(signal.SIGINT))
