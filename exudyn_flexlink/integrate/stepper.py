@@ -24,6 +24,7 @@ from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
 LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a singular place, each of the last
 ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps that try to end right at an event
+CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
 LITTLE = 1e-2  # of a step: so much its end moves to where forces bend without being made anew
 
 
@@ -148,7 +149,7 @@ class ImplicitStepper:
         if event is not None and event.time < step.t + close:
             return replace(event, time=self.time)
         if event is not None and event.time < step.end - close:
-            landed = self._landed(event)
+            landed = self._landed(event, step.h)
             if landed is None:
                 return None
             step = landed
@@ -236,28 +237,43 @@ class ImplicitStepper:
 
     # --- up to an event -----------------------------------------------------------------------
 
-    def _landed(self, event: Event) -> Step | None:
-        """Make a step to an event; None, and a shorter one next, if it is not good enough."""
-        h = event.time - self.time
-        step = self._to_its_end(event, h)
+    def _landed(self, event: Event, longest: float) -> Step | None:
+        """Make a step to an event in one of length `longest` (s), which is met before its end.
+
+        None, and a shorter one next, if it is not good enough.
+        """
+        step = self._to_its_end(event, longest)
         if step is None or (self.control.fixed is None and self._misses(event, step)):
-            self.h = h / 3  # reach the event from nearer
+            self.h = (event.time - self.time) / 3  # reach the event from nearer
             return None
         return step
 
-    def _to_its_end(self, event: Event, h: float) -> Step | None:
-        """Make a step of length h (s) to an event, and so that it ends right there.
+    def _to_its_end(self, event: Event, longest: float) -> Step | None:
+        """Make a step to an event, and so that it ends right there.
 
-        The polynomial in which it was located is less accurate than a step's end.
+        The polynomial in which it was located is less accurate than a step's end. None if the event
+        then seems to be later than `longest` (s), where no other event was looked for.
         """
+        h = event.time - self.time
         for _ in range(LANDINGS):
+            if h > longest:
+                return None
             step = self._step(h)
             late = 0.0 if step is None else self.problem.late(event, step)
             if step is not None and event.bends and abs(late) < LITTLE * h:
-                return step.ending(step.end - late) if late else step
+                return self._ending(event, step, late)
             if abs(late) < instant(self.time, EVENT_TIME) or not 0.5 * h < h - late < 1.5 * h:
                 return step
             h -= late
+        return step
+
+    def _ending(self, event: Event, step: Step, late: float) -> Step:
+        """Move a step's end a little to its event, which is `late` (s) before it."""
+        for _ in range(CORRECTIONS):
+            if late == 0.0 or abs(late) > LITTLE * step.h:
+                break
+            step = step.ending(step.end - late)
+            late = self.problem.late(event, step)
         return step
 
     def _misses(self, event: Event, step: Step) -> bool:
