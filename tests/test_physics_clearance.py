@@ -7,7 +7,7 @@ from test_physics_tools import MODELS, scene, velocity, where
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables import State, contact_states
+from exudyn_flexlink.observables import State, contact_states, separation
 
 FREE = """
 materials: {{steel: {{density: 7850, youngs_modulus: 200 GPa}}}}
@@ -146,3 +146,23 @@ def test_the_link_stays_in_its_guide_at_high_speed(engine):
     result = simulate(load_scene(MODELS / "clearance.yaml", tight), engine, measure=False)
     assert result.outcome.completed
     assert result.sleeves["sleeve"].deepest == pytest.approx(5.01184e-4, abs=1e-8)
+
+
+@pytest.mark.parametrize("tolerance", ["1e-4", "1e-5", "1e-6"])
+def test_what_is_zero_by_rounding_is_no_touch(tolerance):
+    """Held on its axis the link leaves no wall, but rounding has its gap on either side of zero."""
+    settings = [
+        "drives.motor.value=57.26",
+        "run.turns=12",
+        "bodies.link.rods=1",
+        "joints.sleeve.law={stiffness: 6.693e+05, restitution: 1, friction: 0.3}",
+    ]
+    scenes = [
+        load_scene(MODELS / "supported.yaml", [*settings, f"accuracy.tolerance={t}"])
+        for t in (tolerance, "1e-8")
+    ]
+    found = simulate(scenes[0], measure=False)
+    exact = simulate(scenes[1], "lagrangian", measure=False)
+    assert found.outcome.completed
+    times = np.linspace(0, exact.time[-1], 2001)
+    assert separation(found, exact, times, ["link.end"]).max() < float(tolerance)

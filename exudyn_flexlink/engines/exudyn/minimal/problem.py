@@ -189,7 +189,7 @@ class MinimalProblem:
         closed: what gaps are off by would be as much as the smallest bounces.
         """
         if isinstance(event.what, WallChange):
-            return -self._finder.walls.missed(event.what.pair, self._end_of(step))
+            return -self._finder.walls.missed(event.what.pair, self._end_of(step), step.end)
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
         end = self._end_of(step)
@@ -273,11 +273,10 @@ class MinimalProblem:
             self.scattering.release(time, k)
         contact.follow(self._finder.x)
 
-    def _change_walls(self, time: float, first: int | None = None) -> float:
-        """Let all pairs that do so, `first` first, begin or cease to press; as `cross`."""
+    def _change_walls(self, time: float, there: int | None = None) -> float:
+        """Let all pairs that do so at an event of `there` begin or cease to press; as `cross`."""
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
-        others = [k for k in walls.changed().tolist() if k != first]
-        for k in others if first is None else [first, *others]:
+        for k in walls.changed(time, there).tolist():
             self.model.walls.change(k)
             kind = "contact begins" if self.model.walls.touching[k] else "contact ends"
             self._tell(time, before + k, kind, walls.touch(k))

@@ -17,11 +17,13 @@ from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.wall_faces import Seen
 from exudyn_flexlink.engines.exudyn.minimal.walls import Walls
+from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import C
+from exudyn_flexlink.integrate.events import EVENT_TIME, NOTHING
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.turning import StepPolynomial, highest
 
-EXACT = 1e-11  # m: of an event function, what may be left of it at the event
+EXACT = 1e-12  # m: of an event function, what may be left of it at the event
 LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
 HALVINGS = 20  # of the time between two looks, to find a value that has risen from zero
 INSIDE = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
@@ -62,12 +64,19 @@ class WallWatch:
         gap, place, gap_rate, place_rate = (float(column[k]) for column in self.seen)
         return Touch(gap, place, gap_rate, place_rate)
 
-    def changed(self) -> IndexArray:
-        """Pairs that now begin or cease to press, or did so unseen."""
+    def changed(self, time: float, there: int | None = None) -> IndexArray:
+        """Pairs that now (s) begin or cease to press, or did so unseen.
+
+        At an event of pair `there` its event function is zero but for rounding, and about to change
+        its sign. If not, it only came near, and crossed zero in a step's polynomial.
+        """
         value, rate = self._events(self.seen)
         way = np.where(self.walls.touching, -1.0, 1.0)
         value, rate = way * value, way * rate
-        return np.flatnonzero((value < -EXACT) | ((value < 0) & (rate < 0)))
+        crosses = (value < -EXACT) | ((value < 0) & (rate < 0))
+        if there is not None:
+            crosses[there] |= value[there] < _little(rate[there], time) and rate[there] < 0
+        return np.flatnonzero(crosses)
 
     def _events(self, seen: Seen) -> tuple[FloatArray, FloatArray]:
         """Event functions (pairs,), m, and their rates."""
@@ -93,7 +102,7 @@ class WallWatch:
         restless = np.flatnonzero(~self._calm(path, step.h))
         if not len(restless):
             return None
-        at_once = self.changed()
+        at_once = self.changed(step.t)
         if len(at_once):
             return step.t, int(at_once[0])
         found = self._first_of(restless, path, step.h)
@@ -141,15 +150,20 @@ class WallWatch:
 
     # --- at its end ---------------------------------------------------------------------------
 
-    def missed(self, k: int, end: TreeState) -> float:
-        """How far (s) the end of a step is from the event of pair k; positive: the event is later.
+    def missed(self, k: int, end: TreeState, time: float) -> float:
+        """How far (s) a step's end at this time is from pair k's event; positive: that is later.
 
         0 where it is there.
         """
         value, rate = self._events(self._at_end(end))
-        if abs(value[k]) < EXACT or rate[k] == 0:
+        if abs(value[k]) < _little(rate[k], time) or rate[k] == 0:
             return 0.0
         return float(-value[k] / rate[k])
+
+
+def _little(rate: float, time: float) -> float:
+    """What (m) an event function of this rate (m/s) that is zero now (s) may be off by."""
+    return EXACT + abs(rate) * instant(time, EVENT_TIME)
 
 
 class _Event:
@@ -173,9 +187,11 @@ class _Event:
     def first(self, looks: FloatArray, gap: FloatArray, beyond: FloatArray) -> float | None:
         """Part of the step at which it falls below zero.
 
-        Of its values at `LOOKS`, and of those of the gap, and of how far the point is beyond.
+        Of its values at `LOOKS`, and of those of the gap, and of how far the point is beyond. Where
+        it rises, as little below zero as the last event may have left it is nothing.
         """
-        below = np.flatnonzero(looks < 0)
+        falls = np.diff(looks, prepend=looks[0]) < 0
+        below = np.flatnonzero(looks < np.where(falls, -NOTHING, -EXACT))
         last = int(below[0]) if len(below) else len(LOOKS)
         dips = [self._dip(looks[: last + 1]), self._corner(gap[: last + 1], beyond[: last + 1])]
         found = [dip for dip in dips if dip is not None]
@@ -190,7 +206,7 @@ class _Event:
         for i in np.flatnonzero((here < before) & (here <= after) & (lowest <= 0)).tolist():
             ends = LOOKS[i : i + 1], LOOKS[i + 2 : i + 3]
             at = float(highest(lambda at: -np.vectorize(self)(at), *ends)[0])
-            if self(at) < 0:
+            if self(at) < -NOTHING:
                 return float(LOOKS[i]), at
         return None
 
@@ -210,7 +226,7 @@ class _Event:
                 for value in (self._gap_at, self._beyond)
             )
             begin, end = (closed, passed) if gap[i] > 0 else (passed, closed)
-            if begin < end:
+            if begin < end and self((begin + end) / 2) < -NOTHING:
                 return float(LOOKS[i]), (begin + end) / 2
         return None
 
