@@ -9,34 +9,26 @@ a run goes on from instants at which nothing presses.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Laps
+from exudyn_flexlink.curves import Laps, ends_of_lap, next_lap
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import (
-    Assembly,
-    Mechanism,
-    closest,
-    laps_near,
-    motor_place,
-    slot_point,
-)
+from exudyn_flexlink.mechanism import CLOSED, Assembly, closest, motor_place, slot_point
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import (
     FrozenMapping,
     Initial,
-    LapsSpec,
     LinearSpring,
     Scene,
-    SlotJoint,
     Spring,
     TorsionalSpring,
 )
 
-ROUNDING = 1e-12  # s, of an instant: a lap that begins as a run goes on has begun
-LOOKS = 64  # samples that tell by the way to the next which way round a point has run
+BESIDE = 1e-6  # of a curve's size: so near its seam, rounding decides on the side
+DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
 
 
 class CannotContinueError(ValueError):
@@ -51,20 +43,22 @@ def continued(result: Result, at: float | None = None) -> Scene:
     assembled stay at rest there.
 
     Raises:
-        CannotContinueError: something presses at that instant, or a point has run backwards along
-            a curve with laps, so that its lap does not tell where the curve goes on.
+        CannotContinueError: something presses at that instant.
 
     """
     k = len(result.time) - 1 if at is None else result.sample_at(at)
     time = float(result.time[k])
     _require_free(result, time)
-    mechanism = assemble_scene(result.scene).mechanism
-    _require_forwards(result, mechanism, time)
-    state = state_at(result, time)
-    rows = {body: _rows(state[list(own)]) for body, own in mechanism.bodies.items()}
+    assembly = assemble_scene(result.scene)
+    state, bodies = state_at(result, time), assembly.mechanism.bodies
+    laps = {
+        slot.name: _PointOnLaps(result, assembly, number, k).lap()
+        for number, slot in enumerate(assembly.mechanism.slots)
+        if isinstance(slot.curve, Laps)
+    }
     initial = Initial(
-        states=FrozenMapping(rows),
-        laps=FrozenMapping(_laps(result, time)),
+        states=FrozenMapping({body: _rows(state[list(own)]) for body, own in bodies.items()}),
+        laps=FrozenMapping(laps),
         clock=result.scene.initial.clock + time,
     )
     return result.scene.changed(initial=initial, springs=_as_they_were(result.scene))
@@ -88,9 +82,27 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
     q, _ = closest(replace(mechanism, speed_motors=driven), state[:, :3], given.laps)
     whole = np.concatenate([q, state[:, 3:]], axis=-1)
     states = {body: _rows(whole[list(own)]) for body, own in mechanism.bodies.items()}
-    laps = laps_near(mechanism, q, assembly.state.places)
+    laps = _laps_near(assembly, q)
     update = {"states": FrozenMapping(states), "laps": FrozenMapping(laps)}
     return scene.changed(initial=given.model_copy(update=update))
+
+
+def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
+    """Laps of slots on curves with laps, at coordinates near those of the assembly.
+
+    A point just behind the place where a lap begins is at the end of the lap before.
+    """
+    found, state = {}, assembly.state
+    slots = zip(assembly.mechanism.slots, state.places.tolist(), state.laps, strict=True)
+    for slot, place, lap in slots:
+        if not isinstance(slot.curve, Laps):
+            continue
+        begin, end = ends_of_lap(slot.curve, lap)
+        rounding = CLOSED / float(np.linalg.norm(slot.curve.derivative(begin)))
+        here = slot.curve.nearest(slot_point(slot, q), near=place)
+        way = int(here >= end - rounding) - int(here < begin - rounding)
+        found[slot.name] = next_lap(lap, way) if way else lap
+    return found
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -131,37 +143,66 @@ def _require_free(result: Result, time: float) -> None:
     raise CannotContinueError(f"{names} presses at {time:.9g} s{hint}")
 
 
-def _require_forwards(result: Result, mechanism: Mechanism, time: float) -> None:
-    """Refuse points that have run backwards along a curve with laps: laps count alike both ways."""
-    last = result.sample_at(time)
-    looks = np.linspace(0, last - 1, LOOKS).astype(int)
-    for slot in mechanism.slots:
-        if not isinstance(slot.curve, Laps) or last == 0:
-            continue
-        here, then = (slot_point(slot, result.poses[k]) for k in (looks, looks + 1))
-        tangents = slot.curve.tangent(slot.curve.closest((here + then) / 2))
-        if np.sum((then - here) * tangents) < 0:
-            raise CannotContinueError(
-                f"the point of slot '{slot.name}' has run backwards along a curve with laps: a run "
-                "that goes on there would take them in another order"
-            )
+class _PointOnLaps:
+    """A slot's point on a curve with laps, in a run up to sample k: in which lap it is there.
 
+    Beside the seam rounding decides whether the engine counts it as passed. There the way on which
+    the point came tells which lap begins at this seam. The point is in that lap if it is on the
+    seam or ahead of it, and else in the one before.
+    """
 
-def _laps(result: Result, time: float) -> dict[str, int]:
-    """Lap in which each slot's point is, of slots on curves with laps."""
-    found, scene = {}, result.scene
-    for name, joint in scene.joints.items():
-        curve = scene.curves[joint.curve] if isinstance(joint, SlotJoint) else None
-        if not isinstance(curve, LapsSpec):
-            continue
-        begun = [
-            lap.details["lap"]
-            for lap in result.laps
-            if lap.name == name and lap.time <= time + ROUNDING
-        ]
-        lap = int(begun[-1]) if begun else scene.initial.laps.get(name, 1)
-        found[name] = (lap - 1) % len(curve.curves) + 1
-    return found
+    def __init__(self, result: Result, assembly: Assembly, number: int, k: int) -> None:
+        self.slot = assembly.mechanism.slots[number]
+        self._time, self._poses, self._rates = (
+            of[: k + 1] for of in (result.time, result.poses, result.rates)
+        )
+        self._place = float(assembly.state.places[number])
+        told = (lap for lap in result.laps if lap.name == self.slot.name)
+        self._passes = [lap for lap in told if lap.time <= self._time[-1]]
+        later = (int(lap.details["lap"]) for lap in self._passes)
+        self._laps = [assembly.state.laps[number], *later]
+
+    def lap(self) -> int:
+        ahead, off = self._from_seam(self._poses[-1])
+        if off > self._beside:
+            return self._laps[-1]
+        begins = self._begins_here()
+        return begins if ahead > -CLOSED else next_lap(begins, -1)
+
+    def _begins_here(self) -> int:
+        """Lap that begins at the seam beside which the point is."""
+        lap, passed = self._laps[-1], self._passes[-1].time if self._passes else -inf
+        since = int(np.searchsorted(self._time, passed, side="right"))
+        ahead, off = self._from_seam(self._poses[since:])
+        away = np.flatnonzero(off > self._beside)
+        last = float(max(passed, *self._time[-2:-1], 0.0))
+        if abs(self._speed()) * (self._time[-1] - last) > 2 * self._beside:
+            # It ran here since the last sample or pass, perhaps from half a lap away.
+            came_forwards = self._speed() > 0
+        elif len(away):
+            came_forwards = bool(ahead[away[-1]] < 0)
+        elif self._passes:  # and stayed here since
+            return max(self._laps[-2:])
+        else:  # it has stayed here since the start
+            begin, end = ends_of_lap(self.slot.curve, lap)
+            came_forwards = self._place - begin > end - self._place
+        return next_lap(lap, 1) if came_forwards else lap
+
+    @property
+    def _beside(self) -> float:
+        return BESIDE * self.slot.curve.size
+
+    def _from_seam(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far (m) the point is ahead of the seam, and how far away, at poses (.., parts, 3)."""
+        curve = self.slot.curve
+        away = slot_point(self.slot, poses) - curve.point(curve.start)
+        return away @ curve.tangent(curve.start), np.linalg.norm(away, axis=-1)
+
+    def _speed(self) -> float:
+        """Speed (m/s) along the curve at the seam."""
+        way = DT * self._rates[-1]
+        ahead, _ = self._from_seam(np.stack([self._poses[-1] - way, self._poses[-1] + way]))
+        return float(ahead[1] - ahead[0]) / (2 * DT)
 
 
 def _as_they_were(scene: Scene) -> dict[str, Spring]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -33,10 +33,11 @@ class Event:
 
     `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
     an end of the face while pressed to it), ``impact`` (speeds jump, under an impulse law), ``lap``
-    (the slot's next lap begins). `name` is that of the contact or joint in the scene, `details` are
-    SI numbers by name: place, and where a contact begins its approach_speed; where it ended its
-    separation_speed, impulse, energy_lost and peak_force; of an impact all but the last of them,
-    and motor_work; lap.
+    (a slot's point passes the seam of its closed curve, see `curves.laps`). `name` is that of the
+    contact or joint in the scene, `details` are SI numbers by name: place, and where a contact
+    begins its approach_speed; where it ended its separation_speed, impulse, energy_lost and
+    peak_force; of an impact all but the last of them, and motor_work; lap, into which the point
+    comes.
     """
 
     time: float
@@ -263,7 +264,7 @@ class Result:
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
-    `laps` are events of that kind, of every slot whose curve has laps.
+    `laps` are events of that kind, of every slot on a closed curve.
     `error` is what a neighbouring run tells of this one's: None where contacts do not multiply
     errors, so that the engine keeps the tolerance by its steps alone.
     """
@@ -323,6 +324,17 @@ class Result:
             for event in _events_of(interval, name)
         ]
         return tuple(sorted([*self.laps, *told], key=lambda event: event.time))
+
+
+def laps_begun(laps: Iterable[Event]) -> list[float]:
+    """Instants (s) at which slots' points come into laps for the first time.
+
+    A point that swings over the seam makes no lap each time.
+    """
+    first: dict[tuple[str, float], float] = {}
+    for event in laps:
+        first.setdefault((event.name, event.details["lap"]), event.time)
+    return list(first.values())
 
 
 def _events_of(interval: Interval, name: str) -> Iterator[Event]:

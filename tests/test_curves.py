@@ -19,7 +19,9 @@ from exudyn_flexlink.curves import (
     Laps,
     LineSegment,
     Spline,
+    ends_of_lap,
     intersect_ray,
+    next_piece,
     ray_crossings,
 )
 
@@ -169,30 +171,52 @@ def test_distance_of_the_track_from_the_crank(curve, far):
 
 
 def test_guide_turning_over_five_laps_meets_ellipse_and_egg_in_turn():
-    u, radii, laps = 0.0, [], []
+    u, radii = 0.0, []
     angles = np.arange(0, 5 * 2 * math.pi, math.pi / 60)
     for angle in angles:
         following = intersect_ray(TRACK, C, (math.cos(angle), math.sin(angle)), u)
         assert u <= following < u + 0.2
         u = following
         radii.append(float(np.linalg.norm(TRACK.point(u) - C)))
-        laps.append(int(TRACK.lap(u + 1e-9)))
     assert radii[60::120] == pytest.approx([0.06, 0.05, 0.06, 0.05, 0.06])
-    np.testing.assert_array_equal(laps, np.repeat(np.arange(5), 120))
 
 
 def test_laps_repeat_after_both_curves():
     assert TRACK.period == pytest.approx(4 * math.pi)
-    np.testing.assert_allclose(TRACK.lap_breaks, [0, 2 * math.pi, 4 * math.pi])
+    first, second = (0, 2 * math.pi), (2 * math.pi, 4 * math.pi)
+    for lap, ends in {1: first, 2: second, 3: first, -1: first, -2: second}.items():
+        assert ends_of_lap(TRACK, lap) == pytest.approx(ends)
     u = np.linspace(0, 4 * math.pi, 50)
     np.testing.assert_allclose(TRACK.point(u + 3 * TRACK.period), TRACK.point(u), atol=1e-15)
-    np.testing.assert_array_equal(TRACK.lap([-1, 1, 7, 13, 19, 26]), [-1, 0, 1, 2, 3, 4])
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_pieces_follow_one_another_lap_by_lap_and_the_same_way_back(way):
+    """The ellipse is piece 0; the egg is 1 to 3, as its half of the ellipse is cut at the seam."""
+    found = [(0, 1)]
+    for _ in range(10):
+        found.append(next_piece(TRACK, *found[-1], way))
+    ahead = [(0, 1), (1, 2), (2, 2), (3, 2), (0, 3), (1, 4), (2, 4), (3, 4), (0, 5), (1, 6), (2, 6)]
+    behind = [(0, 1), (0, -1), (3, -2), (2, -2), (1, -2), (0, -3), (3, -4), (2, -4), (1, -4)]
+    expected = ahead if way > 0 else [*behind, (0, -5), (3, -6)]
+    assert found == expected
+    back = found[-1:]
+    for _ in range(10):
+        back.append(next_piece(TRACK, *back[-1], -way))
+    assert back == expected[::-1]
+
+
+def test_an_open_curve_ends_where_no_piece_follows():
+    line = LineSegment((0, 0), (1, 0))
+    assert next_piece(line, 0, 1, 1) is None
+    assert next_piece(line, 0, 1, -1) is None
 
 
 @pytest.mark.parametrize("meet", [(0, 0.03), (0, -0.03)])
 def test_laps_may_change_elsewhere(meet):
     laps = Laps((ELLIPSE, EGG), meet=meet)
-    np.testing.assert_allclose(laps.point(laps.lap_breaks), [meet] * 3, atol=1e-16)
+    starts = [ends_of_lap(laps, lap)[0] for lap in (1, 2)]
+    np.testing.assert_allclose(laps.point([*starts, laps.end]), [meet] * 3, atol=1e-16)
     # cut at a break of the egg: no sliver of a piece
     assert np.diff(laps.breaks).min() > 1
     assert ray_crossings(laps, (0, 0), (1, 1)).size == 4

@@ -15,7 +15,7 @@ from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.amplification import LARGE_GROWTH
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.observables import path
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Event, Result, laps_begun
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -138,3 +138,12 @@ def test_the_papers_strike_parts_little() -> None:
     assert len(found.laps) > 1
     assert 0 < found.checks.e_folds < log(LARGE_GROWTH)
     assert found.error is None
+
+
+def test_a_point_that_swings_over_the_seam_makes_no_lap_each_time():
+    """Strikes of one lap count together, however often the seam is passed within it."""
+    swings = [Event(float(t), "lap", "pin", {"lap": lap}) for t, lap in enumerate([-1, 1] * 5)]
+    rounds = [Event(10.0 + t, "lap", "pin", {"lap": t + 2}) for t in range(3)]
+    assert laps_begun(swings) == [0.0, 1.0]
+    assert laps_begun([*swings, *rounds]) == [0.0, 1.0, 10.0, 11.0, 12.0]
+    assert laps_begun([swings[0], Event(0.5, "lap", "other", {"lap": -1.0})]) == [0.0, 0.5]

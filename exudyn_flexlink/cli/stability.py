@@ -23,7 +23,6 @@ from exudyn_flexlink.cli.terminal import (
     complain,
     progress_bar,
 )
-from exudyn_flexlink.continuing import CannotContinueError
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
 from exudyn_flexlink.result import Result
@@ -56,7 +55,7 @@ def stability_command(options: argparse.Namespace) -> int:
             code = _write(found, folder, options)
     except (ImpossibleLapsError, NoRhythmError, TooShortError) as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
-    except (StoppedError, CannotContinueError) as error:
+    except StoppedError as error:
         return complain(str(error), FAILED)
     except KeyboardInterrupt:
         return complain(UNTOLD, INTERRUPTED)

@@ -2,7 +2,8 @@
 
 from exudyn_flexlink.curves.base import Curve, CurveError, Knots
 from exudyn_flexlink.curves.closest import Closest
-from exudyn_flexlink.curves.joined import Joined, Laps, lap_number, pieces_of_laps
+from exudyn_flexlink.curves.joined import Joined, Laps
+from exudyn_flexlink.curves.laps import ends_of_lap, next_lap, next_piece
 from exudyn_flexlink.curves.pieces import Arc, CircleArc, EllipseArc, LineSegment
 from exudyn_flexlink.curves.rays import intersect_ray, ray_crossings
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot

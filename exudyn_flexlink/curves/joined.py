@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import accumulate
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
     POSITION_TOLERANCE,
@@ -72,6 +71,7 @@ class Laps(Composite):
     All pass through the point ``meet`` (default: where the first curve starts), in the same
     direction, and there the next takes over. The parameter starts at 0 at ``meet``; in each lap it
     goes on by the range of that lap's curve. One ``period`` is one turn through all ``curves``.
+    ``firsts`` are the first pieces of the laps, and at last the number of all pieces.
 
     Raises:
         CurveError: no curve, an open one, one that misses ``meet`` or passes it in another
@@ -81,7 +81,7 @@ class Laps(Composite):
 
     curves: tuple[Curve, ...]
     meet: tuple[float, float] | None = None
-    lap_breaks: FloatArray = field(init=False, repr=False, compare=False)
+    firsts: tuple[int, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         curves = tuple(self.curves)
@@ -101,32 +101,7 @@ class Laps(Composite):
         object.__setattr__(self, "curves", curves)
         object.__setattr__(self, "meet", meet)
         self._lay(tuple(piece for lap in laps for piece in lap), 0.0, closed=True)
-        counts = np.cumsum([0, *(len(lap) for lap in laps)])
-        object.__setattr__(self, "lap_breaks", self.breaks[counts])
-
-    def lap(self, u: ArrayLike) -> IndexArray:
-        """Whole number of laps begun before the one at u: 0 in the first, counting on for ever."""
-        values = np.asarray(u, dtype=float)
-        cycles = np.floor(values / self.period)
-        inside = values - cycles * self.period
-        within = np.searchsorted(self.lap_breaks, inside, side="right") - 1
-        return np.asarray(cycles * len(self.curves) + within, dtype=np.intp)
-
-
-def pieces_of_laps(curve: Curve) -> list[tuple[int, int]]:
-    """First and last piece of each lap of a curve; of the whole curve if it has no laps."""
-    if not isinstance(curve, Laps):
-        return [(0, len(curve.pieces) - 1)]
-    edges = np.searchsorted(curve.breaks, curve.lap_breaks - 1e-9 * curve.period)
-    return [(int(a), int(b) - 1) for a, b in pairwise(edges)]
-
-
-def lap_number(winding: int) -> int:
-    """Number of a lap, from 1, whichever way round: after `winding` net passes of the seam.
-
-    A point that starts on the seam and runs backwards is in its first lap at winding -1.
-    """
-    return winding + 1 if winding >= 0 else -winding
+        object.__setattr__(self, "firsts", tuple(accumulate(map(len, laps), initial=0)))
 
 
 def _check_closed(curve: Curve, index: int) -> None:
@@ -202,7 +177,7 @@ def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int
             f"pieces {numbers[0]} and {numbers[1]} meet at {_show(_first(after))} with a kink of "
             f"{math.degrees(angle):.4g} degrees",
             piece=index,
-            hint="a slot needs a continuous tangent: round the corner with an arc",
+            hint="a point on it needs a continuous tangent: round the corner with an arc",
         )
 
 

@@ -11,7 +11,7 @@ from exudyn_flexlink.mechanism.bodies import beam_of, chain_of, station
 from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, pair_sides, pairs
-from exudyn_flexlink.mechanism.closing import CannotAssembleError, closest
+from exudyn_flexlink.mechanism.closing import CLOSED, CannotAssembleError, closest
 from exudyn_flexlink.mechanism.constraints import joint_residuals
 from exudyn_flexlink.mechanism.contact_pairs import (
     Channel,
@@ -50,7 +50,7 @@ from exudyn_flexlink.mechanism.kinematics import (
     turned,
     turning,
 )
-from exudyn_flexlink.mechanism.laying_out import Start, laps_near
+from exudyn_flexlink.mechanism.laying_out import Start
 from exudyn_flexlink.mechanism.linear_springs import spring_force
 from exudyn_flexlink.mechanism.mobility import moved_by_forces
 from exudyn_flexlink.mechanism.model import (

@@ -31,7 +31,7 @@ from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, Rotary
 
 @dataclass(frozen=True)
 class State:
-    """Coordinates (parts, 3), velocities, accelerations; the slots' curve parameters.
+    """Coordinates (parts, 3), velocities, accelerations; the slots' curve parameters and laps.
 
     Many use the same state, so that none may write into it.
     """
@@ -40,6 +40,7 @@ class State:
     v: FloatArray
     a: FloatArray
     places: FloatArray
+    laps: tuple[int, ...]
 
     def __post_init__(self) -> None:
         for array in (self.q, self.v, self.a, self.places):
@@ -104,7 +105,8 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     a = accelerations(mechanism, q, v, places, 0.0)
     surplus = _surplus(mechanism, q, places)
     rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
-    return Assembly(mechanism, State(q, v, a, places), q.size - rank, surplus)
+    laps = tuple(start.laps.get(slot.name, 1) for slot in mechanism.slots)
+    return Assembly(mechanism, State(q, v, a, places, laps), q.size - rank, surplus)
 
 
 def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:

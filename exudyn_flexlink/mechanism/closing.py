@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.curves import ends_of_lap
 from exudyn_flexlink.mechanism.constraints import Constraints, along_slides, constraint_rows
 from exudyn_flexlink.mechanism.kinematics import (
     anchor_position,
@@ -17,7 +18,6 @@ from exudyn_flexlink.mechanism.kinematics import (
 )
 from exudyn_flexlink.mechanism.laying_out import (
     Start,
-    edges_of_lap,
     inner_joints,
     known_angles,
     lay_out,
@@ -129,7 +129,7 @@ def closest(
     """Coordinates and slot places that close all joints, next to those given (parts, 3).
 
     Angles that a motor drives from the ground stay, but where it tells them itself. `laps` are
-    those of slots, from 1.
+    those of slots.
 
     Raises:
         CannotAssembleError: there are none near.
@@ -303,18 +303,20 @@ def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:
 
 
 def _kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
-    """Return the place, or that of the same point in the slot's lap."""
-    start, end = edges_of_lap(slot, lap)
+    """Return the place, or that of the same point in the slot's lap: on the seam its start."""
+    start, end = ends_of_lap(slot.curve, lap)
+    if np.hypot(*(slot_point(slot, q) - slot.curve.point(start))) <= CLOSED:
+        return start
     return place if start <= place < end else _place_in(slot, lap, q)
 
 
 def _place_in(slot: Slot, lap: int, q: FloatArray) -> float:
-    """Place next to the anchor in a lap of the curve, from 1.
+    """Place next to the anchor in a lap of the curve.
 
     Laps share their meeting point, and often more: there the same point in this lap is meant.
     """
     point = slot_point(slot, q)
-    start, end = edges_of_lap(slot, lap)
+    start, end = ends_of_lap(slot.curve, lap)
     place = float(slot.curve.nearest(point))
     if not start <= place < end:
         grid = slot.curve.grid()

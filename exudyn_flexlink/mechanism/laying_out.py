@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Laps, ray_crossings
-from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of, slot_point
+from exudyn_flexlink.curves import ends_of_lap, ray_crossings
+from exudyn_flexlink.mechanism.kinematics import anchor_position, angle_of
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.mechanism.spanning import within_body
@@ -25,7 +25,7 @@ class Start:
     `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
     far slides are out, by their names, and `speeds_along` (m/s) the rate of that, or how fast
     anchors run along the curves of slots. `states` (parts, 6) are coordinates and velocities of all
-    parts, in place of all others; `laps` those of slots, from 1.
+    parts, in place of all others; `laps` those of slots, 1 where left out.
     """
 
     angles: Mapping[int, float]
@@ -169,30 +169,9 @@ def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
     """Distance from the origin to the slot's first lap in a direction; the nearest ahead, or 0."""
     crossings = ray_crossings(slot.curve, origin, along)
     distances = (slot.curve.point(crossings) - origin) @ along
-    first_lap = crossings <= edges_of_lap(slot)[1]
+    first_lap = crossings <= ends_of_lap(slot.curve, 1)[1]
     ahead = distances[(distances >= -BEHIND) & first_lap]
     return float(ahead.min()) if len(ahead) else 0.0
-
-
-def edges_of_lap(slot: Slot, lap: int = 1) -> tuple[float, float]:
-    """Parameters at which a lap of a slot's curve, from 1, begins and ends."""
-    breaks = getattr(slot.curve, "lap_breaks", None)
-    if breaks is None:
-        return float(slot.curve.start), float(slot.curve.end)
-    return float(breaks[lap - 1]), float(breaks[lap])
-
-
-def laps_near(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
-    """Laps, from 1, of slots on curves with laps, at coordinates near those of known places.
-
-    A point just behind the place where a lap begins is at the end of the lap before.
-    """
-    found = {}
-    for slot, place in zip(mechanism.slots, places, strict=True):
-        if isinstance(slot.curve, Laps):
-            here = slot.curve.nearest(slot_point(slot, q), near=float(place))
-            found[slot.name] = int(slot.curve.lap(here)) % len(slot.curve.curves) + 1
-    return found
 
 
 def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:

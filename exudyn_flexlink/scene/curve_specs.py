@@ -128,7 +128,11 @@ class LapsSpec(_Carried):
     curves: tuple[
         Annotated[str | EllipseSpec | CircleSpec | LineSpec | SplineSpec | JoinedSpec, ByType()],
         ...,
-    ] = Field(min_length=1, description="names of curves, or curves written here, in order")
+    ] = Field(
+        min_length=1,
+        description="names of curves, or curves written here, in order: of lap 1, lap 2, .., or "
+        "backwards from the start of lap 1 of lap -1, lap -2, ..",
+    )
     meet: Point | None = Field(None, description="where a lap ends, [x, y], metres")
 
 

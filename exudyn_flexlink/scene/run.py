@@ -73,9 +73,10 @@ class Initial(Part):
         description="state of another run from which this one goes on, of every body: [x, y, "
         "angle, and the rates of these] of its part, or of each of its rods; in place of all above",
     )
-    laps: Named[Annotated[int, Strict(), Field(ge=1)]] = Field(
+    laps: Named[Annotated[int, Strict()]] = Field(
         default_factory=FrozenMapping,
-        description="of slots on curves with laps: the lap in which the point is; left out: 1",
+        description="of slots on curves with laps: the lap in which the point is; left out: 1; "
+        "laps backwards from the start of lap 1 are -1, -2, ..",
     )
     clock: NonNegativeDuration = Field(
         0.0, description="what t is for drives as the run begins: a run that goes on has begun then"

@@ -31,7 +31,7 @@ def initial(look: Lookup) -> Iterator[Mistake]:
 
 
 def _laps(look: Lookup) -> Iterator[Mistake]:
-    """Refuse laps of what is no slot, or of a curve that has fewer."""
+    """Refuse laps of what is no slot, or of a curve that has none, and lap 0."""
     for joint, lap in (look.parts.initial.laps if look.parts.initial else {}).items():
         path = ("initial", "laps", joint)
         yield from look.missing(path, "joints", joint)
@@ -42,9 +42,10 @@ def _laps(look: Lookup) -> Iterator[Mistake]:
             yield Mistake(path, f"'{joint}' is no slot", on_key=True)
             continue
         curve = look.get("curves", slot.curve)
-        count = len(curve.curves) if isinstance(curve, LapsSpec) else 1
-        if curve is not None and lap > count:
-            yield Mistake(path, f"the curve '{slot.curve}' has no lap {lap}", f"1 to {count}")
+        if lap == 0:
+            yield Mistake(path, "there is no lap 0", "before lap 1 is lap -1")
+        elif curve is not None and lap != 1 and not isinstance(curve, LapsSpec):
+            yield Mistake(path, f"the curve '{slot.curve}' has no laps", "leave it out")
 
 
 def _missing_states(look: Lookup) -> Iterator[Mistake]:

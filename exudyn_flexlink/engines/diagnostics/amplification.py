@@ -10,7 +10,7 @@ import numpy as np
 from exudyn_flexlink.engines.diagnostics.contacts import struck
 from exudyn_flexlink.engines.diagnostics.releases import Release, releases
 from exudyn_flexlink.observables import joints_with_play
-from exudyn_flexlink.result import Result
+from exudyn_flexlink.result import Result, laps_begun
 
 FEW_BOUNCES = 3  # in a row: one strike of a flexible link may be a burst of so many
 # Errors after a release, over those before: steps leave a tenth of the tolerance before a release
@@ -66,7 +66,7 @@ def _rattling(result: Result) -> Iterator[str]:
 
 def _bouncing(result: Result) -> Iterator[str]:
     """Strikes in a row: each adds the last one's error of time and speed, more so off a lever."""
-    laps = [-np.inf, *(lap.time for lap in result.laps), np.inf]
+    laps = [-np.inf, *laps_begun(result.laps), np.inf]
     for name, contact in result.contacts.items():
         count = int(np.histogram(contact.touches.begin, laps)[0].max())
         if count > FEW_BOUNCES:
@@ -76,7 +76,8 @@ def _bouncing(result: Result) -> Iterator[str]:
 def _unstable(result: Result) -> Iterator[str]:
     """Motion that its neighbours leave: of a double pendulum by itself, of a pinball by strikes."""
     if exp(-result.checks.e_folds) * LARGE_GROWTH < 1:
-        digits, why = result.checks.e_folds / log(10), "the motion is unstable, or strikes scatter"
+        digits, why = result.checks.e_folds / log(10), "the motion is unstable"
+        why += ", or strikes scatter" if result.contacts else ""
         yield f"{why}: errors may grow by up to {digits:.2g} powers of ten"
 
 

@@ -42,7 +42,8 @@ class System:
         self.stop_advice = ""
         self.reached = False
         mechanism, state = model.mechanism, model.assembly.state
-        self.track = Track(mechanism.slots[0].curve, float(state.places[0]), model.layout.guide.at)
+        curve, centre = mechanism.slots[0].curve, model.layout.guide.at
+        self.track = Track(curve, float(state.places[0]), state.laps[0], centre)
         self.contacts = [Contact(face, self.events) for face in model.layout.faces]
         for contact in self.contacts:
             if approach(contact.face, state.q, state.v).gap < 0:
@@ -264,13 +265,13 @@ class System:
     def _end_of_piece(self, t: float, y: FloatArray, way: int) -> FloatArray:
         slot = self.model.mechanism.slots[0].name
         old = self.coordinates(t, y)[2]
-        lap = self.track.next_piece(way)
-        if lap is None:
+        before = self.track.lap
+        if not self.track.next_piece(way):
             reason = f"the point of slot '{slot}' reached the curve's end"
             self.stop(reason, "lengthen the curve, or end the run before")
             return y
-        if lap:
-            self.events.append(Event(t, "lap", slot, {"lap": float(lap)}))
+        if self.track.lap != before:
+            self.events.append(Event(t, "lap", slot, {"lap": float(self.track.lap)}))
         return self._on_new_piece(y, old) if self._track_coordinate else y
 
     def _on_new_piece(self, y: FloatArray, old: TrackPoint) -> FloatArray:

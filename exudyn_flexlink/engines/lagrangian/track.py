@@ -1,4 +1,4 @@
-"""The track of P, piece by piece: on which piece P is, which comes next, and which lap begins.
+"""The track of P, piece by piece: on which piece P is, which comes next, and in which lap.
 
 Places on a piece are computed in `track_point`.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import nan
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Curve, lap_number, pieces_of_laps
+from exudyn_flexlink.curves import Curve, next_piece
 from exudyn_flexlink.engines.lagrangian.track_point import (
     FINE,
     MISSES,
@@ -35,14 +35,12 @@ class Track:
     Every search starts where P was after the last accepted step: trial steps leave no trace.
     """
 
-    def __init__(self, curve: Curve, place: float, centre: tuple[float, float]) -> None:
+    def __init__(self, curve: Curve, place: float, lap: int, centre: tuple[float, float]) -> None:
         self.curve = curve
         self.centre = centre
         self.piece, self.u = curve.locate(place)
         self._home = self.u
-        self._laps = pieces_of_laps(self.curve)
-        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
-        self._winding = self._lap
+        self.lap = lap
         self._pieces = [packed_piece(piece) for piece in curve.pieces]
         self._angle = nan
         self._point: TrackPoint = (0.0,) * 6
@@ -98,26 +96,14 @@ class Track:
         """Parameter of the whole curve at u on the current piece."""
         return float(self.curve.breaks[self.piece] + u - self.curve.pieces[self.piece].start)
 
-    def next_piece(self, way: int) -> int | None:
-        """Go on to the next piece (way 1) or the one before (-1); None at an open curve's end.
-
-        Return the number of the lap if another one begins, else 0.
-        """
-        first, last = self._laps[self._lap]
-        after, begun = self.piece + way, 0
-        if not first <= after <= last:
-            if not self.curve.closed:
-                return None
-            before = lap_number(self._winding)
-            self._winding += way
-            number = lap_number(self._winding)
-            begun = number if number != before else 0
-            self._lap = (number - 1) % len(self._laps)
-            first, last = self._laps[self._lap]
-            after = first if way > 0 else last
-        self.piece = after
+    def next_piece(self, way: int) -> bool:
+        """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
+        after = next_piece(self.curve, self.piece, self.lap, way)
+        if after is None:
+            return False
+        self.piece, self.lap = after
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
         self._home = self.u
         self._angle = nan
-        return begun
+        return True

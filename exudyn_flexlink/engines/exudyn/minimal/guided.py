@@ -35,8 +35,10 @@ class DeadCentreError(ValueError):
 class SlotGuide(TrackPoint):
     """A slot's point as the guide's angle decides it; `u` is where it was last."""
 
-    def __init__(self, guided: GuidedSlot, place: float, angle: float, events: list[Event]) -> None:
-        super().__init__(guided.slot, place, events)
+    def __init__(
+        self, guided: GuidedSlot, place: float, lap: int, angle: float, events: list[Event]
+    ) -> None:
+        super().__init__(guided.slot, place, lap, events)
         self.guided = guided
         self._home = self.u  # after the last whole step: every search starts there
         self._turned, self._axis = angle, (cos(angle), sin(angle))  # of the guide, there

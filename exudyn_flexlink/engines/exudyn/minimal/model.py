@@ -97,23 +97,26 @@ class MinimalModel:
     # --- building -----------------------------------------------------------------------------
 
     def _coordinates(self, events: list[Event]) -> Coordinates:
-        layout, slots = self.layout, self.assembly.mechanism.slots
-        places = {s.name: float(p) for s, p in zip(slots, self.assembly.state.places, strict=True)}
+        layout, slots, state = self.layout, self.assembly.mechanism.slots, self.assembly.state
+        starts = zip(slots, state.places.tolist(), state.laps, strict=True)
+        begun: dict[str, tuple[float, int]] = {s.name: (place, lap) for s, place, lap in starts}
         lengths = self._part_points.lengths(self.start[0])
         if not layout.closures:
             guides = [
-                SlotGuide(g, places[g.slot.name], float(self.start[0][g.turning]), events)
+                SlotGuide(g, *begun[g.slot.name], float(self.start[0][g.turning]), events)
                 for g in layout.slots
             ]
-            riders = [TrackPoint(r.slot, places[r.slot.name], events) for r in layout.rides]
+            riders = [TrackPoint(r.slot, *begun[r.slot.name], events) for r in layout.rides]
             return OpenCoordinates(layout, self.start, guides, riders, lengths)
-        points = [TrackPoint(slot, places[slot.name], events) for slot in slots]
+        points = [TrackPoint(slot, *begun[slot.name], events) for slot in slots]
         return ClosedCoordinates(layout, self.kinematics, self.start, points, lengths)
 
     def _build(self) -> None:
         self._container = Engine.SystemContainer()
         self._mbs = self._container.AddSystem()
         (x, v), count = self.start, len(self.layout.links)
+        if not count:  # all is welded to the ground: Exudyn has no system without coordinates
+            return
         node = self._mbs.AddNode(
             items.NodeGenericODE2(
                 numberOfODE2Coordinates=count,
@@ -184,8 +187,10 @@ class MinimalModel:
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
-        data, solver, mbs = self._data, self._solver, self._mbs
         mass, force = np.empty((*x.shape, x.shape[1])), np.empty(x.shape)
+        if not x.size:
+            return mass, force
+        data, solver, mbs = self._data, self._solver, self._mbs
         # Exudyn takes lists sooner than arrays.
         for i, (places, speeds) in enumerate(zip(x.tolist(), v.tolist(), strict=True)):
             data.SetODE2Coordinates(places)

@@ -21,6 +21,7 @@ from exudyn_flexlink.engines.exudyn.minimal.instability import shifts
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.result import laps_begun
 
 LEAST_FLIGHT = 1e-12  # s: two strikes nearer to each other are one
 TINY = 1e-300  # 1/kg: mobility of a gap that only drives move, whose impulse is none
@@ -44,7 +45,7 @@ class Scattering:
 
     def _begin_lap(self, time: float) -> None:
         n = len(self._model.coordinates.independent()[0])
-        self._laps, self._time = len(self._model.events), time
+        self._laps, self._time = len(laps_begun(self._model.events)), time
         self._e_folds = 0.0  # of errors of places, since the lap began
         self._speeds = np.zeros((n, n))  # 1/s, present errors of speeds over those of places
 
@@ -68,7 +69,7 @@ class Scattering:
         if self._idle or not impulses:
             return
         self._fly(time)
-        if len(self._model.events) > self._laps:
+        if len(laps_begun(self._model.events)) > self._laps:
             self._begin_lap(time)
         try:
             self._speeds = self._speeds + self._scattered(time, impulses)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from exudyn_flexlink.curves import Evaluator, Knots, evaluator, lap_number, pieces_of_laps
+from exudyn_flexlink.curves import Evaluator, Knots, evaluator, next_piece
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.result import Event
 
@@ -13,14 +13,12 @@ class TrackPoint:
     `changes` counts how often it went on to another piece, or to the same one's other end.
     """
 
-    def __init__(self, slot: Slot, place: float, events: list[Event]) -> None:
+    def __init__(self, slot: Slot, place: float, lap: int, events: list[Event]) -> None:
         self.slot, self.curve = slot, slot.curve
         self.events = events
         self.piece, self.u = self.curve.locate(place)
         self.changes = 0
-        self._laps = pieces_of_laps(self.curve)
-        self._lap = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
-        self._winding = self._lap
+        self._lap = lap
         self._at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
         self._knots = [piece.knots for piece in self.curve.pieces]
 
@@ -48,22 +46,14 @@ class TrackPoint:
 
     def next_piece(self, way: int, time: float) -> bool:
         """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
-        first, last = self._laps[self._lap]
-        after = self.piece + way
-        if not first <= after <= last:
-            if not self.curve.closed:
-                return False
-            before = lap_number(self._winding)
-            self._winding += way
-            number = lap_number(self._winding)
-            if number != before:
-                details = {"lap": float(number)}
-                self.events.append(Event(time, "lap", self.slot.name, details))
-            self._lap = (number - 1) % len(self._laps)
-            first, last = self._laps[self._lap]
-            after = first if way > 0 else last
-        self.piece = after
+        after = next_piece(self.curve, self.piece, self._lap, way)
+        if after is None:
+            return False
+        self.piece, lap = after
+        if lap != self._lap:
+            self._lap = lap
+            self.events.append(Event(time, "lap", self.slot.name, {"lap": float(lap)}))
         self.changes += 1
-        piece = self.curve.pieces[after]
+        piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
         return True

@@ -23,8 +23,7 @@ from exudyn_flexlink.curves import (
     LineSegment,
     evaluator,
     foot,
-    lap_number,
-    pieces_of_laps,
+    next_piece,
 )
 from exudyn_flexlink.engines.exudyn.engine import items
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
@@ -82,10 +81,7 @@ class SlotItems:
         self.at: list[Evaluator] = [evaluator(piece) for piece in self.curve.pieces]
         place = float(system.assembly.state.places[index])
         self.piece, self.u = self.curve.locate(place)
-        self._laps = pieces_of_laps(self.curve)
-        # Turns made round a closed curve, negative backwards. A point that starts on the seam and
-        # runs backwards begins in turn -1.
-        self.winding = next(i for i, (_, last) in enumerate(self._laps) if self.piece <= last)
+        self.lap = system.assembly.state.laps[index]
         self.row = 3 * self.slot.anchor.part
         self._carried = self.slot.carrier != GROUND
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
@@ -226,7 +222,7 @@ class SlotItems:
         rising = (along - self._along) / now.step if now.step > 0 else 0.0
         self._along = along
         if self._one_smooth_loop():
-            self._count_laps(now.time)
+            self._pass_seam(now.time)
             return self._limit(step, inf, along)
         until = self._until_end(speed, along, rising)
         if until > REACHED * now.step:
@@ -252,27 +248,27 @@ class SlotItems:
     def _one_smooth_loop(self) -> bool:
         return len(self.curve.pieces) == 1 and self.curve.closed
 
-    def _count_laps(self, time: float) -> None:
-        """Count the turns on one smooth closed piece; a point at rest on the seam makes none."""
+    def _pass_seam(self, time: float) -> None:
+        """Go on into another lap of one smooth closed piece; a point at rest on the seam stays."""
         piece = self.curve.pieces[0]
         beyond = SEAM * piece.period
         if self.u >= piece.end + beyond:
             self.u -= piece.period
-            self._cross_seam(1, time)
+            self._go_on(1, time)
         elif self.u < piece.start - beyond:
             self.u += piece.period
-            self._cross_seam(-1, time)
+            self._go_on(-1, time)
 
-    def _cross_seam(self, way: int, time: float) -> None:
-        before = lap_number(self.winding)
-        self.winding += way
-        if lap_number(self.winding) != before:
-            details = {"lap": float(lap_number(self.winding))}
-            self.events.append(Event(time, "lap", self.slot.name, details))
-
-    def _ends_of_lap(self) -> tuple[int, int]:
-        """First and last piece of the lap that the point is in."""
-        return self._laps[(lap_number(self.winding) - 1) % len(self._laps)]
+    def _go_on(self, way: int, time: float) -> bool:
+        """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
+        after = next_piece(self.curve, self.piece, self.lap, way)
+        if after is None:
+            return False
+        self.piece, lap = after
+        if lap != self.lap:
+            self.lap = lap
+            self.events.append(Event(time, "lap", self.slot.name, {"lap": float(lap)}))
+        return True
 
     def _until_end(self, speed: float, along: float, rising: float) -> float:
         """Time (s) until the point reaches the end of the current piece; inf while it rests."""
@@ -285,18 +281,12 @@ class SlotItems:
         return first_zero(left, -abs(along), -rising if along > 0 else rising)
 
     def _next_piece(self, way: int, time: float) -> None:
-        first, last = self._ends_of_lap()
-        after = self.piece + way
-        if not first <= after <= last:
-            if not self.curve.closed:
-                self.at_end = True
-                return
-            self._cross_seam(way, time)
-            first, last = self._ends_of_lap()
-            after = first if way > 0 else last
-        item = self._item_of_piece[after]
-        self.jumped = item != self._item_of_piece[self.piece] or item == self._general
-        self.piece = after
+        before = self._item_of_piece[self.piece]
+        if not self._go_on(way, time):
+            self.at_end = True
+            return
+        item = self._item_of_piece[self.piece]
+        self.jumped = item != before or item == self._general
         piece = self.curve.pieces[self.piece]
         self.u = piece.start if way > 0 else piece.end
         self._u_rate = 0.0
