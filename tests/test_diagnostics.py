@@ -212,6 +212,22 @@ def test_a_tolerance_larger_than_the_clearance_is_made_a_tenth_of_that_and_told(
     np.testing.assert_array_equal(coarse.poses, fine.poses)
 
 
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_energy_that_one_wall_takes_over_from_another_is_no_gain(engine: str) -> None:
+    """A node comes into the guide as deep as the corner has pressed the rod in, which loses it."""
+    settings = [
+        "drives.motor.value=21.4",
+        "run={duration: 0.17}",
+        "bodies.link.rods=4",
+        "joints.sleeve.clearance=1.2 mm",
+        "joints.sleeve.law={stiffness: 1e4, restitution: 0.8}",
+    ]
+    run = simulate(load_scene(MODELS / "../clearance.yaml", settings), engine, measure=False)
+    energy_lost = run.sleeves["sleeve"].touches.energy_lost
+    assert energy_lost.min() < -8e-4 * run.checks.largest_kinetic_energy
+    assert doubts(run) == []
+
+
 def test_a_link_that_swings_free_of_its_walls_has_its_error_measured() -> None:
     """With a metre of clearance it is a pendulum on P that touches no wall."""
     model = MODELS / "../clearance.yaml"

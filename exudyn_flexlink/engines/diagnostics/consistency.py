@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
 
 import numpy as np
 
+from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.result import Outcome, Result
 
 ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance
@@ -62,17 +64,17 @@ def _joints(result: Result) -> Iterator[str]:
 
 
 def _gains(result: Result) -> Iterator[str]:
-    """Strikes and touches of walls that give more energy than they took.
+    """Strikes, and contacts with walls, that give more energy than they took.
 
     What still presses as the run ends is left out: what it stores is not given back yet.
     """
     largest = kinetic(result)
     gaining = [
-        (-touch.energy_lost, touch.end, name)
+        (-lost, end, name)
         for histories in (result.contacts, result.bearings, result.sleeves)
         for name, history in histories.items()
-        for touch in history.touches.where(history.touches.energy_lost < -GAIN * largest)
-        if not touch.lasts
+        for lost, end in _stays(history.touches)
+        if lost < -GAIN * largest and isfinite(end)
     ]
     if not gaining:
         return
@@ -85,3 +87,17 @@ def _gains(result: Result) -> Iterator[str]:
         f"{told}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the largest "
         f"kinetic energy: {_remedy(result)}{more}"
     )
+
+
+def _stays(touches: Intervals) -> Iterator[tuple[float, float]]:
+    """Energy lost (J) and end (s) of contacts, of which touches that overlap in time are one.
+
+    As a link slides in its guide, one pair takes over what another has pressed in: the energy that
+    is stored there is lost in one and given in the other.
+    """
+    if not len(touches):
+        return
+    until = np.maximum.accumulate(touches.end)
+    begins = np.flatnonzero(np.append(True, touches.begin[1:] > until[:-1]))
+    lost = np.add.reduceat(touches.energy_lost, begins)
+    yield from zip(lost.tolist(), np.maximum.reduceat(touches.end, begins).tolist(), strict=True)
