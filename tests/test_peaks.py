@@ -103,6 +103,19 @@ def test_distance_and_speed_of_the_point_are_extremes_too(by):
         assert ends == pytest.approx([values.min(), values.max()], abs=off)
 
 
+@pytest.mark.parametrize("by", [*ENGINES, REDUNDANT])
+def test_the_least_speed_of_a_point_that_all_but_rests_is_not_lost(by):
+    """Its square has a sharp bend there, and the root of what that is off by would be much."""
+    settings = ("run.turns=1", "accuracy.tolerance=1e-6", "run.sample=0.01 ms")
+    result = run(by, *settings)
+    least, at = result.extremes["link.end.speed_m_per_s"].least
+    seen = path(result, "link.end")
+    near = np.argsort(np.abs(seen.time - at))[:5]
+    square = np.sum(seen.velocity[near] ** 2, axis=1)
+    bend, slope, value = np.polyfit(seen.time[near] - at, square, 2)
+    assert least == pytest.approx(np.sqrt(value - slope**2 / (4 * bend)), rel=1e-3)
+
+
 def test_the_summary_tells_equal_peaks_for_equal_strikes():
     told = run_text(run(LAGRANGIAN, *STIFF, "run.turns=40"))
     rows = [line for line in told.splitlines() if "180.00 deg" in line]

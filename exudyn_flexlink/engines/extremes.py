@@ -54,11 +54,10 @@ class ExtremeSeeker:
         """
         if not len(time):
             return
-        places, rates, speeds = self._watched.of(*motion)
         polynomial = self._polynomials[motion[0].shape[1]]
-        slopes = rates * length[:, None, None]
+        places, rates, speeds, changes = self._watched.of(*motion, polynomial.slopes)
         values = np.concatenate([places, speeds], axis=2)
-        slopes = np.concatenate([slopes, polynomial.slopes(speeds)], axis=2)
+        slopes = np.concatenate([rates * length[:, None, None], changes], axis=2)
         rounding = _rounding(self._watched.sizes(motion[0]), speeds, float(length.min()))
         self._seeker.take(polynomial, (time, length), values, slopes, rounding)
         if pressed.any():

@@ -5,6 +5,8 @@ An engine asks it at the nodes of its steps: what is told of a run must not depe
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
@@ -47,22 +49,29 @@ class Watched:
         """Names of a contact's force and penetration."""
         return f"{name}.force_N", f"{name}.penetration_m"
 
-    def of(self, poses: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Values at poses and rates (m, n, parts, 3): places, their rates, and speeds.
+    def of(
+        self, poses: FloatArray, rates: FloatArray, slopes: Callable[[FloatArray], FloatArray]
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Values at poses and rates (m, n, parts, 3): places, their rates, speeds, their slopes.
 
-        (m, n, places) twice and (m, n, speeds), in the order of `names`; squared where `told` takes
-        the root.
+        (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where `told`
+        takes the root. `slopes` differentiates velocities (m, n, c) within a step.
         """
         at = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
         motions = [own.motion(poses, rates) for own in self._answers]
         answers, moving = [own[0] for own in motions], [own[1] for own in motions]
         distance, growing = np.sum(at * at, axis=-1), 2 * np.sum(at * going, axis=-1)
-        speed = np.sum(going * going, axis=-1)
+        velocities = np.stack([*moving, going[..., 0], going[..., 1]], axis=-1)
+        slope = slopes(velocities)
+        # The square has twice the degree of the velocity: its values alone do not tell its slope.
+        square = np.sum(going * going, axis=-1)
+        bend = 2 * np.sum(going * slope[..., -2:], axis=-1)
         return (
             np.stack([*answers, at[..., 0], at[..., 1], distance], axis=-1),
             np.stack([*moving, going[..., 0], going[..., 1], growing], axis=-1),
-            np.stack([*moving, speed], axis=-1),
+            np.concatenate([velocities[..., :-2], square[..., None]], axis=-1),
+            np.concatenate([slope[..., :-2], bend[..., None]], axis=-1),
         )
 
     def sizes(self, poses: FloatArray) -> FloatArray:
