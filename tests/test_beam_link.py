@@ -399,7 +399,8 @@ def test_a_link_on_a_pin_is_refused():
 
 def test_a_link_that_is_struck_is_refused():
     text = SWINGING.replace("point: link.end", "point: lever.end")
-    text = text.replace("line: [lever.start, lever.end]", "line: [link.end, link.start]")
+    text = text.replace("rods: 48", "rods: 48, points: {near: 3 mm, far: 4 mm}")  # of one rod
+    text = text.replace("line: [lever.start, lever.end]", "line: [link.far, link.near]")
     with pytest.raises(NotRepresentableError) as caught:
         simulate(scene(text))
     assert caught.value.path == ("contacts", "hit", "line")

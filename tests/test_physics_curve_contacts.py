@@ -5,6 +5,7 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import ellipk
 from test_physics_tools import alone, energy_change, total_energy, where
 
@@ -271,3 +272,43 @@ def test_a_bead_that_came_from_below_is_not_held():
     x, y = flight(0.5)
     np.testing.assert_allclose(where(result, "bead.c")[-1], [x, y], atol=1e-10)
     assert not len(result.intervals["ledge"])
+
+
+# --- a body that turns away from a hoop --------------------------------------------------------
+
+TURNING = """
+curves: {{hoop: {{type: circle, centre: [0, 0], radius: 1}}}}
+bodies: {{top: {{type: rigid, mass: 1, inertia: 0.2, points: {{p: [0.3, 0.1]}}}}}}
+contacts:
+  hoop: {{type: point_on_curve, point: top.p, curve: hoop, law: {{type: impulse, restitution: 0}}}}
+initial: {{velocities: {{top: [{speed}, 0.2]}}, angles: {{top: 0.3}}, speeds: {{top: -14}}}}
+run: {{duration: 1}}
+accuracy: {{tolerance: 1.0e-7}}
+"""
+
+
+@pytest.mark.parametrize("speed", [1.9, 2.0, 2.3])
+def test_a_point_that_a_plastic_impact_stops_turns_away(speed):
+    """Rounding puts the point a little beyond the hoop, as the impact ends: it goes nevertheless.
+
+    The body flies freely before and after: one impact, whose impulse stops its point.
+    """
+    start, turning, arm = np.array([speed, 0.2]), -14.0, np.array([0.3, 0.1])
+
+    def out(angle):
+        return np.array([[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]) @ arm
+
+    hit = brentq(lambda t: np.linalg.norm(start * t + out(0.3 + turning * t)) - 1, 0.35, 0.45)
+    lever = out(0.3 + turning * hit)
+    inward = -(start * hit + lever)
+    across = lever[0] * inward[1] - lever[1] * inward[0]
+    impulse = -(inward @ start + across * turning) / (1 + across**2 / 0.2)
+    result = alone(TURNING.format(speed=speed))
+    [touch] = result.intervals["hoop"]
+    assert touch.impulse == pytest.approx(impulse, rel=1e-9)
+    assert touch.begin == touch.end == pytest.approx(hit, abs=1e-11)
+    since = np.maximum(result.time - hit, 0)
+    centre = start * result.time[:, None] + impulse * since[:, None] * inward
+    np.testing.assert_allclose(result.poses[:, 0, :2], centre, atol=1e-7)
+    turned = 0.3 + turning * result.time + impulse * across / 0.2 * since
+    np.testing.assert_allclose(result.poses[:, 0, 2], turned, atol=1e-7)

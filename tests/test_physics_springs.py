@@ -254,3 +254,26 @@ def test_ball_hung_on_a_spring_alone(allowed):
         fall, (0, 3), start, "DOP853", rtol=1e-13, atol=1e-13, t_eval=ball.time
     )  # fmt: skip
     assert np.abs(where(ball, "ball.centre") - exact.y[:2].T).max() < allowed
+
+
+# --- a structure ------------------------------------------------------------------------------
+
+
+def test_a_spring_pulls_at_a_structure_that_nothing_moves():
+    """All is welded to the ground: there is no coordinate, and the spring keeps its force."""
+    still = run("""
+bodies:
+  post: {type: rigid, mass: 1, inertia: 1, points: {foot: [0, 0], head: [0, 3]}}
+  arm: {type: rigid, mass: 1, inertia: 1, points: {root: [0, 0], tip: [4, 0]}}
+joints:
+  base: {type: weld, points: [ground, post.foot], at: [0, 0]}
+  corner: {type: weld, points: [post.head, arm.root]}
+springs: {rope: {type: linear, points: [ground, arm.tip], at: [0, 0], stiffness: 10, length: 4}}
+gravity: 9.81
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-6}
+""")
+    np.testing.assert_allclose(still.poses - still.poses[0], 0, atol=0)
+    expected = np.broadcast_to([-8.0, -6.0], still.spring_forces["rope"].shape)
+    np.testing.assert_allclose(still.spring_forces["rope"], expected, rtol=1e-14)
+    assert still.energy.stored[0] == pytest.approx(5 + 9.81 * 3, rel=1e-14)

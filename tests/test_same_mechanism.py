@@ -7,7 +7,7 @@ from math import cos, radians, sin
 
 import numpy as np
 import pytest
-from test_physics_tools import STEEL, angle, rod, run, where
+from test_physics_tools import STEEL, angle, on_grid, rod, run, where
 
 FINE = "accuracy.tolerance=1e-8"
 BOUND = 2e-8  # m: both runs may be off by the tolerance, to either side
@@ -274,3 +274,53 @@ def test_axes_of_the_bodies_do_not_matter_between_two_that_move(formulation):
         assert np.abs(where(plain, point) - where(turned, point)).max() < 1e-5
     forces = plain.joint_forces["in"] + turned.joint_forces["in"]  # on either of the two bodies
     assert np.abs(forces[5:]).max() < 2e-3 * np.abs(plain.joint_forces["in"]).max()
+
+
+# --- a flexible link is rods on sprung hinges ---------------------------------------------------
+
+STRUCK = """
+materials: {{soft: {{density: 1000, youngs_modulus: 1 GPa}}}}
+bodies:
+  ball: {{type: rigid, mass: 1, inertia: 0}}
+{bodies}
+joints:
+{joints}
+contacts:
+  hit: {{type: point_on_line, point: ball.centre, line: [{line}],
+        law: {{stiffness: 1.0e4, restitution: 0.5, friction: 0.1}}}}
+gravity: [0, -9.81]
+initial: {{positions: {{ball: [0.3, 0.05]}}, velocities: {{ball: [0.1, 0]}}, angles: {{{angles}}}}}
+run: {{duration: 0.4, sample: 1 ms}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+SOFT = "material: soft, section: {width: 20 mm, thickness: 20 mm}"
+FLEXIBLE = STRUCK.format(
+    bodies=f"  link: {{type: flexible, length: 0.4, {SOFT}, rods: 2, "
+    "hinges: {stiffness: 50, damping: 0.1}, points: {knee: 0.2}}",
+    joints="  base: {type: weld, points: [ground, link.start], at: [0, 0]}",
+    line="LINE",
+    angles="",
+)
+TWO_RODS = STRUCK.format(
+    bodies=f"  one: {{type: rod, length: 0.2, {SOFT}}}\n  link: {{type: rod, length: 0.2, {SOFT}}}",
+    joints="""\
+  base: {type: weld, points: [ground, one.start], at: [0, 0]}
+  knee: {type: revolute, points: [one.end, link.start]}
+springs: {knee: {type: torsional, joint: knee, stiffness: 50, damping: 0.1, rest_angle: 0}}""",
+    line="link.start, link.end",
+    angles="link: 0",
+)
+
+
+@pytest.mark.parametrize(
+    "line", ["link.knee, link.end", pytest.param("link.end, link.knee", id="backwards")]
+)
+def test_a_ball_strikes_the_rod_beyond_a_hinge_of_a_link(line):
+    """A point on a hinge belongs to either rod: here to the one that is hit."""
+    side = "left" if line.startswith("link.knee") else "right"
+    link = run(FLEXIBLE.replace("LINE]", f"{line}], side: {side}"))
+    rods = run(TWO_RODS)
+    assert len(link.intervals["hit"]) == len(rods.intervals["hit"]) >= 1
+    for point in ("ball.centre", "link.end"):
+        one, other = (on_grid(result, where(result, point), 1e-3) for result in (link, rods))
+        np.testing.assert_allclose(one, other, atol=BOUND)

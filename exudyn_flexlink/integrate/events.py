@@ -63,38 +63,24 @@ def fall(value: Function, begin: float, end: float) -> float:
     return begin if value(begin) <= 0 else zero(value, begin, end)
 
 
-def first_fall(
-    value: Function,
-    rate: Function | None,
-    within: tuple[float, float],
-    goes_on: Function | None = None,
-) -> float | None:
+def first_fall(value: Function, rate: Function | None, within: tuple[float, float]) -> float | None:
     """Find when an event function falls below zero first; None if it does not.
 
-    With its `rate` it is also found between two looks. A function that is below zero from the start
-    and `goes_on` to rise, positive there, is let be until the next look.
+    With its `rate` it is also found between two looks. One that starts at zero falls only as it
+    gets lower than there: how far below zero it starts is how exactly events are located.
     """
     t, end = within
     for after in np.linspace(t, end, LOOKS + 1)[1:].tolist():
-        if value(after) < -NOTHING:
+        lowest = after
+        if rate is not None and rate(t) < 0 < rate(after):
+            lowest = zero(rate, t, after)
+        if value(lowest) < -NOTHING:
             if value(t) > NOTHING:
-                return zero(value, t, after)
-            if goes_on is None or not goes_on(after) > 0:
-                return _after_rising(value, t, after)
-        elif rate is not None:
-            grazed = _grazed(value, rate, t, after)
-            if grazed is not None:
-                return grazed
+                return zero(value, t, lowest)
+            if value(lowest) < value(t) - NOTHING:
+                return _after_rising(value, t, lowest)
         t = after
     return None
-
-
-def _grazed(value: Function, rate: Function, t: float, after: float) -> float | None:
-    """When a value falls below zero, if it does and rises again between two looks."""
-    if not rate(t) < 0 < rate(after):
-        return None
-    lowest = zero(rate, t, after)
-    return None if value(lowest) >= -NOTHING else fall(value, t, lowest)
 
 
 def _after_rising(value: Function, t: float, after: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, hypot, sqrt
+from math import atan2, hypot, isclose, sqrt
 
 from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise
 from exudyn_flexlink.mechanism.model import LinearSpring, Pin, RotarySpring, Slide
@@ -85,6 +85,16 @@ class Bodies:
         if body not in self._points:
             return Anchor(GROUND, *(at or (0.0, 0.0)))
         return self._points[body][name]
+
+    def on_one_rod(self, one: Anchor, other: Anchor) -> tuple[Anchor, Anchor]:
+        """Two points of a body, as points of one of its rods where a hinge lets them be."""
+        for pin in self.pins:
+            parts = pin.first.part, pin.second.part
+            if (one.part, other.part) == parts and isclose(one.x, pin.first.x):
+                return pin.second, other
+            if (other.part, one.part) == parts and isclose(other.x, pin.first.x):
+                return one, pin.second
+        return one, other
 
     def carrier(self, curve: str) -> int:
         """Index of the part that carries a curve, GROUND where none does."""

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
-from exudyn_flexlink.mechanism.build_forces import contact_of, linear_spring_of, spring_of
+from exudyn_flexlink.mechanism.build_forces import (
+    contact_of,
+    line_mistakes,
+    linear_spring_of,
+    spring_of,
+)
 from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slot, Weld
@@ -35,13 +40,14 @@ def build_mechanism(scene: Scene) -> Mechanism:
     Once for each scene: both are frozen, and whoever looks at a result asks for it again.
 
     Raises:
-        SceneError: a curve of the scene can't be.
+        SceneError: a curve of the scene, or the line of a contact, can't be.
 
     """
+    bodies = Bodies(scene)
     curves, mistakes = build_curves(scene.curves)
+    mistakes += line_mistakes(bodies)
     if mistakes:
         raise SceneError(scene.document, mistakes)
-    bodies = Bodies(scene)
     joints = scene.joints.items()
     springs, drives = scene.springs.items(), scene.drives.items()
     return Mechanism(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import pi
 
 from exudyn_flexlink import scene
@@ -16,13 +16,15 @@ from exudyn_flexlink.mechanism.contact_pairs import (
     FaceContact,
 )
 from exudyn_flexlink.mechanism.model import LinearSpring, RotarySpring
-from exudyn_flexlink.mechanism.parts import GROUND
+from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.scene import (
     CircleOnCircle,
     PointOnCurve,
+    PointOnLine,
     RevoluteJoint,
     TorsionalSpring,
 )
+from exudyn_flexlink.source import Mistake
 
 
 def spring_of(bodies: Bodies, name: str, spring: TorsionalSpring) -> RotarySpring:
@@ -74,9 +76,30 @@ def contact_of(
             contact.radius,
             *laws,
         )
-    start, end = (bodies.anchor(point) for point in contact.line)
+    start, end = _ends(bodies, contact)
     side = 1.0 if contact.side == "left" else -1.0
     return FaceContact(name, bodies.anchor(contact.point), start, end, side, *laws)
+
+
+def line_mistakes(bodies: Bodies) -> Iterator[Mistake]:
+    """Refuse lines of contacts that are no straight faces: that bend, or have no length."""
+    for name, contact in bodies.scene.contacts.items():
+        if not isinstance(contact, PointOnLine):
+            continue
+        path = ("contacts", name, "line")
+        start, end = _ends(bodies, contact)
+        if start.part != end.part:
+            own = range(bodies.first_part(contact.struck), min(start.part, end.part) + 1)
+            place = sum(bodies.parts[part].reach for part in own)
+            message = f"'{contact.struck}' gives way at {place:g} m, between the two points"
+            yield Mistake(path, message, "a face is straight: take both on one side of that place")
+        elif (start.x, start.y) == (end.x, end.y):
+            yield Mistake(path, "both points are at one place: a line needs a length")
+
+
+def _ends(bodies: Bodies, contact: PointOnLine) -> tuple[Anchor, Anchor]:
+    start, end = (bodies.anchor(point) for point in contact.line)
+    return bodies.on_one_rod(start, end)
 
 
 def _inertia_about_joint(bodies: Bodies, joint: str) -> float:

@@ -103,7 +103,11 @@ def _sleeve(look: Lookup, path: KeyPath, joint: SleeveJoint) -> Iterator[Mistake
         yield Mistake((*path, "link"), "the link must be another body than the guide")
     elif isinstance(link, RigidBody):
         yield Mistake((*path, "link"), f"'{joint.link}' must be of type rod or flexible")
-    if guide is not None and not {"start", "end"} <= set(guide.point_names):
+    if isinstance(guide, FlexibleBody):
+        hint = "a guide is straight; a link that bends slides in one"
+        message = f"'{joint.guide}' must be of type rod or rigid"
+        yield Mistake((*path, "guide"), message, hint)
+    elif guide is not None and not {"start", "end"} <= set(guide.point_names):
         hint = "the link slides along the line from start to end"
         yield Mistake((*path, "guide"), f"'{joint.guide}' needs points start and end", hint)
     elif isinstance(guide, RigidBody):

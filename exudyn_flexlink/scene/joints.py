@@ -154,7 +154,9 @@ class SleeveJoint(Part):
     """
 
     type: Literal["sleeve"] = "sleeve"
-    guide: Name = Field(description="name of the body slid along, from its start to its end")
+    guide: Name = Field(
+        description="name of the body slid along, from its start to its end: rod or rigid"
+    )
     link: Name = Field(description="name of the body that slides: rod or flexible")
     clearance: NonNegativeLength = Field(
         0.0, description="gap between guide and link, on each side"

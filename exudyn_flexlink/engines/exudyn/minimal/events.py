@@ -171,11 +171,7 @@ class EventFinder:
         if isinstance(contact, RigidContact) and contact.acts:
             return first_fall(partial(self._holds, contact, k, step), None, (step.t, step.end))
         if contact.acts:
-            stays, closes = (
-                partial(self._stays, contact, step),
-                partial(self._closes, contact, step),
-            )
-            return first_fall(stays, None, (step.t, step.end), closes)
+            return first_fall(partial(self._stays, contact, step), None, (step.t, step.end))
         way = 1.0 if contact.side is Side.APART else -1.0
 
         def gap(t: float) -> float:
@@ -196,11 +192,6 @@ class EventFinder:
         q, v = step.at(np.array([t]))
         at = self.model.evaluate(t, q[0], v[0]).kept
         return min(float(at.pushes[k, 0]), contact.touch(at.state.x, at.state.v).inside)
-
-    def _closes(self, contact: MinimalContact, step: Step, t: float) -> float:
-        """How fast (m/s) the gap closes of a contact that began just before its point touches."""
-        touch = self._touch(contact, step, t)
-        return 0.0 if touch.inside < 0 else -touch.gap_rate
 
     def _surely_unchanged(self, contact: MinimalContact, k: int, step: Step) -> bool:
         """Tell from both ends, or from the stages, that nothing can have changed in between."""
