@@ -97,7 +97,8 @@ def _is_number(cell: str) -> bool:
 
 def _point(file: str, line: int, row: list[str], columns: str) -> list[float]:
     if len(row) != 2:
-        raise _BadFileError(f"{file} line {line}: expected {columns}; got {len(row)} columns")
+        got = f"{len(row)} columns" if len(row) > 1 else f"no comma in '{row[0][:40]}'"
+        raise _BadFileError(f"{file} line {line}: expected {columns}; got {got}")
     for cell in row:
         if not _is_number(cell):
             raise _BadFileError(f"{file} line {line}: '{cell[:40]}' is no number")

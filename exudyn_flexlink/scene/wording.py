@@ -33,6 +33,8 @@ def mistakes_of(
     suggested: set[tuple[KeyPath, str]] = set()
     missing: list[Mistake] = []
     for item in error.errors(include_url=False):
+        if item["type"] == "too_short" and len(item["input"]) >= item["ctx"]["min_length"]:
+            continue  # pydantic counts good entries only, and the others are told already
         inner = _data_path(item["loc"])
         path = (*at, *inner)
         if item["type"] == "extra_forbidden":
