@@ -15,7 +15,13 @@ import pytest
 from cli_runs import BARE, MODELS, ROOT
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.lagrangian import compiled, parallel_compiling
+from exudyn_flexlink.engines.lagrangian import (
+    compiled,
+    compiled_stepper,
+    model,
+    parallel_compiling,
+    system,
+)
 from exudyn_flexlink.engines.lagrangian.compiled import seldom_collecting
 from exudyn_flexlink.loading import load_scene
 
@@ -191,7 +197,37 @@ def test_what_is_not_yet_taken_over_is_still_to_be_compiled(tmp_path, monkeypatc
         assert compiled.compilation(never_called) == expected
 
 
-def test_a_process_that_fails_costs_nothing_but_time(tmp_path, monkeypatch):
+def test_fields_of_a_record_have_the_same_types_in_every_scene(monkeypatch):
+    """What was compiled for one scene takes those of the others without a look at their types."""
+    numba = pytest.importorskip("numba")
+    types = dict[str, list[object]]()
+    records = {
+        model: ["constants_made"],
+        system: ["mode_made"],
+        compiled_stepper: ["method_made", "work_made", "means_made"],
+    }
+
+    def recorded(name, made):
+        def noted(*fields):
+            types.setdefault(name, []).append(numba.typeof(fields))
+            return made(*fields)
+
+        return noted
+
+    for module, names in records.items():
+        for name in names:
+            monkeypatch.setattr(module, name, recorded(name, getattr(module, name)))
+    for scene in ("no_clearance", "clearance_friction", "spline_track", "hard/torque_reversal"):
+        simulate(load_scene(MODELS / f"{scene}.yaml", [BRIEF]), "lagrangian", measure=False)
+    assert len(types) == 5
+    for found in types.values():
+        assert len(found) >= 4
+        assert len(set(found)) == 1
+
+
+@pytest.mark.parametrize("helper", ["raise SystemExit(1)", "import time; time.sleep(3600)"])
+def test_a_process_that_fails_or_hangs_costs_nothing_but_time(tmp_path, monkeypatch, helper):
+    """What it had taken is missing then, and is compiled where it is called."""
     pytest.importorskip("numba")
     # What is no text is passed over by imports, and some put it there.
     monkeypatch.setattr(sys, "path", [*sys.path, tmp_path])
@@ -203,25 +239,8 @@ def test_a_process_that_fails_costs_nothing_but_time(tmp_path, monkeypatch):
     monkeypatch.setattr(compiled, "FOLDER", tmp_path)
     monkeypatch.setattr(parallel_compiling, "cores", lambda: 2)
     monkeypatch.setattr(parallel_compiling, "units", lambda *_: units)
-    monkeypatch.setattr(parallel_compiling, "HELPER", "raise SystemExit(1)")
-    parallel_compiling.compile_in_parallel(False, False)
-    assert done == ["cores", "units"]
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_process_that_hangs_is_not_waited_for(tmp_path, monkeypatch):
-    """What it had taken is missing then, and is compiled where it is called."""
-    pytest.importorskip("numba")
-    done = list[str]()
-    units = [
-        parallel_compiling.Unit(function, lambda name=function.__name__: done.append(name))
-        for function in (parallel_compiling.cores, parallel_compiling.units)
-    ]
-    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
-    monkeypatch.setattr(parallel_compiling, "cores", lambda: 2)
-    monkeypatch.setattr(parallel_compiling, "units", lambda *_: units)
     monkeypatch.setattr(parallel_compiling, "PATIENCE", 0.2)
-    monkeypatch.setattr(parallel_compiling, "HELPER", "import time; time.sleep(3600)")
+    monkeypatch.setattr(parallel_compiling, "HELPER", helper)
     parallel_compiling.compile_in_parallel(False, False)
     assert done == ["cores", "units"]
     assert not list(tmp_path.iterdir())
