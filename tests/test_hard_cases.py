@@ -209,7 +209,7 @@ def test_a_foil_lies_on_its_wall_between_bounces(engine: str) -> None:
     tight = ["accuracy.tolerance=1e-8"]
     result = simulate(load_scene(MODELS / "foil.yaml", tight), engine, measure=False)
     free = contact_totals(result, "sleeve").fractions[State.FREE]
-    assert 1 - free == pytest.approx(0.06074, rel=1e-3)
+    assert 1 - free == pytest.approx(0.06074, rel=2e-3)
     assert result.checks.energy_residual < 1e-6 * result.checks.largest_kinetic_energy
 
 
