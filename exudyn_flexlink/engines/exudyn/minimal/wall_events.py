@@ -3,7 +3,7 @@
 A pair presses where its event function is negative, the largest of its gap, of how far its point is
 from the face's start, backwards, and of how far beyond its end. Within a step gaps and places are
 the polynomials through their values and rates at the step's nodes. An event is located there, and
-the step made again to end at it; what is left of the event function then is below `EXACT`, and its
+the step made again to end at it; little is left of the event function then (see `_little`), and its
 rate tells on which side of the event the pair is.
 """
 
@@ -23,7 +23,8 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, NOTHING
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.turning import StepPolynomial, highest
 
-EXACT = 1e-12  # m: of an event function, what may be left of it at the event
+# m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
+EXACT = 1e-12
 LOOKS = np.linspace(0.0, 1.0, 33)  # within a step where something may happen
 HALVINGS = 20  # of the time between two looks, to find a value that has risen from zero
 INSIDE = -1.0  # m: gap of what is held on its axis from both sides, and never leaves it
