@@ -119,15 +119,15 @@ def double_pendulum(instants: FloatArray) -> FloatArray:
 
 
 def test_a_double_pendulum_says_from_when_on_it_is_off() -> None:
-    """Of ten seconds the last few are 13 tolerances off."""
-    found = simulate(load_scene(MODELS / "textbook" / "double_pendulum.yaml", ["run.duration=10"]))
+    """Of 14 s the last six are, at the end by hundreds of tolerances: how far is told roughly."""
+    found = simulate(load_scene(MODELS / "textbook" / "double_pendulum.yaml", ["run.duration=14"]))
     off = positions(found, ["lower.b"], found.time)[:, 0] - double_pendulum(found.time)
     apart = np.hypot(*off.T)
     tolerance = found.scene.accuracy.tolerance
-    assert apart.max() > 5 * tolerance
+    assert apart.max() > 50 * tolerance
     assert found.error is not None
-    assert found.error.largest >= apart.max()
-    assert found.error.exceeds_from <= found.time[apart > tolerance][0]
+    assert found.error.largest > 0.5 * apart.max()
+    assert found.error.exceeds_from < found.time[apart > tolerance][0] + 0.5  # s
     assert any("the motion is unstable" in line for line in found.warnings)
 
 
