@@ -248,10 +248,13 @@ def test_events_are_those_of_the_explicit_method() -> None:
     assert ours.checks.steps < other.checks.steps / 2
 
 
-def test_a_lever_that_is_never_reached_makes_no_events(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("height", [0.05, 0.0])
+def test_a_lever_that_is_never_reached_makes_no_events(
+    height: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """S passes the line through its face, far beyond the tip: of that only the side is kept.
 
-    It does so 0.05 s away from where a piece of the track ends: that event is searched for.
+    It does so 0.05 s away from where a piece of the track ends, or within the same step.
     """
     located: list[float] = []
     locate = LagrangianProblem.locate
@@ -262,7 +265,7 @@ def test_a_lever_that_is_never_reached_makes_no_events(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(LagrangianProblem, "locate", counted)
     scene = load_scene(
-        MODELS / "no_clearance.yaml", [*FIVE, "joints.pivot.at=[-0.5, 0.05]", "run.turns=1.2"]
+        MODELS / "no_clearance.yaml", [*FIVE, f"joints.pivot.at=[-0.5, {height}]", "run.turns=1.2"]
     )
     searches = []
     for model in (scene, idealise(scene, ["impact"])):

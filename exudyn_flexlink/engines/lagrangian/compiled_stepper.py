@@ -142,7 +142,7 @@ class CompiledStepper:
         self._take(0, done - 1 if ended == LOOK else done, mode)
         if ended == STUCK:
             self._give_up()
-        event = self._look(done - 1, mode) if ended == LOOK else None
+        event = self._look(done - 1, mode, bool(event_data.idle.all())) if ended == LOOK else None
         if event is None and self._memory[PAIR] >= 0:
             event = Event(problem.time, Pair(int(self._memory[PAIR])))
         return event
@@ -166,20 +166,26 @@ class CompiledStepper:
         self.steps += last - first
         self.problem.accept_block(block)
 
-    def _look(self, last: int, mode: Mode) -> Event | None:
-        """Look for an event in the step with number `last`, and go to it, or to the step's end."""
-        b = self._buffer
+    def _look(self, last: int, mode: Mode, idle: bool) -> Event | None:
+        """Look for an event in the step with number `last`, and go to it, or to the step's end.
+
+        Where all contacts were `idle` in it, nothing is looked for there.
+        """
+        b, system = self._buffer, self.problem.system
+        functions = system.way_event_functions if idle else system.point_event_functions
         begin, end = float(b.times[last]), float(b.times[last + 1])
         dense = Dense(begin, end, b.states[last].copy(), b.changes[last].copy(), self.method)
-        event = self.problem.locate(self.problem.system.point_event_functions, begin, end, dense)
+        event = self.problem.locate(functions, begin, end, dense)
         if event is None:
             self._take(last, last + 1, mode)
-            return None
-        self.steps += 1
-        self.largest = max(self.largest, event.time - begin)
-        if event.time - begin > instant(event.time, EVENT_TIME):
-            self.smallest = min(self.smallest, event.time - begin)
-        self.problem.accept(event.time, dense, event)
+        else:
+            self.steps += 1
+            self.largest = max(self.largest, event.time - begin)
+            if event.time - begin > instant(event.time, EVENT_TIME):
+                self.smallest = min(self.smallest, event.time - begin)
+            self.problem.accept(event.time, dense, event)
+        if idle:
+            system.settle_contacts(self.time, self.problem.state)
         return event
 
     def _give_up(self) -> None:

@@ -36,6 +36,7 @@ class EventData(NamedTuple):
     """What the event functions need besides the equations."""
 
     sides: IntArray  # (c,) of the contacts; they change beyond the ends of faces
+    idle: IntArray  # (c,) 1 where nothing can have happened to the contact in the last step
     lengths: FloatArray  # (c,) of their faces, m
     goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
     # (2, 3 + 4 c) at the two ends of the last step: time, rate of the track's coordinate, way to
@@ -103,19 +104,18 @@ def _no_event_between(begin: Instant, end: Instant, mode: Mode, event_data: Even
     else:
         _look(begin, mode, event_data.goal, before)
     left = _look(end, mode, event_data.goal, after)
-    if before[1] * after[1] < 0 or after[2] < 0 or left < 0:
-        return False
+    none = not (before[1] * after[1] < 0 or after[2] < 0 or left < 0)
     done, sides = end.t - begin.t, event_data.sides
     for k in range(len(sides)):
         i = SEEN + 4 * k
-        if sides[k] == PRESSED:
-            return False
-        if _beyond(before[i:], after[i:], done, event_data.lengths[k]):
-            continue
-        fastest = max(abs(before[i + 1]), abs(after[i + 1]))
-        near = min(abs(before[i]), abs(after[i])) <= done * fastest
-        if near or before[i] * after[i] <= 0:
-            return False
+        idle = sides[k] != PRESSED and (
+            _beyond(before[i:], after[i:], done, event_data.lengths[k])
+            or _far(before[i:], after[i:], done)
+        )
+        event_data.idle[k] = 1 if idle else 0
+        none = none and idle
+    if not none:
+        return False
     for k in range(len(sides)):  # beyond its face a point may have changed sides
         if after[SEEN + 4 * k] != 0.0:
             sides[k] = APART if after[SEEN + 4 * k] > 0.0 else BEHIND
@@ -127,6 +127,13 @@ def _beyond(before: FloatArray, after: FloatArray, done: float, length: float) -
     """Tell that a point was beyond the same end of its face all through a step of `done` (s)."""
     way = done * max(abs(before[3]), abs(after[3]))
     return bool(max(before[2], after[2]) < -way or min(before[2], after[2]) > length + way)
+
+
+@inlined
+def _far(before: FloatArray, after: FloatArray, done: float) -> bool:
+    """Tell that a point was on one side of its face's line all through a step of `done` (s)."""
+    way = done * max(abs(before[1]), abs(after[1]))
+    return bool(min(abs(before[0]), abs(after[0])) > way and before[0] * after[0] > 0)
 
 
 @inner

@@ -140,7 +140,7 @@ def _constants() -> Any:
 
 def _event_data() -> Any:
     _, line, square, _, numbers = _arrays()
-    return _record(EventData, numbers, line, line, square)
+    return _record(EventData, numbers, numbers, line, line, square)
 
 
 def _instant() -> Any:

@@ -137,6 +137,7 @@ class System:
             coordinates[2:] = self.goal.start, self.goal.turned
         return EventData(
             np.array([contact.side for contact in self.contacts], dtype=np.int64),
+            np.zeros(len(self.contacts), dtype=np.int64),
             np.array([contact.length for contact in self.contacts], dtype=float),
             np.array(coordinates),
             np.full((2, SEEN + 4 * len(self.contacts)), np.nan),
@@ -191,8 +192,13 @@ class System:
             values += walls.event_functions(*self.coordinates(t, y))
         return values
 
+    def way_event_functions(self, t: float, y: FloatArray) -> list[float]:
+        """Track's two ends and turns to make."""
+        q, _, _ = self.coordinates(t, y)
+        return [*self.track.left, self._turns_left(q)]
+
     def point_event_functions(self, t: float, y: FloatArray) -> list[float]:
-        """Track's two ends, turns to make, three of each contact."""
+        """Those of `way_event_functions`, and three of each contact."""
         q, v, point = self.coordinates(t, y)
         values = [*self.track.left, self._turns_left(q)]
         if self.contacts:
@@ -297,6 +303,19 @@ class System:
         else:
             contact.begin(t, touch, *self.contact_totals(y, k))
         return y
+
+    def settle_contacts(self, t: float, y: FloatArray) -> None:
+        """Tell contacts, none of which is pressed, on which side of their faces' lines they are.
+
+        A point beside its face may have crossed the line: that is no event.
+        """
+        if not self.contacts:
+            return
+        q, v, point = self.coordinates(t, y)
+        for contact, touch in zip(
+            self.contacts, touches(q, v, point, self.constants)[0], strict=True
+        ):
+            contact.side = Side.APART if touch[0] > 0.0 else Side.BEHIND
 
     def contact_totals(self, y: FloatArray, k: int) -> tuple[float, float]:
         """Impulse and energy that the contact has taken so far.
