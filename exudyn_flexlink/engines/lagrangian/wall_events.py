@@ -27,7 +27,8 @@ from exudyn_flexlink.engines.lagrangian.walls import (
 
 NONE = -1  # no pair
 BEYOND, FAR_BEYOND = 8, 0.1  # looks for an event beyond a step's end, and parts of the step
-EXACT = 1e-11  # m: of a gap, what may be left of it where a touch begins or ends
+# m, of a gap: what may be left of it where a touch begins or ends. A foil may rest 5e-12 m deep.
+EXACT = 1e-12
 LOOKS = 8  # within a step where something may happen
 HALVINGS = 45  # of the time between two looks: to rounding
 
