@@ -42,6 +42,7 @@ def test_a_spline_reads_its_points(tmp_path: Path, content: str) -> None:
         ("0,0\n1,0,5\n1,1\n0,1", "a.csv line 2: expected x, y; got 3 columns"),
         ("0;0\n1;0\n1;1\n0;1", "a.csv line 2: expected x, y; got no comma in '1;0'"),
         ("0,0\n1,x\n1,1\n0,1", "a.csv line 2: 'x' is no number"),
+        ("0,0\n1,1_0\n1,1\n0,1", "a.csv line 2: '1_0' is no number"),
         ("0,0\n1,inf\n1,1\n0,1", "a.csv line 2: must be finite numbers"),
         ("0,0\n1,0\n1,0\n0,1", "line 3: the same point twice"),
         ("0,0\n1,0\n1,1\n0,1\n0,0", "line 5: repeats the first point"),

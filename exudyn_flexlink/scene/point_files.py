@@ -88,6 +88,8 @@ def _points(path: Path, columns: str) -> list[tuple[int, list[float]]]:
 
 
 def _is_number(cell: str) -> bool:
+    if "_" in cell:  # which Python takes for nothing between digits
+        return False
     try:
         float(cell)
     except ValueError:
