@@ -10,7 +10,7 @@ that give back much of a bounce. Each run is judged by the Lagrangian with its e
 1e-9 m, in all named points. That judge may err itself by what it is away from one at 1e-8 m: a run
 is wrong, or right, only where that does not matter, else it is undecided and not counted. A
 neighbouring run tells what is known of the error (see `engines.diagnostics.neighbour`). Beside it
-stands what counts of touches told before there was one: more than 2 in `redundant`, 100 in the
+stands what counts of touches told before there was one: more than 2 in Exudyn, 100 in the
 Lagrangian. Scenes whose first run takes more processor time than `--patience` are left out.
 """
 
@@ -36,8 +36,8 @@ MODEL = Path(__file__).parent.parent / "models" / "clearance.yaml"
 # m, by name: what is run and judged.
 WAYS = {
     "lagrangian, 1e-5 m": ("lagrangian", 1e-5),
-    "redundant, 1e-5 m": ("exudyn", 1e-5),
-    "redundant, 1e-4 m": ("exudyn", 1e-4),
+    "minimal, 1e-5 m": ("exudyn", 1e-5),
+    "minimal, 1e-4 m": ("exudyn", 1e-4),
 }
 JUDGE, CHECK = 1e-9, 1e-8  # m
 FEW_TOUCHES = {"lagrangian": 100, "exudyn": 2}

@@ -53,6 +53,11 @@ def aiming(result: Result) -> str:
     return f"{float(steps):g} steps for a strike" if struck(result) else "steps of order 2"
 
 
+def rattled(result: Result) -> bool:
+    """Tell whether anything touched a wall, or a journal its bearing."""
+    return any(len(result.intervals[name]) for name in joints_with_play(result))
+
+
 def _rattling(result: Result) -> Iterator[str]:
     """Joints with play: touches of walls multiply errors, and so do swings free of them."""
     for name in joints_with_play(result):

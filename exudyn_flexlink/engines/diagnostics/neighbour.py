@@ -11,14 +11,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf, sqrt
 
-from exudyn_flexlink.engines.diagnostics.amplification import beyond_steps
+from exudyn_flexlink.engines.diagnostics.amplification import beyond_steps, rattled
 from exudyn_flexlink.engines.diagnostics.bursts import alike_by_chance
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import least_tolerance
 from exudyn_flexlink.result import INTERRUPTED, NOT_MEASURED, MeasuredError, Result
 from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Scene
-from exudyn_flexlink.sensitivity import measured_error
+from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER, measured_error
 
 # Errors of the neighbour's steps over those of the run's: 1.8 times as many steps by order 9, twice
 # as many by order 2, whose errors a neighbour of a half told four times too small. Where touches
@@ -82,7 +82,9 @@ def measured_by(result: Result, again: Callable[[Scene], Result]) -> Measured:
 
 def _measured(result: Result, neighbour: Result, factor: float) -> MeasuredError:
     """Measure the error by a neighbour whose steps err `factor` times as much."""
-    return measured_error(result, neighbour, factor, _of_forces(result, neighbour, factor))
+    scatter = TOUCHED_SCATTER if rattled(result) else SCATTER
+    of_forces = _of_forces(result, neighbour, factor)
+    return measured_error(result, neighbour, factor, of_forces, scatter)
 
 
 def _finer(result: Result, again: Callable[[Scene], Result], factor: float) -> tuple[Result, float]:
