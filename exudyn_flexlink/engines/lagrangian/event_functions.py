@@ -104,7 +104,7 @@ def _no_event_between(begin: Instant, end: Instant, mode: Mode, event_data: Even
     else:
         _look(begin, mode, event_data.goal, before)
     left = _look(end, mode, event_data.goal, after)
-    none = not (before[1] * after[1] < 0 or after[2] < 0 or left < 0)
+    quiet = not (before[1] * after[1] < 0 or after[2] < 0 or left < 0)
     done, sides = end.t - begin.t, event_data.sides
     for k in range(len(sides)):
         i = SEEN + 4 * k
@@ -113,8 +113,8 @@ def _no_event_between(begin: Instant, end: Instant, mode: Mode, event_data: Even
             or _far(before[i:], after[i:], done)
         )
         event_data.idle[k] = 1 if idle else 0
-        none = none and idle
-    if not none:
+        quiet = quiet and idle
+    if not quiet:
         return False
     for k in range(len(sides)):  # beyond its face a point may have changed sides
         if after[SEEN + 4 * k] != 0.0:

@@ -194,13 +194,12 @@ class System:
 
     def way_event_functions(self, t: float, y: FloatArray) -> list[float]:
         """Track's two ends and turns to make."""
-        q, _, _ = self.coordinates(t, y)
-        return [*self.track.left, self._turns_left(q)]
+        return self._way_left(self.coordinates(t, y)[0])
 
     def point_event_functions(self, t: float, y: FloatArray) -> list[float]:
         """Those of `way_event_functions`, and three of each contact."""
         q, v, point = self.coordinates(t, y)
-        values = [*self.track.left, self._turns_left(q)]
+        values = self._way_left(q)
         if self.contacts:
             states, _, _ = touches(q, v, point, self.constants)
             lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
@@ -237,6 +236,9 @@ class System:
         if self.goal is None:
             return None
         return 0.0 if self.reached else self._turns_left(self.coordinates(t, y)[0])
+
+    def _way_left(self, q: FloatArray) -> list[float]:
+        return [*self.track.left, self._turns_left(q)]
 
     def _turns_left(self, q: FloatArray) -> float:
         """Angle that is still to turn; 1 without a goal."""
