@@ -109,7 +109,7 @@ def test_a_gap_bends_with_the_motion_of_point_and_curve(shape):
     x, v, h = rng.normal(scale=0.1, size=6), rng.normal(size=6), 1e-5
     rates = [contact.touch(x + by * v, v).gap_rate for by in (-h, h)]
     bend = (rates[1] - rates[0]) / (2 * h)
-    assert contact.steady_bend(x, v) == pytest.approx(bend, rel=1e-6)
+    assert contact.moving_gap(x, v)[2] == pytest.approx(bend, rel=1e-6)
 
 
 def poses(layout, x):

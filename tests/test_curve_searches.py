@@ -79,6 +79,21 @@ def test_lengths_are_those_of_quadrature(name):
     assert curve.arc_length.to(u)[1:] == pytest.approx(np.cumsum(steps), rel=1e-3)
 
 
+@pytest.mark.parametrize("name", CURVES)
+def test_lengths_are_the_same_one_by_one(name):
+    curve = CURVES[name]
+    search = Closest(curve)
+    for u in np.linspace(curve.start, curve.end, 137)[:-1].tolist():
+        exact = float(curve.arc_length.to(np.array(u)))
+        assert search.length_to(*curve.locate(u)) == pytest.approx(exact, abs=1e-14)
+
+
+def test_the_length_of_a_piece_goes_on_beyond_its_ends():
+    search = Closest(STADIUM)
+    assert search.length_to(0, 1.2) == pytest.approx(1.2, abs=1e-15)
+    assert search.length_to(2, -0.1) == pytest.approx(0.9 + pi / 2, abs=1e-14)
+
+
 def test_the_length_of_an_ellipse_is_its_elliptic_integral():
     a, b = 0.8, 0.3
     length = EllipseArc((0, 0), (a, b)).arc_length

@@ -6,15 +6,20 @@ piece beyond its ends, so that what follows a point along the piece stays smooth
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from itertools import pairwise
+from math import hypot
 
 import numpy as np
 
+from exudyn_flexlink.curves.arc_length import NODES, WEIGHTS
 from exudyn_flexlink.curves.base import Curve
 from exudyn_flexlink.curves.scalar import Evaluator, evaluator, foot
 
 ROUNDS = 60  # of halving: to rounding
 ROUNDING = 1e-15
+# Parts of a stretch, and their shares of an integral over it (Gauss).
+QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), strict=True))
 
 
 class Closest:
@@ -27,6 +32,12 @@ class Closest:
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
         self._bounds = [(piece.start, piece.end) for piece in curve.pieces]
         self._spans = [_span(curve, float(low), float(high)) for low, high in pairwise(u)]
+        # Of each piece: where its spans begin, and how long the curve is up to there.
+        self._marks: list[tuple[list[float], list[float]]] = [([], []) for _ in curve.pieces]
+        lengths = curve.arc_length.to(u[:-1]).tolist()
+        for (piece, low, _), length in zip(self._spans, lengths, strict=True):
+            self._marks[piece][0].append(low)
+            self._marks[piece][1].append(length)
 
     def on_curve(self, x: float, y: float) -> tuple[int, float]:
         """Piece and parameter of the place next to (x, y) m, never beyond an open curve's end."""
@@ -45,6 +56,17 @@ class Closest:
             return u
         sampled, start, _ = self._spans[i % count if self._closed else min(i, count - 1)]
         return foot(self.at[piece], x, y, start if sampled == piece else near)
+
+    def length_to(self, piece: int, u: float) -> float:
+        """Length (m) along the curve to a place of a piece, which goes on beyond its ends."""
+        begins, lengths = self._marks[piece]
+        i = max(bisect_right(begins, u) - 1, 0)
+        begin, at = begins[i], self.at[piece]
+        whole = 0.0
+        for node, weight in QUADRATURE:
+            _, _, dx, dy, _, _ = at(begin + node * (u - begin))
+            whole += weight * hypot(dx, dy)
+        return lengths[i] + whole * (u - begin)
 
     def _around(self, i: int, x: float, y: float) -> tuple[int, float]:
         """Piece and parameter of the place next to (x, y) m, searched around a sample."""

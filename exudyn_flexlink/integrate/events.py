@@ -85,8 +85,9 @@ def first_fall(value: Function, rate: Function | None, within: tuple[float, floa
 
 def _after_rising(value: Function, t: float, after: float) -> float:
     """When a value falls that starts at zero; at once if it does not rise first."""
-    top = max((t + (after - t) * 0.5**k for k in range(1, HALVINGS)), key=value)
-    return t if value(top) <= 0 else zero(value, top, after)
+    between = (t + (after - t) * 0.5**k for k in range(1, HALVINGS))
+    risen = next((place for place in between if value(place) > 0), None)
+    return t if risen is None else zero(value, risen, after)
 
 
 def farthest(before: float, after: float, h: float) -> float:

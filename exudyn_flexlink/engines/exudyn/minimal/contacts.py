@@ -84,7 +84,9 @@ class MinimalContact:
 
     def gradient(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Gradient of the gap (links,)."""
-        look = self._look(x, v)
+        return self._normal_row(self._look(x, v))
+
+    def _normal_row(self, look: Look) -> FloatArray:
         return self._row(look, look.normal, (look.at, look.at))
 
     def _row(self, look: Look, way: Vector, at: tuple[Vector, Vector]) -> FloatArray:
@@ -102,9 +104,15 @@ class RigidContact(MinimalContact):
         super().__init__(layout, contact)
         self.restitution = law.restitution
 
-    def steady_bend(self, x: FloatArray, v: FloatArray) -> float:
-        """Second derivative (m/s^2) of the gap where no coordinate of the tree accelerates."""
-        return self._shape.steady_bend(x.tolist(), v.tolist())
+    def moving_gap(self, x: FloatArray, v: FloatArray) -> tuple[Touch, FloatArray, float]:
+        """Where it is, and the gradient (links,) of the gap and its second derivative (m/s^2).
+
+        The latter is that where no coordinate of the tree accelerates.
+        """
+        places, speeds = x.tolist(), v.tolist()
+        look = self._shape.look(places, speeds)
+        bend = self._shape.steady_bend(look, places, speeds)
+        return look.touch, self._normal_row(look), bend
 
 
 class PenaltyContact(MinimalContact):
@@ -173,7 +181,7 @@ class PenaltyContact(MinimalContact):
         if self.friction is None:
             return stiffness, damping
         slid = self._row(look, look.along, (look.at, look.at))
-        normal = self._row(look, look.normal, (look.at, look.at))
+        normal = self._normal_row(look)
         rubbed = self.friction.coefficient * tanh(touch.slip / self.friction.slip_speed)
         drag = self.friction.coefficient**2 - rubbed**2
         drag *= press / (self.friction.coefficient * self.friction.slip_speed)

@@ -45,7 +45,9 @@ def cut(model: MinimalModel, step: Step, instants: FloatArray) -> Iterator[Step]
     edges, begin = np.concatenate([[step.t], instants[first:last], [step.end]]), step.begin
     for k in range(0, len(edges) - 1, AT_ONCE):
         begins, lengths = edges[k:-1][:AT_ONCE], np.diff(edges[k:])[:AT_ONCE]
-        times = (begins[:, None] + lengths[:, None] * C).ravel()
+        times = begins[:, None] + lengths[:, None] * C
+        times[:, -1] = edges[k + 1 :][:AT_ONCE]  # as they are given, not rounded
+        times = times.ravel()
         found = model.evaluate_all(times, *step.at(times))
         accelerations = found.accelerations
         for i, (t, h) in enumerate(zip(begins.tolist(), lengths.tolist(), strict=True)):

@@ -113,14 +113,22 @@ class Recorder:
         if last > self._next:
             wanted = self.grid[self._next : last]
             self._next = last
-            # Forces come from the equations at the samples: derivatives of the step's polynomial
-            # are of a lower order, which a force shows that is small beside those it balances.
-            found = self.model.evaluate_all(wanted, *whole.at(wanted))
+            found = self._at_samples(whole, step, wanted)
             self._keep(found, len(self._steps), (wanted - step.t) / step.h)
         self._steps.append(step)
         self._pressed.append(self._acting())
         self._ends.append(end)
         self._on_curves.append(self._places(end.places))
+
+    def _at_samples(self, whole: Step, step: Step, wanted: FloatArray) -> Evaluation:
+        """Mass matrix and forces at samples (s) within a part of the `whole` step.
+
+        They come from the equations: derivatives of the step's polynomial are of a lower order,
+        which a force shows that is small beside those it balances.
+        """
+        if step is not whole and np.array_equal(wanted, step.stages.kept.t[-1:]):
+            return step.stages.pick(slice(-1, None))  # cut there, and evaluated
+        return self.model.evaluate_all(wanted, *whole.at(wanted))
 
     def mark(self) -> None:
         """Keep a sample at the end of the last step, too."""

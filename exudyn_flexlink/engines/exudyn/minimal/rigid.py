@@ -78,9 +78,8 @@ class RigidContacts:
         bend = np.empty(shape)
         for i, (x, v) in enumerate(zip(state.x, state.v, strict=True)):
             for c, contact in enumerate(self.all[k] for k in which):
-                touch = contact.touch(x, v)
+                touch, rows[i, c], bend[i, c] = contact.moving_gap(x, v)
                 touching[i, c] = touch.gap, touch.gap_rate
-                rows[i, c], bend[i, c] = contact.gradient(x, v), contact.steady_bend(x, v)
         bend += (rows @ state.b[:, :, None])[:, :, 0]
         return Gaps(rows, rows @ state.transform.matrix, bend, touching)
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 from math import cos, hypot, inf, pi, sin
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
 from exudyn_flexlink.engines.exudyn.circles import Between, Circles
@@ -58,8 +56,11 @@ class Shape(Protocol):
     def look(self, x: list[float], v: list[float]) -> Look:
         """Look at coordinates and speeds of the tree."""
 
-    def steady_bend(self, x: list[float], v: list[float]) -> float:
-        """Second derivative (m/s^2) of the gap where no coordinate of the tree accelerates."""
+    def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
+        """Second derivative (m/s^2) of the gap where no coordinate of the tree accelerates.
+
+        It is that at the coordinates and speeds of a `look`.
+        """
 
 
 def shape_of(layout: TreeLayout, contact: Contact) -> Shape:
@@ -102,9 +103,9 @@ class _Face:
         )
         return Look(touch, (-side * ty, side * tx), (tx, ty), (px, py), first, second)
 
-    def steady_bend(self, x: list[float], v: list[float]) -> float:
+    def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations of point and face, and what the face's turning makes of it."""
-        look, turning = self.look(x, v), self._start.state(x, v)[2][1]
+        turning = self._start.state(x, v)[2][1]
         (ax, ay), (bx, by) = self._point.steady_bend(x, v), self._start.steady_bend(x, v)
         (nx, ny), touch = look.normal, look.touch
         # `slip` is the speed along the face as the face itself sees it.
@@ -137,9 +138,8 @@ class _Circles:
         centres = (px, py), (sx, sy)
         return Look(touch, (way * nx, way * ny), (-ny, nx), at, first, second, centres, bend)
 
-    def steady_bend(self, x: list[float], v: list[float]) -> float:
+    def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations of the centres, and how they pass each other."""
-        look = self.look(x, v)
         _, (pu, pv), _, _ = self._first.state(x, v)
         _, (su, sv), _, _ = self._second.state(x, v)
         (ax, ay), (bx, by) = self._first.steady_bend(x, v), self._second.steady_bend(x, v)
@@ -157,8 +157,7 @@ class OnCurve:
 
     def __init__(self, layout: TreeLayout, contact: CurveContact) -> None:
         self._curve, self._closest = contact.curve, Closest(contact.curve)
-        self._arc = contact.curve.arc_length
-        self.length = self._arc.whole
+        self.length = contact.curve.arc_length.whole
         self._side, self._radius = contact.side, contact.radius
         self._point = _Carrier(layout, contact.point)
         self._origin = _Carrier(layout, Anchor(contact.carrier, 0.0, 0.0))
@@ -195,9 +194,9 @@ class OnCurve:
         at = px - self._radius * nx, py - self._radius * ny
         return Look(touch, (nx, ny), (tx, ty), at, first, second, ((px, py), (px, py)), bend)
 
-    def steady_bend(self, x: list[float], v: list[float]) -> float:
+    def steady_bend(self, look: Look, x: list[float], v: list[float]) -> float:
         """Centripetal accelerations, what the curve's turning makes of them, and its curvature."""
-        look, spin = self.look(x, v), self._point.state(x, v)[2][1]
+        spin = self._point.state(x, v)[2][1]
         (sx, sy), _, (_, turning), _ = self._origin.state(x, v)
         (ax, ay), (bx, by) = self._point.steady_bend(x, v), self._origin.steady_bend(x, v)
         (nx, ny), (px, py) = look.normal, look.centres[0]
@@ -252,11 +251,8 @@ class OnCurve:
 
     def _along(self, piece: int, u: float) -> float:
         """Length along the curve to a place."""
-        curve = self._curve
-        whole = float(curve.breaks[piece]) + u - curve.pieces[piece].start
-        if curve.closed:
-            whole = curve.start + (whole - curve.start) % curve.period
-        return float(self._arc.to(np.asarray(whole)))
+        length = self._closest.length_to(piece, u)
+        return length % self.length if self._curve.closed else length
 
 
 def add_force(onto: FloatArray, moves: Row, at: Vector, force: Vector) -> None:
