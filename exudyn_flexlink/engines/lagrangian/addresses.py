@@ -1,6 +1,8 @@
-"""Which functions compiled ones call by address, of a mechanism: without walls, none of walls.
+"""Which functions compiled ones call by address.
 
-What a scene does not have is then not compiled for it.
+Those of a mechanism without walls are none of walls: what a scene does not have is then not
+compiled for it. Those of the method are compiled by one process while another is at work on the
+steps that call them.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from exudyn_flexlink.engines.lagrangian.event_functions import uneventful
 from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
 from exudyn_flexlink.engines.lagrangian.knots import after_step, before_step
 from exudyn_flexlink.engines.lagrangian.mode import rate_at
+from exudyn_flexlink.engines.lagrangian.radau import factor, iterate
 from exudyn_flexlink.engines.lagrangian.signatures import equation_signatures, step_signatures
 from exudyn_flexlink.engines.lagrangian.stiffness import slopes
 from exudyn_flexlink.engines.lagrangian.track_point import has_knots
@@ -44,7 +47,7 @@ def equation_functions_for(walled: bool) -> list[Callable[..., Any]]:
 
 @cache
 def step_functions_for(walled: bool, knots: bool) -> list[Callable[..., Any]]:
-    """Functions that steps ask of a mechanism: with walls, with knots in its track, or without.
+    """Functions that steps of a mechanism call: with walls, with knots in its track, or without.
 
     They are the last fields of `Means`.
     """
@@ -69,7 +72,7 @@ def equations_with(walled: bool) -> list[Callable[..., Any]]:
 
 
 def steps_with(walled: bool, knots: bool) -> list[Callable[..., Any]]:
-    """Python's functions that steps ask of a mechanism."""
+    """Python's functions that steps of a mechanism call."""
     before, after = (before_step, after_step) if knots else (absent.before_step, absent.after_step)
     change = change_within if walled else absent.change_within
-    return [rate_at, slopes, force_jumps, before, after, change, uneventful]
+    return [factor, iterate, rate_at, slopes, force_jumps, before, after, change, uneventful]

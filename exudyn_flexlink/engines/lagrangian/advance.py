@@ -28,11 +28,9 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     Aim,
     Work,
     estimate,
-    factor,
     factor_real,
     finish,
     guess,
-    iterate,
 )
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
@@ -65,7 +63,9 @@ class Means(NamedTuple):
     control: Control
     work: Work
     memory: FloatArray  # (8,) what the next call goes on with, see `step_control`
-    # Functions of the mechanism that are called by address, see `addresses`.
+    # Functions that are called by address, see `addresses`: of the method, then of the mechanism.
+    factor: Callable[..., Any]
+    iterate: Callable[..., Any]
     rate_at: Callable[..., Any]
     slopes: Callable[..., Any]
     force_jumps: Callable[..., Any]
@@ -130,14 +130,14 @@ def _attempt(
     most = np.inf
     h = means.before_step(at, h, (work.begin, control.bend, memory), known, tableau)
     while h >= shortest_step(at.t):
-        factor(h, by_q, by_v, method, work)
+        means.factor(h, by_q, by_v, method, work)
         if plain:
             _start(h, method, work)
         else:
             guess(h / memory[OLD_STEP], last, method, work)
         aim = Aim(control.tolerance, control.lasting, memory[SLOW])
         how = (method, scale, work, means.rate_at)
-        ended, iterations, memory[SLOW] = iterate(at, h, aim, mode, how)
+        ended, iterations, memory[SLOW] = means.iterate(at, h, aim, mode, how)
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
@@ -210,11 +210,11 @@ def _end_at_touch(
         for j in range(free):
             speeds[i, j] = changes[i, free + j]
     by_q, by_v = means.slopes(at, pressing_at(at, mode), mode)
-    factor(h, by_q, by_v, method, work)
+    means.factor(h, by_q, by_v, method, work)
     scale = scale_at(at, mode, control.reaches)
     aim = Aim(control.tolerance, control.lasting, memory[SLOW])
     how = (method, scale, work, means.rate_at)
-    ended, iterations, memory[SLOW] = iterate(at, h, aim, mode, how)
+    ended, iterations, memory[SLOW] = means.iterate(at, h, aim, mode, how)
     memory[ITERATED] += iterations
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)

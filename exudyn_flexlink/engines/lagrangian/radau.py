@@ -77,7 +77,6 @@ def work_for(stages: int, size: int, free: int) -> Work:
     )
 
 
-@inner
 def factor(h: float, by_q: FloatArray, by_v: FloatArray, method: Method, work: Work) -> None:
     """Factors of the real and of the complex matrices of a step h."""
     factor_real(h, by_q, by_v, method, work)
@@ -232,7 +231,6 @@ def _size_of(h: float, tau: float, change: FloatArray, scale: Scale, method: Met
     return largest
 
 
-@inner
 def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
     at: Instant,
     h: float,

@@ -19,6 +19,7 @@ from exudyn_flexlink.engines.lagrangian.event_functions import EventData
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, ScaleByReference
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, ModeByReference
 from exudyn_flexlink.engines.lagrangian.radau import (
+    Aim,
     MethodByReference,
     Work,
     WorkByReference,
@@ -62,10 +63,12 @@ def equation_signatures() -> tuple[Any, ...]:
 
 @cache
 def step_signatures() -> tuple[Any, ...]:
-    """Signatures of the functions that steps ask of a mechanism, the last fields of `Means`."""
+    """Signatures of the functions that steps of a mechanism call, the last fields of `Means`."""
     number, line, square, _, numbers = _arrays()
-    mode, instant = _mode(), _instant()
-    changed = _tuple(number, _types().int64)
+    mode, instant, method, work = _mode(), _instant(), _method(), _work()
+    whole = _types().int64
+    changed = _tuple(number, whole)
+    rate_at = changed(instant, mode, line, line)
     scale = _by_reference(ScaleByReference, Scale, line, line, line, line, numbers, line)
     at_knots = (
         number,
@@ -75,14 +78,22 @@ def step_signatures() -> tuple[Any, ...]:
     )
     squares = _types().UniTuple(square, 2)
     return (
-        changed(instant, mode, line, line),
+        _types().none(number, square, square, method, work),
+        _tuple(whole, whole, number)(
+            instant,
+            number,
+            type_of(Aim(0.0, 0.0, 0.0)),
+            mode,
+            _tuple(method, scale, work, _types().FunctionType(rate_at)),
+        ),
+        rate_at,
         squares(instant, square, mode),
         _tuple(square, line)(
             instant, number, square, mode, _tuple(square, line, line, square, square)
         ),
         number(instant, *at_knots),
         number(_types().UniTuple(instant, 2), *at_knots),
-        changed(_types().int64, _record(Step, instant, number, square, square), mode),
+        changed(whole, _record(Step, instant, number, square, square), mode),
         _types().boolean(instant, instant, squares, mode, _event_data()),
     )
 
@@ -108,12 +119,17 @@ def _mode() -> Any:
 
 def _means() -> Any:
     number, line, _, _, _ = _arrays()
-    method = _by_reference(MethodByReference, Collocation, *map(type_of, RADAU))
-    arrays = work_for(len(RADAU.nodes), 2, 1)
-    work = _by_reference(WorkByReference, Work, *map(type_of, arrays))
     control = _record(Control, *[number] * 4, line, number)
-    fields = (method, control, work, line)
+    fields = (_method(), control, _work(), line)
     return _by_reference(MeansByReference, Means, *fields, *_pointers(step_signatures()))
+
+
+def _method() -> Any:
+    return _by_reference(MethodByReference, Collocation, *map(type_of, RADAU))
+
+
+def _work() -> Any:
+    return _by_reference(WorkByReference, Work, *map(type_of, work_for(len(RADAU.nodes), 2, 1)))
 
 
 def _constants() -> Any:
