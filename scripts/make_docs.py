@@ -232,6 +232,7 @@ ITEMS = (
     measured("told_errors", "15 min", "--count", "20"),
     measured("hard_cases", "5 min", "--quick", sample=("--quick", "--only", "tip", "two_contacts")),
     measured("random_scenes", "5 min"),
+    measured("random_mechanisms", "10 min"),
     measured("many_turns", "10 min"),
 )
 

@@ -17,15 +17,13 @@ time than `--patience` are left out.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from benchmarks.side_by_side import patience
 
 from exudyn_flexlink.engines import measured, simulate
 from exudyn_flexlink.loading import load_scene
@@ -91,22 +89,13 @@ def draw(rng: np.random.Generator) -> list[str]:
     return [f"{key}={value}" for key, value in settings.items()]
 
 
-@contextmanager
-def patience(seconds: float) -> Iterator[None]:
-    """Press Ctrl-C after some processor time."""
-    before = signal.signal(signal.SIGPROF, lambda *_: signal.raise_signal(signal.SIGINT))
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
-
-
 def judge(settings: list[str], seconds: float) -> dict[str, Row]:
     """Run a scene in both engines, and what judges them; nothing if the first takes too long."""
-    with patience(seconds):
-        first = simulate(load_scene(MODEL, settings), "lagrangian", measure=False)
+    try:
+        with patience(seconds):
+            first = simulate(load_scene(MODEL, settings), "lagrangian", measure=False)
+    except TimeoutError:
+        return {}
     if not first.outcome.completed:
         return {}
     exact, check = (

@@ -1,0 +1,1 @@
+"""Mechanisms drawn at random, as model files."""

@@ -1,0 +1,147 @@
+"""Random mechanisms of many kinds: none may crash, none may silently miss its tolerance.
+
+Usage:
+  .venv/bin/python scripts/random_mechanisms.py             150 mechanisms, on all cores
+  .venv/bin/python scripts/random_mechanisms.py --count 20 --seed 7
+  .venv/bin/python scripts/random_mechanisms.py --only 13   one of them, with its model file
+
+Draws linkages, chains, points in slots, falling bodies, cams, journals with play and flexible
+links, with drives, springs, walls and friction (see `drawing`). Each is run in minimal coordinates
+at 1e-6 m and held, in all named points and at all common instants, against a run at a thousandth of
+that. This one has other steps and events, and errors of its own: where it differs from a third, at
+a hundredth, by more than half the tolerance, there is nothing to judge by. The equations are the
+same: those are what the second engine and closed forms of `verify` are for. Off by more than the
+tolerance is told if a warning speaks of errors, of the tolerance or of energy; else it is silent.
+Mechanisms that take more processor time than `--patience` are left out. The exit code is 1 if one
+is silently wrong, or a run crashes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import yaml
+from benchmarks.side_by_side import add_numbers, judged, numbers_of, patience
+from drawing.mechanisms import FAMILIES, TOLERANCE, draw
+from random_strikes import OF_ACCURACY
+
+from exudyn_flexlink import load_scene
+from exudyn_flexlink.engines import NotRepresentableError, simulate
+from exudyn_flexlink.observables import common_times, separation
+from exudyn_flexlink.result import Result
+from exudyn_flexlink.source import SceneError
+
+JUDGE, CHECK = 1e-3, 1e-2  # of the tolerance
+UNSURE = 0.5  # of the tolerance: what the two runs to judge by may differ by
+
+RIGHT, TOLD, SILENT = "right", "over and told", "over SILENTLY"
+STOPPED, OPEN, REFUSED = "stopped and said why", "nothing to judge by", "refused"
+LATE, CRASHED = "not waited for", "CRASHED"
+KINDS = (RIGHT, TOLD, SILENT, STOPPED, OPEN, REFUSED, LATE, CRASHED)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a mechanism: by how many tolerances it is off, and what it says itself."""
+
+    family: str
+    kind: str
+    off: float = 0.0
+    told: str = ""
+
+
+def judge(text: str, family: str, seconds: float) -> Verdict:
+    """Run a model file, and compare it with itself at tighter tolerances."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "drawn.yaml"
+        path.write_text(text, encoding="utf-8")
+        try:
+            with patience(seconds), warnings.catch_warnings():
+                warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
+                return _verdict(path, family)
+        except TimeoutError:
+            return Verdict(family, LATE)
+        except (NotRepresentableError, SceneError) as error:
+            return Verdict(family, REFUSED, told=str(error).splitlines()[0])
+        except Exception as error:  # what a user would see as a traceback is looked for here
+            return Verdict(family, CRASHED, told=f"{type(error).__name__}: {error}")
+
+
+def _verdict(path: Path, family: str) -> Verdict:
+    found = simulate(load_scene(path), "exudyn")
+    exact = _tighter(path, JUDGE)
+    told = [line for line in found.warnings if any(word in line for word in OF_ACCURACY)]
+    said = told[0] if told else ""
+    off = _apart(exact, found)
+    if off <= 1:
+        return Verdict(family, RIGHT if found.outcome.completed else STOPPED, off, said)
+    if told:
+        return Verdict(family, TOLD, off, said)
+    sure = _apart(exact, _tighter(path, CHECK)) <= UNSURE
+    return Verdict(family, SILENT if sure else OPEN, off)
+
+
+def _tighter(path: Path, part: float) -> Result:
+    scene = load_scene(path, [f"accuracy.tolerance={part * TOLERANCE}"])
+    return simulate(scene, "exudyn", measure=False)
+
+
+def _apart(one: Result, other: Result) -> float:
+    """Largest distance of any named point, in tolerances, as long as both run."""
+    time = common_times(one, other)
+    return float(separation(one, other, time).max(initial=0.0)) / TOLERANCE
+
+
+def verdict_of(number: int, seed: int, seconds: float) -> Verdict:
+    """Draw a mechanism by its number, and judge it."""
+    family, text = drawn(number, seed)
+    return judge(text, family, seconds)
+
+
+def drawn(number: int, seed: int) -> tuple[str, str]:
+    """Draw a mechanism by its number; return its family and its model file."""
+    family, model = draw(np.random.default_rng([seed, number]))
+    return family, yaml.safe_dump(model, sort_keys=False)
+
+
+def table(found: list[Verdict]) -> Iterator[str]:
+    """Lines that count the verdicts of each family."""
+    yield f"| | {' | '.join(KINDS)} | largest of the right, tolerances |"
+    yield "|---" * (len(KINDS) + 2) + "|"
+    for family in FAMILIES:
+        own = [verdict for verdict in found if verdict.family == family]
+        counts = Counter(verdict.kind for verdict in own)
+        largest = max((verdict.off for verdict in own if verdict.kind == RIGHT), default=0.0)
+        numbers = " | ".join(str(counts[kind]) for kind in KINDS)
+        yield f"| {family} | {numbers} | {largest:.2g} |"
+
+
+def main() -> int:
+    """Print the verdicts that are not right, and a table of all."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    add_numbers(parser, 150)
+    parser.add_argument("--patience", type=float, default=60.0, help="s of processor time, each")
+    options = parser.parse_args()
+    if options.only is not None:
+        print(drawn(options.only, options.seed)[1])
+    found: list[Verdict] = []
+    by_number = partial(verdict_of, seed=options.seed, seconds=options.patience)
+    for number, one in judged(by_number, numbers_of(options), options.jobs):
+        found.append(one)
+        if one.kind != RIGHT or options.only is not None:
+            print(f"{number:4d} {one.family}, {one.kind}: {one.off:.2g}; {one.told}", flush=True)
+    print(*table(found), sep="\n")
+    return 1 if any(one.kind in {SILENT, CRASHED} for one in found) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
