@@ -1,7 +1,8 @@
-"""The place of a curve next to a point, in plain floats: for loops that ask step by step.
+"""The place of a curve next to a point, and how far along the curve it is, in plain floats.
 
-A search over the whole curve starts at the nearest sample; one on a single piece continues that
-piece beyond its ends, so that what follows a point along the piece stays smooth there.
+It is for loops that ask step by step. A search over the whole curve starts at the nearest sample;
+one on a single piece continues that piece beyond its ends, so that what follows a point along the
+piece stays smooth there.
 """
 
 from __future__ import annotations

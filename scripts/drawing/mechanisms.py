@@ -1,4 +1,4 @@
-"""Families of random mechanisms: linkages, chains, points in slots, free bodies, cams, bearings."""
+"""Families of random mechanisms: linkages, chains, points in slots, free bodies, cams, links."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from drawing.linkages import bearing, four_bar, on_ground, slider_crank
 from drawing.parts import (
     Drawn,
     Model,
@@ -42,54 +43,6 @@ def draw(rng: np.random.Generator) -> tuple[str, Model]:
     return family, {"title": family, **model}
 
 
-def _four_bar(rng: np.random.Generator) -> Drawn:
-    crank, coupler, rocker = (within(rng, 0.05, 0.4) for _ in range(3))
-    pen = (coupler / 2, within(rng, -0.2, 0.2))
-    model = {
-        "bodies": {
-            "crank": body(rng, {"a": (0, 0), "b": (crank, 0)}),
-            "coupler": body(rng, {"a": (0, 0), "b": (coupler, 0), "pen": pen}),
-            "rocker": body(rng, {"a": (0, 0), "b": (rocker, 0)}),
-        },
-        "joints": {
-            "hub": _on_ground("crank.a", 0.0),
-            "first": {"type": "revolute", "points": ["crank.b", "coupler.a"]},
-            "second": {"type": "revolute", "points": ["coupler.b", "rocker.b"]},
-            "foot": _on_ground("rocker.a", within(rng, 0.15, 0.4)),
-        },
-        "initial": {
-            "angles": {"crank": angle(rng)},
-            "guesses": {"coupler": within(rng, -1, 1), "rocker": within(rng, 0, 3)},
-        },
-    }
-    return Drawn(model, ["coupler.pen", "coupler.b", "crank.b"], "hub", loop=True)
-
-
-def _slider_crank(rng: np.random.Generator) -> Drawn:
-    crank = within(rng, 0.05, 0.15)
-    rod, aside = number(crank * rng.uniform(1.4, 4)), number(crank * rng.uniform(-0.3, 0.3))
-    model = {
-        "bodies": {
-            "crank": body(rng, {"a": (0, 0), "b": (crank, 0)}),
-            "rod": body(rng, {"a": (0, 0), "b": (rod, 0), "pen": (rod / 2, 0.05)}),
-            "slider": body(rng, {"pin": (0, 0), "corner": (0.05, 0.03)}),
-        },
-        "joints": {
-            "hub": _on_ground("crank.a", 0.0),
-            "first": {"type": "revolute", "points": ["crank.b", "rod.a"]},
-            "second": {"type": "revolute", "points": ["rod.b", "slider.pin"]},
-            "way": {
-                "type": "prismatic",
-                "points": ["ground", "slider.pin"],
-                "at": [0, aside],
-                "axis": [1, 0],
-            },
-        },
-        "initial": {"angles": {"crank": angle(rng)}, "guesses": {"rod": 0.0}},
-    }
-    return Drawn(model, ["slider.pin", "rod.pen", "crank.b"], "hub", loop=True)
-
-
 def _tree(rng: np.random.Generator) -> Drawn:
     """One to four bodies, on hinges or slides, some with springs."""
     angles: Model = {}
@@ -102,7 +55,7 @@ def _tree(rng: np.random.Generator) -> Drawn:
         ends = {"a": (0.0, 0.0), "b": (length, 0.0), "c": (length / 2, within(rng, -0.05, 0.05))}
         model["bodies"][name] = body(rng, ends)
         if k == 0:
-            model["joints"][joint] = _on_ground(f"{name}.a", 0.0)
+            model["joints"][joint] = on_ground(f"{name}.a", 0.0)
             angles[name], speeds[name] = angle(rng), number(rng.normal(0, 5))
             continue
         points = [f"bar_{rng.integers(k)}.{rng.choice(['b', 'c'])}", f"{name}.a"]
@@ -185,7 +138,7 @@ def _cam(rng: np.random.Generator) -> Drawn:
             "follower": body(rng, {"roller": (0, 0), "top": (0, 0.1)}),
         },
         "joints": {
-            "shaft": _on_ground("cam.hub", 0.0),
+            "shaft": on_ground("cam.hub", 0.0),
             "guide": {
                 "type": "prismatic",
                 "points": ["ground", "follower.roller"],
@@ -224,16 +177,6 @@ def _cam(rng: np.random.Generator) -> Drawn:
     return Drawn(model, [], complete=True)
 
 
-def _bearing(rng: np.random.Generator) -> Drawn:
-    """A slider-crank with play between rod and slider."""
-    drawn = _slider_crank(rng)
-    joint = {"clearance": spread(rng, 5e-5, 1e-3), "law": law(rng, rigid=False)}
-    if "friction" in joint["law"]:
-        joint["radius"] = 0.01
-    drawn.model["joints"]["second"] |= joint
-    return drawn
-
-
 def _flexible(rng: np.random.Generator) -> Drawn:
     """A flexible link on a crank, welded or hinged to it."""
     link = {
@@ -253,7 +196,7 @@ def _flexible(rng: np.random.Generator) -> Drawn:
         "materials": {"steel": {"density": 7850, "youngs_modulus": "200 GPa"}},
         "bodies": {"crank": body(rng, {"a": (0, 0), "b": (0.1, 0)}), "link": link},
         "joints": {
-            "hub": _on_ground("crank.a", 0.0),
+            "hub": on_ground("crank.a", 0.0),
             "root": {**held, "points": ["crank.b", "link.start"]},
         },
         "initial": {"angles": angles},
@@ -261,14 +204,10 @@ def _flexible(rng: np.random.Generator) -> Drawn:
     return Drawn(model, ["link.end", "crank.b"], "hub")
 
 
-def _on_ground(point: str, x: float) -> Model:
-    return {"type": "revolute", "points": ["ground", point], "at": [x, 0.0]}
-
-
 FAMILIES: dict[str, Callable[[np.random.Generator], Drawn]] = {
-    "four-bar": _four_bar,
-    "slider-crank": _slider_crank,
-    "bearing": _bearing,
+    "four-bar": four_bar,
+    "slider-crank": slider_crank,
+    "bearing": bearing,
     "tree": _tree,
     "slot": _in_slot,
     "free bodies": _free,
