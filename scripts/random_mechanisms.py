@@ -30,7 +30,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import yaml
-from benchmarks.side_by_side import add_numbers, judged, numbers_of, patience
+from benchmarks.side_by_side import TooLongError, add_numbers, judged, numbers_of, patience
 from drawing.mechanisms import FAMILIES, TOLERANCE, draw
 from random_strikes import OF_ACCURACY
 
@@ -68,7 +68,7 @@ def judge(text: str, family: str, seconds: float) -> Verdict:
             with patience(seconds), warnings.catch_warnings():
                 warnings.simplefilter("error", RuntimeWarning)  # NumPy's may reach no user
                 return _verdict(path, family)
-        except TimeoutError:
+        except TooLongError:
             return Verdict(family, LATE)
         except (NotRepresentableError, SceneError) as error:
             return Verdict(family, REFUSED, told=str(error).splitlines()[0])

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.side_by_side import patience
+from benchmarks.side_by_side import TooLongError, patience
 
 from exudyn_flexlink.engines import measured, simulate
 from exudyn_flexlink.loading import load_scene
@@ -94,7 +94,7 @@ def judge(settings: list[str], seconds: float) -> dict[str, Row]:
     try:
         with patience(seconds):
             first = simulate(load_scene(MODEL, settings), "lagrangian", measure=False)
-    except TimeoutError:
+    except TooLongError:
         return {}
     if not first.outcome.completed:
         return {}

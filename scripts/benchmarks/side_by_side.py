@@ -28,17 +28,21 @@ def numbers_of(options: argparse.Namespace) -> Sequence[int]:
     return range(options.count) if options.only is None else [options.only]
 
 
+class TooLongError(BaseException):
+    """A run took longer than it was waited for; nothing in the program catches it by chance."""
+
+
 @contextmanager
 def patience(seconds: float) -> Iterator[None]:
     """Give up after some processor time.
 
     Raises:
-        TimeoutError: it is over.
+        TooLongError: it is over.
 
     """
 
     def give_up(*_: object) -> None:
-        raise TimeoutError
+        raise TooLongError
 
     before = signal.signal(signal.SIGPROF, give_up)
     signal.setitimer(signal.ITIMER_PROF, seconds)
