@@ -30,7 +30,8 @@ except ModuleNotFoundError:
     raise SystemExit(0 if helping else 2) from None
 
 from fuzzing.inputs import INPUTS, Input, kept
-from fuzzing.trying import TooLongError, limit_memory, loads, signature
+from fuzzing.limits import TooLongError, limit_memory
+from fuzzing.trying import loads, signature
 
 AT_ONCE = 400  # inputs between two looks at the clock
 

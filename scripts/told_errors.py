@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.side_by_side import TooLongError, patience
+from fuzzing.limits import TooLongError, limited
 
 from exudyn_flexlink.engines import measured, simulate
 from exudyn_flexlink.loading import load_scene
@@ -92,7 +92,7 @@ def draw(rng: np.random.Generator) -> list[str]:
 def judge(settings: list[str], seconds: float) -> dict[str, Row]:
     """Run a scene in both engines, and what judges them; nothing if the first takes too long."""
     try:
-        with patience(seconds):
+        with limited(seconds):
             first = simulate(load_scene(MODEL, settings), "lagrangian", measure=False)
     except TooLongError:
         return {}

@@ -2,7 +2,8 @@
 
 import pytest
 from fuzzing.inputs import INPUTS, Input, kept
-from fuzzing.trying import TooLongError, limited, loads, signature
+from fuzzing.limits import TooLongError, limited
+from fuzzing.trying import loads, signature
 from hypothesis import HealthCheck, Phase, given, settings
 
 from exudyn_flexlink.loading import load_scene

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import random_mechanisms
 from drawing.mechanisms import FAMILIES
-from random_mechanisms import LATE, OPEN, REFUSED, RIGHT, SILENT, TOLD, drawn, judge
+from random_mechanisms import LATE, OPEN, REFUSED, RIGHT, SILENT, STOPPED, TOLD, drawn, judge
 from results import rigid_link
 
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.result import Outcome
 
 SEED = 1
 
@@ -55,6 +56,19 @@ def test_what_a_run_is_off_by_decides(off, judge_off, warning, kind, monkeypatch
         moved = off if tolerance == 1e-6 else judge_off if tolerance == 1e-8 else 0.0
         shifted = exact.poses + np.array([moved, 0.0, 0.0])
         return replace(exact, poses=shifted, warnings=(warning,) if moved == off else ())
+
+    monkeypatch.setattr(random_mechanisms, "simulate", fake)
+    assert judge(first_of("tree"), "tree", seconds=60).kind == kind
+
+
+@pytest.mark.parametrize(("stops", "kind"), [(1e-6, STOPPED), (1e-9, OPEN)])
+def test_runs_are_right_only_where_both_go_to_the_end(stops, kind, monkeypatch):
+    whole = rigid_link(samples=201)
+    stopped = replace(whole, outcome=Outcome(False, 0.0, "no convergence"), time=whole.time[:1])
+    stopped = replace(stopped, poses=whole.poses[:1], rates=whole.rates[:1])
+
+    def fake(scene, _engine, **_):
+        return stopped if scene.accuracy.tolerance == stops else whole
 
     monkeypatch.setattr(random_mechanisms, "simulate", fake)
     assert judge(first_of("tree"), "tree", seconds=60).kind == kind

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from os import cpu_count
 from typing import TypeVar
 
@@ -26,31 +24,6 @@ def add_numbers(parser: argparse.ArgumentParser, count: int) -> None:
 def numbers_of(options: argparse.Namespace) -> Sequence[int]:
     """Numbers of the scenes that the options ask for."""
     return range(options.count) if options.only is None else [options.only]
-
-
-class TooLongError(BaseException):
-    """A run took longer than it was waited for; nothing in the program catches it by chance."""
-
-
-@contextmanager
-def patience(seconds: float) -> Iterator[None]:
-    """Give up after some processor time.
-
-    Raises:
-        TooLongError: it is over.
-
-    """
-
-    def give_up(*_: object) -> None:
-        raise TooLongError
-
-    before = signal.signal(signal.SIGPROF, give_up)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
 
 
 def judged(

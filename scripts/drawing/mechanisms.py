@@ -78,12 +78,11 @@ def _tree(rng: np.random.Generator) -> Drawn:
 
 def _in_slot(rng: np.random.Generator) -> Drawn:
     """A point of a double pendulum runs along a closed curve."""
-    curve, start = closed_spline(rng), [0.0, 0.0]
+    curve = closed_spline(rng)
+    start = curve["points"][0]
     if rng.random() < 0.4:
         axes = [within(rng, 0.08, 0.2), within(rng, 0.05, 0.2)]
         curve, start = {"type": "ellipse", "centre": [0, 0], "semi_axes": axes}, [axes[0], 0.0]
-    else:
-        start = curve["points"][0]
     ends = {"a": (0.0, 0.0), "b": (0.1, 0.0)}
     bars = ("bar_0", "bar_1")
     model = {

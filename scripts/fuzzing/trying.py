@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import resource
-import signal
 import traceback
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 
 from exudyn_flexlink.loading import assemble_scene, load_scene
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.source import SceneError
 from fuzzing.inputs import Input
+from fuzzing.limits import TooLongError, limited
 
 LONGEST = 20.0  # s of processor time that an input may take
-MEMORY = 4 * 2**30  # bytes
-
-
-class TooLongError(BaseException):
-    """An input takes too long; no Exception, which the loader might catch."""
 
 
 def loads(given: Input, folder: Path) -> bool:
@@ -30,7 +21,7 @@ def loads(given: Input, folder: Path) -> bool:
     Raises whatever the loader lets out that is no SceneError: warnings, too.
     """
     path = given.write(folder)
-    with warnings.catch_warnings(), limited():
+    with warnings.catch_warnings(), limited(LONGEST):
         warnings.simplefilter("error")
         try:
             scene = load_scene(path, given.settings)
@@ -39,27 +30,6 @@ def loads(given: Input, folder: Path) -> bool:
             str(error)  # it can be shown
             return False
     return True
-
-
-@contextmanager
-def limited(longest: float = LONGEST) -> Iterator[None]:
-    """Raise TooLongError in what takes too much processor time."""
-
-    def stop(_: int, __: FrameType | None) -> None:
-        raise TooLongError(f"more than {longest:g} s of processor time")
-
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, longest)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
-
-
-def limit_memory() -> None:
-    """Let this process have so much memory: an input that takes more is a MemoryError."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.RLIM_INFINITY))
 
 
 def signature(error: BaseException) -> str:

@@ -40,7 +40,7 @@ from exudyn_flexlink.engines.lagrangian.signatures import (
     step_signatures,
 )
 
-PATIENCE = 120.0  # s: for the last unit of the others; alone the longest takes 10 s on one core
+PATIENCE = 120.0  # s: for the last unit of the others; alone the longest takes 15 s on one core
 MOST = 4  # processes: more do not help, as 'advance' takes a third of the time of all
 HELPER = """
 import json, sys
