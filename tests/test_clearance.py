@@ -83,7 +83,7 @@ def test_the_lagrangian_at_1e_6_m_through_all_touches():
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_s_at_some_instants(engine):
-    """Numbers of ../shared/physics.md section 6, known to 1e-8 m."""
+    """Numbers of an independent integration, known to 1e-8 m."""
     result = along(engine, "clearance_n5_beam")
     at = np.searchsorted(result.time, np.array([0.02, 0.05, 0.1]) - 1e-9)
     x = path(result, "link.end").position[at, 0]

@@ -386,7 +386,7 @@ accuracy: {{tolerance: 1.0e-4}}
 @pytest.mark.parametrize("layout", ["equal", "half_ends"])
 @pytest.mark.parametrize(("rods", "errors"), [(4, (33.1, 1.45)), (8, (14.2, 0.36))])
 def test_cantilever_rings_with_its_first_frequency(layout, rods, errors):
-    """Released in weight, about its sagged rest; Euler-Bernoulli with the error of physics.md."""
+    """Released in weight, about its sagged rest; Euler-Bernoulli, within a chain's error."""
     text = f"""
 {STEEL}
 bodies:

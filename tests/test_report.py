@@ -90,7 +90,7 @@ def test_check_compares_the_link_with_a_beam(capsys: Capture) -> None:
     area, inertia = 10e-3 * 0.5e-3, 10e-3 * 0.5e-3**3 / 12
     clamped = 3.516015 * sqrt(200e9 * inertia / (7850 * area)) / LENGTH**2 / (2 * pi)
     assert float(first[3]) == pytest.approx(clamped, abs=0.01)
-    assert float(first[5]) == pytest.approx(0.09, abs=0.005)  # % off, with 16 rods: physics.md
+    assert float(first[5]) == pytest.approx(0.09, abs=0.005)  # % off, with 16 rods
 
 
 def test_check_tells_the_frequency_of_the_lever(capsys: Capture) -> None:
