@@ -61,8 +61,13 @@ def effects(variant: Variant) -> list[Effect]:
         Effect(
             WALLS,
             {"absent": without_sleeve(far), "dormant": far, "present": loose},
+            WITHOUT * variant.stretch,
         ),
-        Effect("friction of the walls", {"absent": far, "dormant": rough}),
+        Effect(
+            "friction of the walls",
+            {"absent": far, "dormant": rough},
+            WITHOUT * variant.stretch,
+        ),
         Effect(
             "damping of the hinges",
             {"absent": idealise(smooth, ["damping"]), "present": smooth},

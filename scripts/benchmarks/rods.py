@@ -26,17 +26,18 @@ def measure(
     rods: Sequence[int] = RODS, repeat: int = 3, step_wanted: int = STEPS_WANTED
 ) -> dict[str, dict[int, Stepped]]:
     """Cost of a step by variant and number of rods."""
-    cases, durations = {}, {}
     for variant in VARIANTS:
         warm_up(variant)  # else compiling counts as a long run
-        for n in rods:
-            scene = scene_with(variant, n)
-            name = f"{variant.name} {n}"
-            cases[name] = variant.engine, scene
-            durations[name] = _duration(variant.engine, scene, step_wanted)
     # At large n preparing costs as much as the run: one sample of the difference is only noise.
-    found = cost_per_step(cases, durations, max(repeat, 2))
-    return {v.name: {n: found[f"{v.name} {n}"] for n in rods} for v in VARIANTS}
+    repeat = max(repeat, 2)
+    return {v.name: {n: _one(v, n, repeat, step_wanted) for n in rods} for v in VARIANTS}
+
+
+def _one(variant: Variant, rods: int, repeat: int, step_wanted: int) -> Stepped:
+    """Cost of a step of a variant with a number of rods."""
+    scene = scene_with(variant, rods)
+    lasts = _duration(variant.engine, scene, step_wanted)
+    return cost_per_step({"run": (variant.engine, scene)}, {"run": lasts}, repeat)["run"]
 
 
 def _duration(engine: str, scene: Scene, wanted: int) -> float:
