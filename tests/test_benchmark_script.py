@@ -48,6 +48,11 @@ def test_the_cheapest_run_counts_that_is_good_enough():
     assert measuring.loosest(points, 1e-4) == points[2]
 
 
+def test_the_fewest_steps_are_cheapest_whatever_one_time_says():
+    points = [Measured(1, 1e-5, 3.0, 100), Measured(2, 1e-6, 2.0, 200)]
+    assert measuring.loosest(points, 1e-4) == points[0]
+
+
 def test_interleaved_runs_take_turns_and_long_ones_are_not_repeated():
     order = []
     runs = {name: lambda name=name: order.append(name) for name in "abc"}

@@ -79,9 +79,12 @@ def ladder(
 
 
 def loosest(points: Sequence[Measured], error: float) -> Measured | None:
-    """The cheapest run whose error is at most `error`; None if there is none."""
+    """The cheapest run whose error is at most `error`; None if there is none.
+
+    That is the one of the fewest steps: the time of a single run is noise.
+    """
     good = [point for point in points if point.error <= error]
-    return min(good, key=lambda point: point.cost) if good else None
+    return min(good, key=lambda point: (point.steps, point.cost)) if good else None
 
 
 def climb(run: Run, rungs: Iterable[float], error: float, budget: float) -> list[Measured]:
