@@ -31,7 +31,7 @@ class Term(Protocol):
         """Between which bounds (n,) it stays where t (s) and what is sensed do so."""
 
 
-class Course(Protocol):
+class Inputs(Protocol):
     """What a term takes over a stretch, by the part of it, 0 to 1."""
 
     def time(self, part: FloatArray) -> FloatArray:
@@ -45,13 +45,13 @@ class Course(Protocol):
 
 
 class Stretch(NamedTuple):
-    """A course of time alone, between two values (s) of a formula's t."""
+    """Inputs of time alone, between two values (s) of a formula's t."""
 
     begin: float
     end: float
 
     def time(self, part: FloatArray) -> FloatArray:
-        """As `Course.time`."""
+        """As `Inputs.time`."""
         return self.begin + (self.end - self.begin) * part
 
     def state(self, part: FloatArray) -> list[FloatArray]:  # noqa: ARG002
@@ -59,13 +59,13 @@ class Stretch(NamedTuple):
         return []
 
     def bounds(self, begin: FloatArray, width: float) -> tuple[Bounds, list[Bounds]]:
-        """As `Course.bounds`."""
+        """As `Inputs.bounds`."""
         return Bounds(self.time(begin), self.time(begin + width)), []
 
 
 def strays(
     term: Term,
-    course: Course,
+    inputs: Inputs,
     polynomial: Callable[[FloatArray], FloatArray],
     enough: Callable[[float], float],
 ) -> float | None:
@@ -78,10 +78,10 @@ def strays(
     for _ in range(HALVINGS):
         middle, least = begin + width / 2, enough(width)
         expected = np.array([polynomial(part) for part in (begin, middle, begin + width)])
-        off = np.abs(term.values(course.time(middle), course.state(middle)) - expected[1])
+        off = np.abs(term.values(inputs.time(middle), inputs.state(middle)) - expected[1])
         if (off > least).any():
             return float(middle[off > least].min())
-        low, high = term.ranges(*course.bounds(begin, width))
+        low, high = term.ranges(*inputs.bounds(begin, width))
         beyond = np.maximum(high - expected.max(0), expected.min(0) - low)
         left = np.flatnonzero(beyond > least)
         if not len(left):

@@ -3,7 +3,7 @@
 Exudyn evaluates the tree's mass matrix, its inertial forces, springs, dampers and weight; here
 those coordinates that motors, slots and loops tie to others are eliminated: with
 ``x'' = T z'' + b`` the independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``, and what is
-left over in the other rows are the forces of motors, slots and loops.
+left over in the other rows are the constraint forces, those of motors, slots and loops.
 """
 
 from __future__ import annotations
@@ -284,8 +284,10 @@ class MinimalModel:
         """Accelerations of all coordinates (n, links), by the independent ones (n, independent)."""
         return state.b + state.transform.expanded(free)
 
-    def left_over(self, instants: Sequence[TreeForces], accelerations: FloatArray) -> FloatArray:
-        """Forces (n, links) that motors, slots and loops add where all coordinates move so.
+    def constraint_forces(
+        self, instants: Sequence[TreeForces], accelerations: FloatArray
+    ) -> FloatArray:
+        """Those of motors, slots and loops (n, links), where all coordinates accelerate so.
 
         The instants (n,) are several of each `TreeForces`, in a row.
         """

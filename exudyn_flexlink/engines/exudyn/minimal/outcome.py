@@ -62,9 +62,9 @@ class RunReader:
         )
         self.places = np.array([s.places for s in samples]).reshape(len(samples), -1)
         self.pressed = np.array([s.pressed for s in samples])
-        self.a, self.left, self.totals = (
+        self.a, self.constraint_forces, self.totals = (
             np.concatenate(rows)
-            for rows in (recorder.accelerations, recorder.left, recorder.totals)
+            for rows in (recorder.accelerations, recorder.constraint_forces, recorder.totals)
         )
         model = self.model
         self.moved: Motions = motions(model.layout, model.kinematics, self.x, self.v, self.a)
@@ -84,7 +84,7 @@ class RunReader:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(model, self.x, self.places, self.left)
+        self.reactions = reactions_of(model, self.x, self.places, self.constraint_forces)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)

@@ -31,7 +31,7 @@ AT_STAGES = np.array([0.0, *C])
 THROUGH = np.linalg.inv(ON_WAY[:, None] ** POWERS)  # coefficients of the polynomial through these
 
 
-class _Course(NamedTuple):
+class _Inputs(NamedTuple):
     """What a formula takes within a step: its t (s), and coefficients of what is sensed."""
 
     begin: float
@@ -76,8 +76,8 @@ class Overlooked:
         """
         earliest = 1.0
         for addends, clock, reach in self._drives:
-            course = _Course(step.t, step.h, self._model.window, clock, np.zeros((0, DEGREE + 1)))
-            earliest = min(earliest, self._earliest(addends, course, [], allowed / reach))
+            inputs = _Inputs(step.t, step.h, self._model.window, clock, np.zeros((0, DEGREE + 1)))
+            earliest = min(earliest, self._earliest(addends, inputs, [], allowed / reach))
         if not self._model.loads.by_formula or not len(step.start.q):
             return earliest
         try:
@@ -93,9 +93,9 @@ class Overlooked:
             if at.sensed:
                 coefficients[:] = np.array(on_way.sensed) @ THROUGH.T
             window, clock = self._model.window, at.formula.clock
-            course = _Course(step.t, step.h, window, clock, coefficients)
+            inputs = _Inputs(step.t, step.h, window, clock, coefficients)
             found = self._earliest(
-                at.formula.expression.addends, course, at.sensed, allowed / moved
+                at.formula.expression.addends, inputs, at.sensed, allowed / moved
             )
             earliest = min(earliest, found)
         return earliest
@@ -122,28 +122,28 @@ class Overlooked:
     def _earliest(
         self,
         addends: Sequence[Addend],
-        course: _Course,
+        inputs: _Inputs,
         sensed: Sequence[FloatArray],
         allowed: float,
     ) -> float:
         """As `part`, of terms that sense so at the start and the stages."""
-        found = [self._of_one(addend, course, sensed, allowed) for addend in addends]
+        found = [self._of_one(addend, inputs, sensed, allowed) for addend in addends]
         return min(found, default=1.0)
 
     def _of_one(
-        self, addend: Addend, course: _Course, sensed: Sequence[FloatArray], allowed: float
+        self, addend: Addend, inputs: _Inputs, sensed: Sequence[FloatArray], allowed: float
     ) -> float:
-        known = addend.values(course.time(AT_STAGES), sensed)
+        known = addend.values(inputs.time(AT_STAGES), sensed)
         largest = max(self._largest.get(addend, 0.0), float(np.abs(known).max()))
         self._largest[addend] = largest
         coefficients, powers = NODES @ known, np.arange(STAGES + 1)
         found = strays(
             addend,
-            course,
+            inputs,
             lambda part: (part[:, None] ** powers) @ coefficients,
             lambda width: max(self._little * largest, allowed / width),
         )
-        return 1.0 if found is None or found * course.h <= self._shortest else found
+        return 1.0 if found is None or found * inputs.h <= self._shortest else found
 
 
 def _driven(model: MinimalModel) -> Iterator[tuple[list[Addend], float, float]]:

@@ -27,27 +27,27 @@ class Reactions:
 
 
 def reactions_of(
-    model: MinimalModel, x: FloatArray, places: FloatArray, left: FloatArray
+    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray
 ) -> Reactions:
     """Reactions at instants (n,) with coordinates x (n, links) and slots' places (n, slots).
 
-    `left` (n, links) are the forces that motors, slots and loops add to the coordinates. Where
-    joints are redundant their forces are the least of those that are possible.
+    `forces` (n, links) are the constraint forces of motors, slots and loops. Where joints are
+    redundant their forces are the least of those that are possible.
     """
     if isinstance(model.coordinates, ClosedCoordinates):
-        return _of_closures(model, model.coordinates, x, places, left)
+        return _of_closures(model, model.coordinates, x, places, forces)
     found = Reactions()
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
-        force = _guided(guided, x, places[:, number[guided.slot.name]], left)
+        force = _guided(guided, x, places[:, number[guided.slot.name]], forces)
         found.forces[guided.slot.name] = force
         found.on_parts.append((guided.slot.anchor.part, force))
     for ride in model.layout.rides:
-        force = left[:, ride.along]
+        force = forces[:, ride.along]
         found.forces[ride.slot.name] = force
         found.on_parts.append((ride.slot.anchor.part, force))
     for link, (motor, sign) in model.layout.motors.items():
-        torque = left[:, link].copy()
+        torque = forces[:, link].copy()
         for guided in model.layout.slots:
             if guided.turning == link:
                 torque -= _moment(model, guided, x, found.forces[guided.slot.name])
@@ -55,12 +55,14 @@ def reactions_of(
     return found
 
 
-def _guided(guided: GuidedSlot, x: FloatArray, places: FloatArray, left: FloatArray) -> FloatArray:
+def _guided(
+    guided: GuidedSlot, x: FloatArray, places: FloatArray, forces: FloatArray
+) -> FloatArray:
     """Force of a slot on its point: along the curve's normal, and what holds the slide."""
     normal = guided.slot.curve.normal(places)
     angle = x[:, guided.turning]
     along = normal[:, 0] * np.cos(angle) + normal[:, 1] * np.sin(angle)
-    return np.asarray((left[:, guided.sliding] / along)[:, None] * normal)
+    return np.asarray((forces[:, guided.sliding] / along)[:, None] * normal)
 
 
 def _moment(
@@ -77,15 +79,16 @@ def _of_closures(
     coordinates: ClosedCoordinates,
     x: FloatArray,
     places: FloatArray,
-    left: FloatArray,
+    forces: FloatArray,
 ) -> Reactions:
     closures, motors = coordinates.closures, model.layout.motors
     at = closures.where_on(x, _track(coordinates, places))
-    multipliers, rest = _multipliers(closures.jacobian(at), sorted(motors), left)
+    multipliers, rest = _multipliers(closures.jacobian(at), sorted(motors), forces)
     found = Reactions()
-    forces = closures.forces(at, multipliers)
+    in_joints = closures.forces(at, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
-    for joint, (first, second), own in zip(closures.joints, closures.parts, forces.T, strict=False):
+    rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
+    for joint, (first, second), own in rows:
         force = found.forces[joint.name] = np.stack([own.real, own.imag], axis=-1)
         found.on_parts += [(second, force), (first, -force)]
     for row, motor in closures.motors:
@@ -107,18 +110,18 @@ def _track(coordinates: ClosedCoordinates, places: FloatArray) -> Track | None:
 
 
 def _multipliers(
-    jacobian: FloatArray, known: list[int], left: FloatArray
+    jacobian: FloatArray, known: list[int], forces: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Multipliers (n, rows) of forces `left` (n, links), and what is left of those for motors.
+    """Multipliers (n, rows) of `forces` (n, links), and what is left of those for motors.
 
     Where joints are redundant, those multipliers that are least. The coordinates `known` are those
     of motors of the tree.
     """
-    turned, links = jacobian.transpose(0, 2, 1), left.shape[1]
-    forces = np.zeros(turned.shape[:2])
-    forces[:, :links] = left
+    turned, links = jacobian.transpose(0, 2, 1), forces.shape[1]
+    whole = np.zeros(turned.shape[:2])
+    whole[:, :links] = forces
     unknown = np.setdiff1d(np.arange(turned.shape[1]), known)
     inverse = np.linalg.pinv(turned[:, unknown], rcond=RANK)
-    multipliers = (inverse @ forces[:, unknown, None])[:, :, 0]
-    rest = forces - (turned @ multipliers[:, :, None])[:, :, 0]
+    multipliers = (inverse @ whole[:, unknown, None])[:, :, 0]
+    rest = whole - (turned @ multipliers[:, :, None])[:, :, 0]
     return np.asarray(multipliers), np.asarray(rest[:, :links])

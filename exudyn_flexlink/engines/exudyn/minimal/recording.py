@@ -48,8 +48,8 @@ class Sample(NamedTuple):
 class Recorder:
     """Takes every step; keeps samples at `grid` (s, increasing) and where it is asked to.
 
-    For each sample `accelerations` and `left` are those of all coordinates and the forces that
-    motors and slots add to them; `totals` the energies dissipated in dampers and supplied by drives
+    For each sample `accelerations` are those of all coordinates, `constraint_forces` those of
+    motors, slots and loops; `totals` are the energies dissipated in dampers and supplied by drives
     (J), then the impulse of each contact (N s), then the work done on each (J), since time 0.
     `entries` are the contacts' beginnings and ends, `at_notes` the totals then, `impacts` what is
     without duration, by the number of the contact.
@@ -65,7 +65,7 @@ class Recorder:
         self._shaken = shaken(model.layout)
         self.samples: list[Sample] = []
         self.accelerations: list[FloatArray] = []  # (samples, links) of each block
-        self.left: list[FloatArray] = []
+        self.constraint_forces: list[FloatArray] = []
         self.totals: list[FloatArray] = []
         self.entries: list[Entry] = []
         self.at_notes: list[FloatArray] = []
@@ -204,8 +204,8 @@ class Recorder:
         stages: list[TreeForces] = [step.stages.kept for step in steps]
         free = np.concatenate([step.accelerations for step in steps])
         state = joined([whole.state for whole in stages])
-        left = self.model.left_over(stages, self.model.whole_accelerations(state, free))
-        rates = self._rates_of(stages, state, left).reshape(len(steps), STAGES, -1)
+        forces = self.model.constraint_forces(stages, self.model.whole_accelerations(state, free))
+        rates = self._rates_of(stages, state, forces).reshape(len(steps), STAGES, -1)
         lengths = np.array([step.h for step in steps])
         gained = lengths[:, None] * (WEIGHTS @ rates)
         nothing = 0 * self._reached
@@ -228,21 +228,21 @@ class Recorder:
         self._between, self._notes, self._leaps = [], [], []
 
     def _work_off_samples(self) -> None:
-        """Accelerations of all coordinates at the new samples, and forces that are left over."""
+        """Accelerations of all coordinates at the new samples, and constraint forces."""
         if not self._kept:
             return
-        _, accelerations, left = self._solved(self._kept)
+        _, accelerations, forces = self._solved(self._kept)
         self.accelerations.append(accelerations)
-        self.left.append(left)
+        self.constraint_forces.append(forces)
         self._kept = []
 
     def _solved(self, found: Sequence[Evaluation]) -> tuple[TreeState, FloatArray, FloatArray]:
-        """Coordinates, accelerations of all, and forces that are left over, all (n, ...)."""
+        """Coordinates, accelerations of all, and constraint forces, all (n, ...)."""
         instants: list[TreeForces] = [at.kept for at in found]
         free = np.concatenate([at.accelerations for at in found])
         state = joined([whole.state for whole in instants])
         accelerations = self.model.whole_accelerations(state, free)
-        return state, accelerations, self.model.left_over(instants, accelerations)
+        return state, accelerations, self.model.constraint_forces(instants, accelerations)
 
     def _rates_at_starts(self, steps: IndexArray) -> FloatArray:
         """Rates of the totals (n, ...) as these steps of the block begin."""
@@ -250,8 +250,8 @@ class Recorder:
         begins = [self._steps[k].begin.pick(None) for k in which.tolist()]
         if not begins:
             return np.zeros((0, len(self._reached)))
-        state, _, left = self._solved(begins)
-        return self._rates_of([at.kept for at in begins], state, left)[back]
+        state, _, forces = self._solved(begins)
+        return self._rates_of([at.kept for at in begins], state, forces)[back]
 
     def _seek(self, state: TreeState, lengths: FloatArray, pressed: BoolArray) -> None:
         """Look for extremes within the block's steps, with the coordinates at their stages."""
@@ -263,9 +263,9 @@ class Recorder:
         self.seeker.take(times, lengths, (found.poses, found.rates), pressed)
 
     def _rates_of(
-        self, stages: Sequence[TreeForces], state: TreeState, left: FloatArray
+        self, stages: Sequence[TreeForces], state: TreeState, forces: FloatArray
     ) -> FloatArray:
-        """Rates of the totals (n, ...) at coordinates (n, ...), with the forces `left` (n, links).
+        """Rates of the totals (n, ...) at coordinates (n, ...), with constraint forces (n, links).
 
         The instants (n,) are those of all stages in a row.
         """
@@ -273,7 +273,7 @@ class Recorder:
         v = state.v
         rates = np.zeros((len(v), 2 + 2 * count))
         rates[:, 0] = self.model.all_springs.lost(state.x, v)
-        rates[:, 1] = np.sum(left * v, axis=1)
+        rates[:, 1] = np.sum(forces * v, axis=1)
         rates[:, 1] += np.concatenate([whole.supply for whole in stages])
         forces, powers = rates[:, 2 : 2 + count], rates[:, 2 + count :]
         pushes = np.concatenate([whole.pushes for whole in stages])
