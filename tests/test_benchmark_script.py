@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 from itertools import islice
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchmarks import measuring, mujoco_chain, numpy_lagrangian, peer_mujoco, strike
+from benchmarks import measuring, mujoco_chain, numpy_lagrangian, peer_mujoco, stepping, strike
 from benchmarks.measuring import Measured
 from benchmarks.naive_exudyn import simulate_by_hand
 
@@ -142,3 +143,27 @@ def test_mujoco_has_the_same_chain():
     error, _ = peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 100)
     assert error < 1e-7
     assert peer_mujoco.by_mujoco(mujoco_chain.integrators()["RK4"], 3e-3, 5)[0] == np.inf
+
+
+def test_the_quickest_run_decides_on_the_rounds_of_all(monkeypatch):
+    made, scene = [], load_scene("smooth")
+    costs = {"quick": (0.25, 0.05), "slow": (4.0, 0.5)}  # s, of long and short runs
+
+    def fake(run, engine, **_):
+        made.append((engine, run.run.duration))
+        checks = SimpleNamespace(steps=round(100 * run.run.duration))
+        return SimpleNamespace(outcome=SimpleNamespace(completed=True), checks=checks)
+
+    def timed(run):
+        result = run()
+        engine, duration = made[-1]
+        return result, costs[engine][0 if duration == 1.0 else 1]
+
+    monkeypatch.setattr(stepping, "simulate", fake)
+    monkeypatch.setattr(stepping, "timed", timed)
+    cases = {name: (name, scene) for name in costs}
+    found = stepping.cost_per_step(cases, dict.fromkeys(cases, 1.0), repeat=3)
+    rounds = int(stepping.ENOUGH / 0.25) + 1
+    assert made == [("quick", 1.0), ("quick", 0.1), ("slow", 1.0), ("slow", 0.1)] * rounds
+    assert found["quick"].cost == pytest.approx(0.2 / 90)
+    assert found["slow"].cost == pytest.approx(3.5 / 90)

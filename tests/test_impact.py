@@ -202,7 +202,7 @@ def test_bouncing_ends_in_lasting_contact_that_leaves_the_face():
 
 
 def test_impulse_is_near_the_penalty():
-    """The lever's peak of the penalty law, 2e4 N/m, is -0.35792 rad, independently."""
+    """An independent integration of the penalty law, 2e4 N/m, has the peak at -0.35792 rad."""
     least = lever_response(struck(0.5), "strike").least[0]
     assert least == pytest.approx(-0.3622, abs=5e-4)
 

@@ -56,27 +56,20 @@ def effects(variant: Variant) -> list[Effect]:
                 "dormant": out_of_reach,
                 "present": strike,
             },
-            WITH_STRIKE * variant.stretch,
+            WITH_STRIKE,
         ),
         Effect(
             WALLS,
             {"absent": without_sleeve(far), "dormant": far, "present": loose},
-            WITHOUT * variant.stretch,
         ),
-        Effect(
-            "friction of the walls",
-            {"absent": far, "dormant": rough},
-            WITHOUT * variant.stretch,
-        ),
+        Effect("friction of the walls", {"absent": far, "dormant": rough}),
         Effect(
             "damping of the hinges",
             {"absent": idealise(smooth, ["damping"]), "present": smooth},
-            WITHOUT * variant.stretch,
         ),
         Effect(
             "weight",
             {"absent": smooth, "present": smooth.changed(gravity=(0.0, -9.81))},
-            WITHOUT * variant.stretch,
         ),
     ]
 
@@ -142,10 +135,10 @@ def measure(variant: Variant, brief: bool, repeat: int) -> dict[str, dict[str, S
     warm_up(variant)
     found = {}
     for effect in effects(variant):
+        lasts = effect.duration * variant.stretch * (QUICKER if brief else 1)
         cases = {state: (variant.engine, scene) for state, scene in effect.scenes.items()}
         try:
-            durations = dict.fromkeys(cases, effect.duration * (QUICKER if brief else 1))
-            found[effect.name] = cost_per_step(cases, durations, repeat)
+            found[effect.name] = cost_per_step(cases, dict.fromkeys(cases, lasts), repeat)
         except NotRepresentableError:
             continue
     return found

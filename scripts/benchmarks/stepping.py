@@ -58,16 +58,13 @@ def cost_per_step(
             runs[f"{name}/{which}"] = partial(simulate, short, engine, measure=False)
     best: dict[str, float] = {}
     steps: dict[str, int] = {}
-    spent = dict.fromkeys(cases, 0.0)
     for made in count():
-        if made >= repeat and min(spent.values()) > ENOUGH:
+        if made >= repeat and made * min(best[f"{name}/long"] for name in cases) > ENOUGH:
             break
         for name, run in runs.items():
             result, cost = timed(run)
             best[name] = min(best.get(name, cost), cost)
             steps[name] = completed(result).checks.steps
-        for name in cases:
-            spent[name] += best[f"{name}/long"]
     return {
         name: Stepped(
             (best[f"{name}/long"] - best[f"{name}/short"])
