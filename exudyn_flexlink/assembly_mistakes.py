@@ -7,6 +7,7 @@ from math import degrees
 
 from exudyn_flexlink.expressions import Expression, NoValueError
 from exudyn_flexlink.mechanism import (
+    TOUCHING,
     Assembly,
     CannotAssembleError,
     CannotMoveError,
@@ -26,7 +27,6 @@ from exudyn_flexlink.scene import LinearSpring, Scene
 from exudyn_flexlink.source import Mistake
 
 CLOSED = 1e-9  # m or rad: less is not worth a word
-TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
 
 _OPEN = {

@@ -26,6 +26,7 @@ from exudyn_flexlink.mechanism.kinematics import (
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 
+TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 
 

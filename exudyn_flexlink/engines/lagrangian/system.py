@@ -8,6 +8,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for
+from exudyn_flexlink.engines.lagrangian.compiled import hearing_interrupts, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.contacts import Contact
 from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
@@ -25,7 +26,7 @@ from exudyn_flexlink.engines.lagrangian.touching import Walls
 from exudyn_flexlink.engines.lagrangian.track import Track
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.mechanism import GROUND, TurnGoal, approach
+from exudyn_flexlink.mechanism import GROUND, TOUCHING, TurnGoal, approach
 from exudyn_flexlink.result import Event
 
 LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
@@ -46,7 +47,7 @@ class System:
         self.track = Track(curve, float(state.places[0]), state.laps[0], centre)
         self.contacts = [Contact(face, self.events) for face in model.layout.faces]
         for contact in self.contacts:
-            if approach(contact.face, state.q, state.v).gap < 0:
+            if approach(contact.face, state.q, state.v).gap < -TOUCHING:
                 contact.side = Side.BEHIND
         self.acting = np.zeros(len(self.contacts), dtype=np.int64)
         count = len(model.constants.inertias)
@@ -95,6 +96,12 @@ class System:
     def stop(self, reason: str, advice: str) -> None:
         """End the run after the step that is under way, for a reason."""
         self.stop_reason, self.stop_advice = reason, advice
+
+    def compile(self) -> None:
+        """Have everything compiled that an explicit method's steps and samples are made by."""
+        with seldom_collecting(), hearing_interrupts():
+            self.rate(0.0, self.start)
+            self.motion(0.0, self.start)
 
     # --- equations ----------------------------------------------------------------------------
 

@@ -38,9 +38,10 @@ from exudyn_flexlink.engines.exudyn.minimal.recording import Recorder
 from exudyn_flexlink.engines.exudyn.minimal.scattering import Scattering
 from exudyn_flexlink.engines.exudyn.minimal.shapes import OnCurve
 from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
-from exudyn_flexlink.integrate.events import NOTHING, Event
+from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.mechanism import TOUCHING
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
 FARTHEST_OFF = 1e-3  # of its penetration: where a contact's end may be met
@@ -72,7 +73,7 @@ class MinimalProblem:
     def __post_init__(self) -> None:
         x, v = self.model.start
         for contact in self.model.contacts:
-            if contact.touch(x, v).gap < -NOTHING:
+            if contact.touch(x, v).gap < -TOUCHING:
                 contact.side = Side.BEHIND
         self._lasting = LastingErrors(self.model, self.end)
         self._overlooked = Overlooked(self.model, self.end)

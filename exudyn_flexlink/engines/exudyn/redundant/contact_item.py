@@ -22,6 +22,7 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import (
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.mechanism import (
+    TOUCHING,
     Channel,
     CircleContact,
     FaceContact,
@@ -69,7 +70,7 @@ class ContactItem:
         self._touch: Touch | None = None
         state = system.assembly.state
         start = self.geometry.touch(state.q.ravel().tolist(), state.v.ravel().tolist())
-        self.behind = not self.walled and start.gap < 0
+        self.behind = not self.walled and start.gap < -TOUCHING
         self.pressed = False
         self.jumped = False  # its force, at the last step
         self.entry: Entry | None = None  # of what began or ended in the last step
