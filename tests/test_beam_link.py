@@ -28,6 +28,7 @@ LENGTH, WIDTH, THICKNESS = 0.07, 0.01, 0.5e-3
 PER_METRE = 7850 * WIDTH * THICKNESS
 BENDING = 2e11 * WIDTH * THICKNESS**3 / 12
 BEAM = "solver.formulation=beam"
+STATION = "bodies.link.points={middle: 31 mm}"
 
 LINK = """{type: flexible, length: 0.07, material: steel, section: {width: 10 mm,
            thickness: 0.5 mm}, rods: 10, hinges: {stiffness: beam, damping: 0}}"""
@@ -154,6 +155,17 @@ def test_rods_shown_are_chords_of_the_beam(smooth):
     np.testing.assert_allclose(slope, smooth.rates[1:-1][:, rods], atol=0.03)
     assert smooth.checks.constraint_error < 1e-10
     assert smooth.checks.energy_residual < 1e-6 * smooth.checks.largest_kinetic_energy
+
+
+def test_extremes_of_a_station_are_those_of_its_samples():
+    """They were those of a rod that stands still."""
+    settings = [BEAM, STATION, "outputs.watch=link.middle", "run={duration: 0.3, sample: 0.5 ms}"]
+    result = simulate(load_scene(MODELS / "smooth.yaml", settings))
+    x = where(result, "link.middle")[:, 0]
+    seen = result.extremes["link.middle.x_m"]
+    assert seen.least[0] == pytest.approx(x.min(), abs=1e-5)
+    assert seen.greatest[0] == pytest.approx(x.max(), abs=1e-5)
+    assert np.ptp(x) > 0.05
 
 
 def test_start_runs_on_a_spline_as_that_of_rods_does():
@@ -363,6 +375,22 @@ def test_a_fixed_step_works_too():
                 "joints.sleeve.law={stiffness: 1.0e5, restitution: 0.5}",
             ],
             ("joints", "sleeve", "supported"),
+        ),
+        (
+            [STATION, "drives.wind={type: force, point: link.middle, value: [0, 1]}"],
+            ("drives", "wind", "point"),
+        ),
+        (
+            ["drives.wind={type: force, point: link.end, axes: link, value: [0, 1]}"],
+            ("drives", "wind", "axes"),
+        ),
+        (
+            [
+                STATION,
+                "drives.wind={type: force, point: link.end, "
+                "value: [0, '1 N/m*place(link.middle, y)']}",
+            ],
+            ("drives", "wind", "value"),
         ),
     ],
 )

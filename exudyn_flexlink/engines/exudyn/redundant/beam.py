@@ -14,7 +14,15 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.beam_shape import CubicBeam, Elastic
-from exudyn_flexlink.mechanism import GROUND, Anchor, FaceContact, Mechanism, State, beam_of
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Anchor,
+    FaceContact,
+    Mechanism,
+    Placed,
+    State,
+    beam_of,
+)
 from exudyn_flexlink.scene import FlexibleBody, Scene, SleeveJoint
 
 ELEMENTS = 2  # where the scene does not say
@@ -92,6 +100,7 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
     ends = Anchor(rods[0], 0.0, 0.0), Anchor(rods[-1], mechanism.parts[rods[-1]].reach, 0.0)
     _refuse_contacts(mechanism, rods, ends)
     _refuse_springs(mechanism, rods, ends)
+    _refuse_drives(mechanism, rods, ends)
     slides = [slide for slide in mechanism.slides if slide.second.part == rods[0]]
     if len(slides) != 1:
         raise NotRepresentableError(
@@ -162,6 +171,29 @@ def _refuse_springs(
                 raise NotRepresentableError(
                     ("springs", spring.name), "a beam is held by springs at its ends alone"
                 )
+
+
+def _refuse_drives(
+    mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
+) -> None:
+    sizes = [(motor.name, motor.size) for motor in mechanism.torque_motors]
+    for force in mechanism.forces:
+        if force.point.part in rods and force.point not in ends:
+            raise NotRepresentableError(
+                ("drives", force.name, "point"), "a beam is pushed at its ends alone"
+            )
+        if force.axes in rods:
+            raise NotRepresentableError(
+                ("drives", force.name, "axes"), "a beam bends: it has no axes of its own"
+            )
+        sizes += [(force.name, size) for size in force.sizes]
+    for name, size in sizes:
+        points = [sense.point for sense in size.senses if isinstance(sense, Placed)]
+        if any(point.part in rods and point not in ends for point in points):
+            raise NotRepresentableError(
+                ("drives", name, "value"),
+                "a drive feels where a beam's ends are, no other points of it",
+            )
 
 
 def _refuse_contacts(

@@ -168,7 +168,7 @@ class Recorder:
         time, q, v = self._time[:n], self._q[:n], self._v[:n]
         poses, rates = self.coordinates.at_joints(q, v)
         self._balance(n)
-        self._seek(time, (poses, rates))
+        self._seek(time, self.coordinates.shown(q, v))
         forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
         impulses = self._impulse + _running_integral(time, forces)
         work = self._work + _running_integral(time, power)
