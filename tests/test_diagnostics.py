@@ -17,7 +17,8 @@ from exudyn_flexlink.engines.diagnostics.contacts import thin_overlaps
 from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
 from exudyn_flexlink.engines.diagnostics.retries import retried
 from exudyn_flexlink.intervals import Interval
-from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism import least_tolerance
 from exudyn_flexlink.result import (
     INTERRUPTED,
     EnergyHistory,
@@ -98,16 +99,23 @@ def test_a_run_is_made_again_more_accurately_and_says_so(
 
 
 def test_what_more_accurate_runs_do_not_mend_is_told(run: Result) -> None:
-    count = []
+    asked = []
 
     def again(scene: Scene) -> Result:
-        count.append(scene)
-        return off_by(run, 0.05)
+        asked.append(scene.accuracy.tolerance)
+        return replace(off_by(run, 0.05), settings={"tolerance": scene.accuracy.tolerance})
 
-    kept, _ = retried(off_by(run, 0.05), again, 2)
-    assert len(count) == 2
+    kept, _ = retried(replace(off_by(run, 0.05), settings={"tolerance": 1e-5}), again, 2)
+    assert asked == pytest.approx([1e-6, 1e-7])
     assert kept.outcome.completed
     assert "tighten the tolerance and compare" in diagnosed(kept).warnings[-1]
+
+
+def test_a_run_at_the_least_tolerance_is_not_made_again(run: Result) -> None:
+    settings = {"tolerance": least_tolerance(assemble_scene(run.scene))}
+    given = run.scene.changed(accuracy=settings)
+    kept, _ = retried(replace(off_by(run, 0.05), scene=given, settings=settings), never, 2)
+    assert "made again" not in "".join(kept.warnings)
 
 
 def test_what_is_grossly_wrong_is_refused_with_time_reason_and_advice(run: Result) -> None:

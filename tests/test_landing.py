@@ -37,3 +37,18 @@ def test_no_step_to_an_event_is_longer_than_the_one_it_was_found_in(monkeypatch)
     assert max(made) == 1.0
     assert (stepper.time, stepper.steps) == (0.0, 0)
     assert stepper.h == pytest.approx(FOUND.time / 3)  # it is met from nearer
+
+
+def test_a_step_that_the_user_gave_is_as_long_again_after_an_event(monkeypatch):
+    """It is shorter where an event is met from nearer, and was so for the rest of the run."""
+    control = ErrorControl(1e-6, fixed=1.0)
+    problem = Problem()
+    problem.repartition_due = lambda: False
+    problem.longest = lambda _: 1e9
+    stepper = ImplicitStepper(SimpleNamespace(), problem, control, Lasting(0, 0), 20.0)
+    monkeypatch.setattr(stepper, "at", None, raising=False)
+    monkeypatch.setattr(stepper, "_step", lambda h: SimpleNamespace(t=0.0, h=h, end=h))
+    assert stepper.advance(20.0) is None  # it can't be met in a step of 1 s
+    assert stepper.h == pytest.approx(FOUND.time / 3)
+    assert stepper._attempt(20.0).h == pytest.approx(FOUND.time / 3)
+    assert stepper.h == 1.0

@@ -62,10 +62,9 @@ class Growth:
             v = np.zeros(1)
         self._next = t + self._between
         try:
-            by_place, by_speed = _derivatives((q, v), shifts, accelerations)
+            spectrum = _spectrum(*_derivatives((q, v), shifts, accelerations))
         except (ValueError, ArithmeticError):  # beyond what the joints, or a force, allow
             return
-        spectrum = _spectrum(by_place, by_speed)
         self._spectra.append(spectrum)
         fastest = float(spectrum.real.max())
         self._rate = fastest if fastest > ROUNDED * float(np.abs(spectrum).max()) else 0.0

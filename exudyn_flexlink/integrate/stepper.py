@@ -21,7 +21,7 @@ from exudyn_flexlink.integrate.knots import Followed, KnotControl
 from exudyn_flexlink.integrate.problem import Equations, Evaluation, NoConvergenceError, State
 from exudyn_flexlink.integrate.radau import Lasting, Radau, Step
 
-LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.8, 1.25)  # of a step on a singular place, each of the last
+LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)  # of a step on a singular place, each of the last
 ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps that try to end right at an event
 CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
@@ -171,6 +171,7 @@ class ImplicitStepper:
             h = self._fitted(h, stop - self.time)
             step = self._step(h)
             if step is not None and self.control.fixed is not None:
+                self.h = self.control.fixed  # it was shorter if an event had to be met from nearer
                 return step
             if lengths and self._on_singularity(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.

@@ -21,11 +21,15 @@ def retried(result: Result, solve: Callable[[Scene], Result], retries: int) -> t
     was made again: the one before is then returned.
     """
     scene, told = result.scene, list[str]()
+    asked = scene
     for _ in range(retries):
         wrong = doubts(result)
         if not wrong or not result.outcome.completed:
             break
-        finer = solve(retuned(scene, result, TIGHTER))
+        before, asked = asked, retuned(scene, result, TIGHTER)
+        if asked == before:  # no tolerance is less
+            break
+        finer = solve(asked)
         if not finer.outcome.completed:
             return _told(result, told), finer.outcome.reason == INTERRUPTED
         told.append(_made_again(result, finer, wrong[0]))

@@ -14,6 +14,7 @@ are left out, and only checked.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
 MOST_ITERATIONS = 12
-NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, also near a dead centre
+NEAR = 1e-9  # of the mechanism's size: Newton's method is quadratic, but right at a dead centre
 OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
 CLOSE = 1e-9  # of a step: instants so little before or after it are within
 ROUNDING = 1e-14  # of the mechanism's size: to which lengths are summed up
@@ -257,10 +258,10 @@ class ClosedCoordinates:
         split = self._split
         lengths = self._scale(self._y)[split.dependent]
         size = np.inf
-        for _ in range(MOST_ITERATIONS):
+        for rounds in count():
             at = self.closures.where(y)
             residual = self.closures.residual(t, at)
-            if size <= NEAR * self._size:
+            if size <= NEAR * self._size or rounds == MOST_ITERATIONS:
                 break
             square = self.closures.jacobian(at)[:, split.rows][:, :, split.dependent]
             try:
