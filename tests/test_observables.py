@@ -24,6 +24,7 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import Event, Extremes
+from exudyn_flexlink.scene import SpeedDrive
 
 NONE = Extremes(np.zeros(0), np.zeros(0))
 
@@ -86,6 +87,12 @@ def test_a_pendulum_stays_in_lap_one():
     swing = results.pendulum()
     assert set(laps(swing)) == {1}
     assert not turns(swing)
+
+
+def test_a_crank_that_is_held_does_not_go_round():
+    swing = results.pendulum()
+    held = {"hold": SpeedDrive(type="speed", joint="pin", value=0.0)}
+    assert not turns(replace(swing, scene=swing.scene.changed(drives=held)))
 
 
 # --- points

@@ -1,15 +1,19 @@
 """The largest Lyapunov exponent: of flows in closed form, of Lorenz, of mechanisms."""
 
+from dataclasses import replace
 from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
+import results
 from published_exponents import GAMMA, LORENZ, OMEGA, UEDA_SCENE, E, G, ball_scene
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_physics_tools import STEEL, scene
 
 from exudyn_flexlink import engines
+from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.result import ContactHistory
 from exudyn_flexlink.stability import (
     Asked,
     Neighbours,
@@ -237,6 +241,15 @@ def test_neighbours_start_where_nothing_presses():
     assert np.diff(begins).min() < 1e-6  # at last it chatters
     for time in restarts(run, 0.05, 0.2):
         assert np.abs(begins - time).min() >= EDGE * 0.05
+
+
+def test_what_always_presses_leaves_no_instant_to_restart_at():
+    result = results.pendulum()
+    none = np.zeros(len(result.time))
+    stop = ContactHistory(none, none, none, Intervals.of([Interval(0.0)]))
+    result = replace(result, contacts={"stop": stop})
+    with pytest.raises(TooShortError, match="never free of contact"):
+        restarts(result, 0.1)
 
 
 def test_a_distance_counts_angles_by_their_reach():

@@ -89,7 +89,10 @@ def turns(result: Result) -> bool:
         return False
     drives = result.scene.drives.values()
     if name == result.scene.run.of or any(
-        isinstance(drive, SpeedDrive) and drive.joint == name and isinstance(drive.value, float)
+        isinstance(drive, SpeedDrive)
+        and drive.joint == name
+        and isinstance(drive.value, float)
+        and drive.value != 0.0
         for drive in drives
     ):
         return True

@@ -108,6 +108,8 @@ def _room(result: Result, enough: float) -> FloatArray:
     """Time (s) from each sample (N,) to the nearest touch, at most `enough`; 0 within a touch."""
     spans = free_spans(result)
     spans[spans == 0.0], spans[spans == result.time[-1]] = -np.inf, np.inf  # no touches
+    if not len(spans):
+        return np.zeros(len(result.time))
     k = np.searchsorted(spans[:, 0], result.time, side="right") - 1
     inside = np.minimum(result.time - spans[k, 0], spans[k, 1] - result.time)
     return np.where(k >= 0, np.clip(inside, 0.0, enough), 0.0)
