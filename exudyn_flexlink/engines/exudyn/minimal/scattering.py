@@ -44,10 +44,12 @@ class Scattering:
         self._begin_lap(0.0)
 
     def _begin_lap(self, time: float) -> None:
-        n = len(self._model.coordinates.independent()[0])
+        links = self._model.start[0].size
         self._laps, self._time = len(laps_begun(self._model.events)), time
         self._e_folds = 0.0  # of errors of places, since the lap began
-        self._speeds = np.zeros((n, n))  # 1/s, present errors of speeds over those of places
+        # 1/s, present errors of speeds over those of places, of all coordinates of the tree: which
+        # of them are the independent ones may change.
+        self._speeds = np.zeros((links, links))
 
     def e_folds(self, time: float) -> float:
         """By how many factors e strikes may have enlarged errors in any lap up to a time (s)."""
@@ -83,14 +85,16 @@ class Scattering:
             at = self._model.evaluate(time, *self._model.coordinates.independent())
             squares, modes = eigh(self._model.springs(at)[0], at.mass)
             lasts = 1 / np.sqrt(np.maximum(squares, flight**-2))
-            grown = lasts[:, None] * (modes.T @ at.mass @ self._speeds @ modes)
+            moved = at.kept.state.transform.matrix
+            speeds = np.linalg.pinv(moved) @ self._speeds @ moved
+            grown = lasts[:, None] * (modes.T @ at.mass @ speeds @ modes)
             growth = 1 + float(np.linalg.norm(grown, 2))
             self._e_folds += log(growth)
             self._speeds = self._speeds / growth
         self._worst = max(self._worst, self._e_folds)
 
     def _scattered(self, time: float, impulses: Sequence[tuple[int, float]]) -> FloatArray:
-        """Derivatives (n, n), 1/s, of the speeds after impulses, by places along the gaps."""
+        """Derivatives (links, links), 1/s, of speeds after impulses, by places along the gaps."""
         model, (q, v) = self._model, self._model.coordinates.independent()
         n, places = len(q), shifts(model)
         sides = np.concatenate([q[None], q + np.diag(places), q - np.diag(places)])
@@ -104,4 +108,5 @@ class Scattering:
             turned = ((arms[1 : n + 1] - arms[n + 1 :]) / (2 * places[:, None])).T
             across = np.outer(arms[0], gaps[0]) / max(float(gaps[0] @ arms[0]), TINY)
             found += impulse * (turned - turned @ across)
-        return found
+        moved = states.transform[0].matrix
+        return np.asarray(moved @ found @ np.linalg.pinv(moved))
