@@ -16,10 +16,14 @@ from cli_runs import BARE, MODELS, ROOT
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.lagrangian import (
+    absent,
     compiled,
     compiled_stepper,
+    instability,
+    knots,
     model,
     parallel_compiling,
+    run,
     system,
 )
 from exudyn_flexlink.engines.lagrangian.compiled import seldom_collecting
@@ -186,7 +190,7 @@ def test_what_is_not_yet_taken_over_is_still_to_be_compiled(tmp_path, monkeypatc
     """Parts of another process at work, or of one that was killed, are no code to begin with."""
     pytest.importorskip("numba")
     monkeypatch.setattr(compiled, "FOLDER", tmp_path)
-    index = "dense.never_called-1.py311.nbi"
+    index = "test_compiling.never_called-1.py311.nbi"
 
     def never_called():
         """Is in no memory."""
@@ -197,6 +201,33 @@ def test_what_is_not_yet_taken_over_is_still_to_be_compiled(tmp_path, monkeypatc
         assert compiled.compilation(never_called) == expected
 
 
+def test_an_explicit_run_compiles_in_a_phase_of_its_own(monkeypatch):
+    asked = list[str]()
+
+    def compilation(*functions):
+        asked.extend(function.__name__ for function in functions)
+        return "once"
+
+    monkeypatch.setattr(run, "compilation", compilation)
+    scene = load_scene(NO_CLEARANCE, [BRIEF, "solver.integrator=dop853"])
+    assert run.compiles(scene) == "once"
+    assert {"motions_at", "accelerations"} < set(asked)
+    assert "advance" not in asked
+    assert simulate(scene, "lagrangian", measure=False).timings["compile"] >= 0.0
+
+
+def test_a_namesake_in_another_file_is_not_yet_the_function(tmp_path, monkeypatch):
+    """What a mechanism without knots has in their place was taken for them."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    (tmp_path / "room").mkdir()
+    for name, function in (("absent", absent.before_step), ("knots", knots.before_step)):
+        monkeypatch.setattr(compiled, "_BY_ADDRESS", set())
+        assert compiled.compilation(function) == "once"
+        (tmp_path / "room" / f"{name}.before_step-1.py311.nbi").touch()
+        assert compiled.compilation(function) == "none"
+
+
 def test_fields_of_a_record_have_the_same_types_in_every_scene(monkeypatch):
     """What was compiled for one scene takes those of the others without a look at their types."""
     numba = pytest.importorskip("numba")
@@ -205,6 +236,7 @@ def test_fields_of_a_record_have_the_same_types_in_every_scene(monkeypatch):
         model: ["constants_made"],
         system: ["mode_made"],
         compiled_stepper: ["method_made", "work_made", "means_made"],
+        instability: ["motions_at"],
     }
 
     def recorded(name, made):
@@ -217,9 +249,15 @@ def test_fields_of_a_record_have_the_same_types_in_every_scene(monkeypatch):
     for module, names in records.items():
         for name in names:
             monkeypatch.setattr(module, name, recorded(name, getattr(module, name)))
-    for scene in ("no_clearance", "clearance_friction", "spline_track", "hard/torque_reversal"):
+    for scene in (
+        "no_clearance",
+        "clearance_friction",
+        "spline_track",
+        "hard/torque_reversal",
+        "rigid",
+    ):
         simulate(load_scene(MODELS / f"{scene}.yaml", [BRIEF]), "lagrangian", measure=False)
-    assert len(types) == 5
+    assert len(types) == 6
     for found in types.values():
         assert len(found) >= 4
         assert len(set(found)) == 1

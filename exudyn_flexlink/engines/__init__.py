@@ -24,8 +24,8 @@ Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
 
 ENGINES = {
-    "exudyn": "exudyn_flexlink.engines.exudyn",
-    "lagrangian": "exudyn_flexlink.engines.lagrangian",
+    "exudyn": "exudyn_flexlink.engines.exudyn.run",
+    "lagrangian": "exudyn_flexlink.engines.lagrangian.run",
 }
 
 

@@ -50,7 +50,7 @@ def processes(repeat: int) -> list[tuple[str, float]]:
         NOTHING: ("-c", "pass"),
         "import exudyn_flexlink": ("-c", "import exudyn_flexlink"),
         "import, with load_scene": ("-c", "from exudyn_flexlink import load_scene"),
-        "import, with the Exudyn engine": ("-c", "import exudyn_flexlink.engines.exudyn"),
+        "import, with the Exudyn engine": ("-c", "import exudyn_flexlink.engines.exudyn.run"),
         CHECK: ("-m", "exudyn_flexlink", "check", str(MODEL)),
     }
     best = dict.fromkeys(commands, float("inf"))

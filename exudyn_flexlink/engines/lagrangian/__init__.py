@@ -2,5 +2,3 @@
 
 An implicit method of order 9 keeps the scene's tolerance; for the rest there is SciPy's DOP853.
 """
-
-from exudyn_flexlink.engines.lagrangian.run import compiles, run

@@ -75,4 +75,4 @@ def steps_with(walled: bool, knots: bool) -> list[Callable[..., Any]]:
     """Python's functions that steps of a mechanism call."""
     before, after = (before_step, after_step) if knots else (absent.before_step, absent.after_step)
     change = change_within if walled else absent.change_within
-    return [factor, iterate, rate_at, slopes, force_jumps, before, after, change, uneventful]
+    return [change, factor, iterate, rate_at, slopes, force_jumps, before, after, uneventful]

@@ -9,6 +9,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.compiled import (
+    borrowed,
     by_reference,
     compiled,
     for_python,
@@ -63,7 +64,8 @@ class Means(NamedTuple):
     control: Control
     work: Work
     memory: FloatArray  # (8,) what the next call goes on with, see `step_control`
-    # Functions that are called by address, see `addresses`: of the method, then of the mechanism.
+    # Functions that are called by address, see `addresses`: what takes long to compile comes first.
+    change_within: Callable[..., Any]  # touches of link and guide
     factor: Callable[..., Any]
     iterate: Callable[..., Any]
     rate_at: Callable[..., Any]
@@ -71,12 +73,18 @@ class Means(NamedTuple):
     force_jumps: Callable[..., Any]
     before_step: Callable[..., Any]  # knots
     after_step: Callable[..., Any]
-    change_within: Callable[..., Any]  # touches of link and guide
     uneventful: Callable[..., Any]
 
 
 MeansByReference, means_of = by_reference(Means, "MeansByReference", __name__)
-means_made = for_python(means_of)
+
+
+@compiled
+def _means_given(fields: tuple[Any, ...]) -> Means:
+    return means_of(*borrowed(fields))
+
+
+means_made = for_python(_means_given)
 
 
 @inlined

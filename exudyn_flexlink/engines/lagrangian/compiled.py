@@ -79,7 +79,14 @@ def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable
     if numba is None:
         return record, record
     structref: Any = import_module("numba.experimental.structref")
-    kind = structref.register(type(name, (numba.types.StructRef,), {"__module__": module}))
+
+    def named_briefly(self: Any, fields: Any) -> None:
+        """Names of functions hold those of all types, and types within them at full length."""
+        numba.types.StructRef.__init__(self, fields)
+        self.name = f"{name}_{sha256(self.name.encode()).hexdigest()[:16]}"
+
+    members = {"__module__": module, "__init__": named_briefly}
+    kind = structref.register(type(name, (numba.types.StructRef,), members))
 
     def made(*fields: Any) -> R:
         return record(*fields)
@@ -89,23 +96,19 @@ def by_reference(record: type[R], name: str, module: str) -> tuple[Any, Callable
     return kind, made
 
 
-def for_python(made: F) -> F:
-    """Let Python make what `by_reference` makes; its arrays are `borrowed`.
+def for_python(given: Callable[..., V]) -> Callable[..., V]:
+    """Let Python call what makes a record of a tuple of its fields, as `by_reference` makes them.
 
     Handed over as one address it takes a microsecond, and as a tuple a tenth of a millisecond.
     """
 
-    @compiled
-    def given(fields: tuple[Any, ...]) -> Any:
-        return made(*borrowed(fields))
-
-    def called(*fields: Any) -> Any:
+    def called(*fields: Any) -> V:
         # The types are those of every such record: to ask for those of functions takes 0.3 ms.
         for code in getattr(given, "overloads", {}).values():
-            return code.entry_point(fields)
+            return cast(V, code.entry_point(fields))
         return given(fields)
 
-    return cast(F, called)
+    return called
 
 
 def _itself(value: V) -> V:
@@ -232,8 +235,12 @@ def compilation(*functions: Callable[..., Any]) -> Compilation:
     if FOLDER is None:
         return "every run"
     # One folder for each of the sources; deeper ones are parts that another process has made.
-    kept = (any(FOLDER.glob(f"*/*.{function.__name__}-*.nbi")) for function in functions)
-    return "none" if all(kept) else "once"
+    return "none" if all(any(FOLDER.glob(f"*/{_index_of(each)}")) for each in functions) else "once"
+
+
+def _index_of(function: Callable[..., Any]) -> str:
+    """Pattern of the file in which numba keeps a function's index: other files have namesakes."""
+    return f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbi"
 
 
 def _in_memory(function: Any) -> bool:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.compiled import by_reference, for_python
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    borrowed,
+    by_reference,
+    compiled,
+    for_python,
+)
 
 
 class Constants(NamedTuple):
@@ -34,4 +39,11 @@ class Constants(NamedTuple):
 
 
 ConstantsByReference, constants_of = by_reference(Constants, "ConstantsByReference", __name__)
-constants_made = for_python(constants_of)
+
+
+@compiled
+def _constants_given(fields: tuple[Any, ...]) -> Constants:
+    return constants_of(*borrowed(fields))
+
+
+constants_made = for_python(_constants_given)

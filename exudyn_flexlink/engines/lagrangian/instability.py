@@ -55,7 +55,9 @@ class Instability:
 
         def accelerations(q: FloatArray, v: FloatArray) -> FloatArray:
             count = len(q)
-            states = np.hstack([q, v, np.broadcast_to(y[2 * free :], (count, len(y) - 2 * free))])
+            others = np.broadcast_to(y[2 * free :], (count, len(y) - 2 * free))
+            # Of one coordinate `hstack` makes columns: machine code would be compiled anew for it.
+            states = np.ascontiguousarray(np.hstack([q, v, others]))
             instants, near_p = np.full(count, t), np.full(count, near)
             found = motions_at(instants, states, near_p, mode, True)
             return np.asarray(found.a[:, first:])

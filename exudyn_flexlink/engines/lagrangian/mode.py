@@ -43,7 +43,14 @@ class Mode(NamedTuple):
 
 
 ModeByReference, mode_of = by_reference(Mode, "ModeByReference", __name__)
-mode_made = for_python(mode_of)
+
+
+@compiled
+def _mode_given(fields: tuple[Any, ...]) -> Mode:
+    return mode_of(*borrowed(fields))
+
+
+mode_made = for_python(_mode_given)
 
 
 class Instant(NamedTuple):

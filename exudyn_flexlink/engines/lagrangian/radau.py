@@ -20,7 +20,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IntArray
-from exudyn_flexlink.engines.lagrangian.compiled import by_reference, for_python, inlined, inner
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    borrowed,
+    by_reference,
+    compiled,
+    for_python,
+    inlined,
+    inner,
+)
 from exudyn_flexlink.engines.lagrangian.dense import decompose, solve
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, length_of
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode
@@ -50,7 +57,19 @@ class Work(NamedTuple):
 
 WorkByReference, work_of = by_reference(Work, "WorkByReference", __name__)
 MethodByReference, method_of = by_reference(Method, "MethodByReference", __name__)
-work_made, method_made = for_python(work_of), for_python(method_of)
+
+
+@compiled
+def _work_given(fields: tuple[Any, ...]) -> Work:
+    return work_of(*borrowed(fields))
+
+
+@compiled
+def _method_given(fields: tuple[Any, ...]) -> Method:
+    return method_of(*borrowed(fields))
+
+
+work_made, method_made = for_python(_work_given), for_python(_method_given)
 
 
 class Aim(NamedTuple):

@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.addresses import own_functions
+from exudyn_flexlink.engines.lagrangian.addresses import equations_with, own_functions
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation, one_at_a_time
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
@@ -27,6 +27,7 @@ from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
+from exudyn_flexlink.engines.lagrangian.sampling import motions_at
 from exudyn_flexlink.engines.lagrangian.step_control import Control
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.track import DeadCentreError
@@ -64,11 +65,11 @@ def run(scene: Scene, progress: Callable[[float], None] | None = None) -> Result
     began = perf_counter()
     prepared = prepare(scene, progress)
     timings = {"prepare": perf_counter() - began}
-    own = own_functions(prepared.model.mechanism)
-    if isinstance(prepared.stepper, CompiledStepper) and compilation(advance, *own) != "none":
+    by_explicit = isinstance(prepared.stepper, ExplicitStepper)
+    if _compilation(prepared.model.mechanism, by_explicit) != "none":
         began = perf_counter()
         with one_at_a_time():
-            prepared.stepper.compile()
+            _compile(prepared)
         timings["compile"] = perf_counter() - began
     began = perf_counter()
     complaint = solve(prepared)
@@ -108,7 +109,7 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
 
 
 def compiles(scene: Scene) -> Compilation:
-    """Tell whether a run will begin by compiling the implicit method.
+    """Tell whether a run will begin by compiling equations and their method.
 
     That takes up to half a minute. If so, whether the code is then kept for later runs.
 
@@ -117,9 +118,20 @@ def compiles(scene: Scene) -> Compilation:
 
     """
     mechanism = assemble_scene(scene).mechanism
-    if explicit(scene, mechanism):
-        return "none"
+    return _compilation(mechanism, explicit(scene, mechanism))
+
+
+def _compilation(mechanism: Mechanism, by_explicit: bool) -> Compilation:
+    if by_explicit:
+        return compilation(motions_at, *equations_with(bool(mechanism.channels)))
     return compilation(advance, *own_functions(mechanism))
+
+
+def _compile(prepared: Prepared) -> None:
+    if isinstance(prepared.stepper, CompiledStepper):
+        prepared.stepper.compile()
+    else:
+        prepared.system.compile()
 
 
 def not_smooth(mechanism: Mechanism) -> bool:

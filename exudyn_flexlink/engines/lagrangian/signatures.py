@@ -78,6 +78,7 @@ def step_signatures() -> tuple[Any, ...]:
     )
     squares = _types().UniTuple(square, 2)
     return (
+        changed(whole, _record(Step, instant, number, square, square), mode),
         _types().none(number, square, square, method, work),
         _tuple(whole, whole, number)(
             instant,
@@ -93,7 +94,6 @@ def step_signatures() -> tuple[Any, ...]:
         ),
         number(instant, *at_knots),
         number(_types().UniTuple(instant, 2), *at_knots),
-        changed(whole, _record(Step, instant, number, square, square), mode),
         _types().boolean(instant, instant, squares, mode, _event_data()),
     )
 
