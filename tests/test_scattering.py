@@ -13,6 +13,8 @@ from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.diagnostics.amplification import LARGE_GROWTH
+from exudyn_flexlink.engines.exudyn.minimal.closed import ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.scattering import Scattering
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.observables import path
 from exudyn_flexlink.result import Event, Result, laps_begun
@@ -147,3 +149,63 @@ def test_a_point_that_swings_over_the_seam_makes_no_lap_each_time():
     assert laps_begun(swings) == [0.0, 1.0]
     assert laps_begun([*swings, *rounds]) == [0.0, 1.0, 10.0, 11.0, 12.0]
     assert laps_begun([swings[0], Event(0.5, "lap", "other", {"lap": -1.0})]) == [0.0, 0.5]
+
+
+FIVE_BARS = """title: a chain of four links, held at both ends, falls on a peg
+bodies:
+  a: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0], points: {s: [0, 0], e: [1, 0]}}
+  b: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0],
+      points: {s: [0, 0], m: [0.5, 0.4], e: [1.2, 0]}}
+  c: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.3, 0],
+      points: {s: [0, 0], e: [0.6, 0]}}
+  d: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0],
+      points: {s: [0, 0], e: [0.9, 0]}}
+joints:
+  ab: {type: revolute, points: [a.e, b.s]}
+  bc: {type: revolute, points: [b.e, c.s]}
+  cd: {type: revolute, points: [c.e, d.e]}
+  left: {type: revolute, points: [ground, a.s], at: [0, 0]}
+  right: {type: revolute, points: [ground, d.s], at: [1.1, 0]}
+contacts:
+  hit:
+    type: circle_on_circle
+    circles: [{at: b.m, radius: 0.02}, {at: ground, place: [0.5, 0.8], radius: 0.2}]
+    law: {type: impulse, restitution: 0.7}
+gravity: 9.81
+initial: {angles: {a: 1.9, b: 0.3}}
+run: {duration: 0.9}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+def test_it_does_not_matter_which_coordinates_of_a_loop_are_the_independent_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """After an impact they are chosen anew: what was of the old ones was taken for the new ones."""
+    scene, chosen = scene_of(parse_document(FIVE_BARS, "bars.yaml")), ClosedCoordinates._chosen
+    splits: list[tuple[int, ...]] = []
+    told, e_folds = [], Scattering.e_folds
+
+    def of_strikes(self: Scattering, time: float) -> float:
+        told.append(e_folds(self, time))
+        return told[-1]
+
+    monkeypatch.setattr(Scattering, "e_folds", of_strikes)
+
+    def noted(self: ClosedCoordinates) -> object:
+        split = chosen(self)
+        splits.append(tuple(split.free))
+        return split
+
+    monkeypatch.setattr(ClosedCoordinates, "_chosen", noted)
+    anew = simulate(scene, "exudyn", measure=False)
+    assert len(anew.contacts["hit"].touches) == 1
+    assert len(set(splits)) > 1
+
+    def held(self: ClosedCoordinates) -> object:
+        return getattr(self, "_split", None) or chosen(self)
+
+    monkeypatch.setattr(ClosedCoordinates, "_chosen", held)
+    simulate(scene, "exudyn", measure=False)
+    assert told[0] == pytest.approx(told[1], rel=1e-6)
+    assert told[0] > 3
