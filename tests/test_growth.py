@@ -105,7 +105,7 @@ def calls_of(work: Callable[[], object]) -> int:
 def test_work_grows_with_the_number_of_rods(name: str) -> None:
     work = WORK[name]
     work(20)  # whatever is imported or cached
-    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (100, 200, 300))
+    few, many, more = (calls_of(lambda rods=rods: work(rods)) for rods in (50, 100, 150))
     assert more - many < 1.2 * (many - few)
 
 
