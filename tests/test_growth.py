@@ -214,7 +214,7 @@ def test_elastic_bounces_without_end_stop_with_the_contact() -> None:
 
 def bounced(restitution: float, speeds: Iterable[float]) -> str:
     bounces = Bounces("strike", restitution)
-    told = [bounces.endless(0.001 * i, speed, 1e-6) for i, speed in enumerate(speeds)]
+    told = [bounces.endless(0.001 * i, speed) for i, speed in enumerate(speeds)]
     return next((text for text in told if text), "")
 
 

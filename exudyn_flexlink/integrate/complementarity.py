@@ -32,11 +32,15 @@ def complementary(mobility: FloatArray, free: FloatArray) -> FloatArray:
             push = np.zeros(count)
             own = list(chosen)
             if own:
-                inverse = np.linalg.pinv(mobility[np.ix_(own, own)], rcond=RANK, hermitian=True)
-                push[own] = -inverse @ free[own]
+                push[own] = -least_inverse(mobility[np.ix_(own, own)]) @ free[own]
             left = mobility @ push + free
             if push.min(initial=0.0) < -ROUNDING * float(np.abs(push).max(initial=0.0)):
                 continue
             if left.min(initial=0.0) >= -enough and np.abs(left[own]).max(initial=0.0) <= enough:
                 return np.maximum(push, 0.0)
     raise ArithmeticError("contacts that close at one instant can't hold what drives them")
+
+
+def least_inverse(mobility: FloatArray) -> FloatArray:
+    """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
+    return np.asarray(np.linalg.pinv(mobility, rcond=RANK, hermitian=True))

@@ -9,7 +9,7 @@ from exudyn_flexlink.integrate.collocation import STAGES
 SHARE = 0.07  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
 SAFETY = 0.9
-# Of that, where an iteration takes two of at most eight rounds (Hairer and Wanner, RADAU5).
+# RADAU5's factor (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
 TWO_ROUNDS = 17 / 18
 ORDER = STAGES + 1  # of the estimated error
 

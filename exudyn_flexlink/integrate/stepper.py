@@ -25,7 +25,7 @@ LENGTHS = (1.5, 0.7, 1.7, 0.55, 1.6, 0.7, 1.25)  # of a step on a singular place
 ROUNDED = 10.0  # times the error allowed: what rounding may make of it there
 LANDINGS = 4  # steps that try to end right at an event
 CORRECTIONS = 3  # by Newton's method, of where a step's end is moved to an event
-LITTLE = 1e-2  # of a step: so much its end moves to where forces bend without being made anew
+END_SHIFT = 1e-2  # of a step: its end is moved along its polynomial by no more than this
 
 
 class Model(Equations, Followed, Protocol):
@@ -261,7 +261,7 @@ class ImplicitStepper:
                 return None
             step = self._step(h)
             late = 0.0 if step is None else self.problem.late(event, step)
-            if step is not None and event.bends and abs(late) < LITTLE * h:
+            if step is not None and event.bends and abs(late) < END_SHIFT * h:
                 return self._ending(event, step, late)
             if abs(late) < instant(self.time, EVENT_TIME) or not 0.5 * h < h - late < 1.5 * h:
                 return step
@@ -271,7 +271,7 @@ class ImplicitStepper:
     def _ending(self, event: Event, step: Step, late: float) -> Step:
         """Move a step's end a little to its event, which is `late` (s) before it."""
         for _ in range(CORRECTIONS):
-            if late == 0.0 or abs(late) > LITTLE * step.h:
+            if late == 0.0 or abs(late) > END_SHIFT * step.h:
                 break
             step = step.ending(step.end - late)
             late = self.problem.late(event, step)

@@ -211,6 +211,11 @@ class Mechanism:
         return (*self.contacts, *self.bearings)
 
     @property
+    def has_play(self) -> bool:
+        """Whether a joint has clearance, whose touches multiply errors."""
+        return bool(self.channels or self.bearings)
+
+    @property
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:
         """Springs at angles, then those between anchors."""
         return (*self.springs, *self.linear_springs)

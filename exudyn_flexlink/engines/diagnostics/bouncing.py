@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import log
 
+REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 SUNK = 1e-2  # of the fastest approach of a contact: what slower ones do is no motion to be seen
 MOST_SUNK = 1000  # sunk impacts in a row: some seconds of work
 MOST_LEFT = 100_000  # that restitution may still need to end them: some minutes
@@ -21,18 +22,18 @@ class Bounces:
     _sunk: int = 0  # impacts in a row far slower than that
     _since: float = 0.0  # time of the first of them
 
-    def endless(self, time: float, approach_speed: float, rest_speed: float) -> str:
+    def endless(self, time: float, approach_speed: float) -> str:
         """Take an impact; say so if the contact has bounced on the spot for long, without an end.
 
         The bounces of an elastic contact that is pressed get ever shorter but never end, since no
-        speed is lost; those of restitution e end after ``ln(v / rest_speed) / ln(1 / e)`` more.
+        speed is lost; those of restitution e end after ``ln(v / REST_SPEED) / ln(1 / e)`` more.
         """
         if approach_speed >= SUNK * self.fastest:
             self.fastest, self._sunk = max(self.fastest, approach_speed), 0
             return ""
         self._since = time if self._sunk == 0 else self._since
         self._sunk += 1
-        left = log(max(approach_speed / rest_speed, 1.0))
+        left = log(max(approach_speed / REST_SPEED, 1.0))
         if self._sunk < MOST_SUNK or self.restitution == 0:
             return ""
         if left < -MOST_LEFT * log(self.restitution):

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED
 
-REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
 
 
@@ -40,18 +40,13 @@ def strike(mass: FloatArray, gradient: FloatArray, gap_rate: float, restitution:
     return Impact(answer * impulse, impulse, -gap_rate, -restitution * gap_rate, lost)
 
 
-def is_over(
-    approach_speed: float,
-    restitution: float,
-    gap_acceleration: float,
-    rest_speed: float = REST_SPEED,
-) -> bool:
+def is_over(approach_speed: float, restitution: float, gap_acceleration: float) -> bool:
     """Tell whether the next bounce is so small that the contact lasts instead.
 
     `gap_acceleration` (m/s^2) is that without contact force: where it presses (negative), a bounce
     takes ``2 e v_a/|g''|``, and an endless sequence of them only a finite time.
     """
-    if approach_speed < rest_speed:
+    if approach_speed < REST_SPEED:
         return True
     flight = 2 * restitution * approach_speed
     return 0 < flight < LEAST_FLIGHT * -gap_acceleration

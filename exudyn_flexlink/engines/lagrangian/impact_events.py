@@ -8,7 +8,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
-from exudyn_flexlink.engines.lagrangian.impact import REST_SPEED, Impact, is_over, strike
+from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def meet_face(system: System, t: float, y: FloatArray, k: int) -> FloatArray:
     y, hit, work = _jump(system, t, y, k, e)
     if not over:
         contact.hit(t, float(touch[1]), hit, work)
-        endless = contact.bounces.endless(t, hit.approach_speed, REST_SPEED)
+        endless = contact.bounces.endless(t, hit.approach_speed)
         if endless:
             system.stop(endless, LOSE_SPEED)
         totals = system.contact_totals(y, k)

@@ -21,6 +21,7 @@ from exudyn_flexlink.laws import Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import Contact
 from exudyn_flexlink.mechanism.tree import TreeLayout
 
+OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 AT_REST = 0.1  # of the speed at which the force changes from loading to unloading
 
@@ -50,6 +51,19 @@ class MinimalContact:
     def acts(self) -> bool:
         """Whether it presses."""
         return self.side is Side.PRESSED
+
+    def passes_line(self, touch: Touch) -> bool:
+        """Take up that the point crosses the line of the face, but beside it or from behind.
+
+        False where it meets the face.
+        """
+        if touch.inside < 0:
+            self.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
+        elif self.side is Side.BEHIND:
+            self.side = Side.APART
+        else:
+            return False
+        return True
 
     def touch(self, x: FloatArray, v: FloatArray) -> Touch:
         """Gap, place and rates at coordinates and speeds of the tree."""

@@ -131,10 +131,10 @@ class OpenCoordinates:
         self._slots = len(self._guides) + len(self._riders)
         self._start = start
         self._links = len(layout.links)
-        last = int(self.free[-1]) + 1 if len(self.free) else 0
-        together = len(self.free) == last - (int(self.free[0]) if len(self.free) else 0)
-        span = slice(last - len(self.free), last) if together else None
-        self._chosen: slice | IndexArray = self.free if span is None else span
+        in_a_row = len(self.free) > 0 and np.ptp(self.free) + 1 == len(self.free)
+        self._chosen: slice | IndexArray = self.free
+        if in_a_row:
+            self._chosen = slice(int(self.free[0]), int(self.free[-1]) + 1)
         self._picked = Transform(np.eye(self._links)[:, self._chosen], self._chosen)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
         # Per radian of each coordinate, how much of a step it makes.

@@ -23,10 +23,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
+from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
-from exudyn_flexlink.engines.exudyn.minimal.contacts import RigidContact, Side
+from exudyn_flexlink.engines.exudyn.minimal.contacts import OFF_THE_END, RigidContact, Side
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -38,14 +38,12 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.intervals import Interval
 
-REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
 AT_ONCE = 10.0  # instants: a gap that is zero within so little time is closed, too
 HIDDEN = 1e-4  # m/s: as slow as this a point may come out of what a gap is off by, and not be seen
 UNMOVED = 1e-9  # of the parts that a gap's acceleration is the sum of: as little is none
 NOTHING_KNOWN: Mapping[int, float] = {}
-OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 
 
 def meets(touch: Touch, time: float) -> bool:
@@ -125,12 +123,8 @@ class Impacts:
             off = touch.inside < OFF_THE_END
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends")
-            self._rest(time, self.model.rigid.lasting())
-        elif touch.inside < 0:
-            contact.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
-        elif contact.side is Side.BEHIND:
-            contact.side = Side.APART
-        else:
+            self._rest(time, self.model.rigid.closed())
+        elif not contact.passes_line(touch):
             self._meet(time, k)
 
     # --- impacts ------------------------------------------------------------------------------
@@ -183,7 +177,7 @@ class Impacts:
             if not over[c] and jump.impulse[c] > 0:
                 hit = _interval(time, before[k].place, jump, c)
                 self.recorder.impacts.append((k, hit))
-                endless = self._bounces[k].endless(time, hit.approach_speed, REST_SPEED)
+                endless = self._bounces[k].endless(time, hit.approach_speed)
                 self.endless = self.endless or endless
 
     # --- contacts that last -------------------------------------------------------------------

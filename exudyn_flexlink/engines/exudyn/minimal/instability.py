@@ -27,8 +27,8 @@ class Instability:
         self._model = model
         mechanism, free = model.assembly.mechanism, len(model.coordinates.independent()[0])
         # With play the error is measured in any case: touches multiply it.
-        self._idle = bool(mechanism.channels or mechanism.bearings) or not free
-        driven = mechanism.speed_motors or mechanism.torque_motors or model.loads.any
+        self._idle = mechanism.has_play or not free
+        driven = mechanism.speed_motors or model.loads.any
         looks = min(MOST_LOOKS, EVALUATIONS // (4 * max(free, 1)))
         self._growth = Growth(end / max(1, looks))
         self._on_one_path = free == 1 and not driven

@@ -183,7 +183,7 @@ class MinimalModel:
         left = force - (mass @ state.b[:, :, None])[:, :, 0]
         mass, force = state.transform.reduced(mass), state.transform.reduced_rows(left)
         free = Evaluation(mass, force, kept, touching)
-        return self.rigid.with_reactions(free) if self.rigid.lasting() else free
+        return self.rigid.with_reactions(free) if self.rigid.closed() else free
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""

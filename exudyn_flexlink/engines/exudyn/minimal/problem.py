@@ -16,6 +16,7 @@ from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    OFF_THE_END,
     PenaltyContact,
     RigidContact,
     Side,
@@ -139,7 +140,7 @@ class MinimalProblem:
 
     def _note_reactions(self, step: Step) -> None:
         """Keep the largest reactions of rigid contacts in a step."""
-        for k in self.model.rigid.lasting():
+        for k in self.model.rigid.closed():
             nodes = [step.begin.kept.pushes[k, 0], *step.stages.kept.pushes[:, k, 0]]
             contact = self.model.contacts[k]
             contact.peak = max(contact.peak, float((TO_LOOKS @ nodes).max()))
@@ -190,7 +191,7 @@ class MinimalProblem:
         closed: what gaps are off by would be as much as the smallest bounces.
         """
         if isinstance(event.what, WallChange):
-            return -self._finder.walls.missed(event.what.pair, self._end_of(step), step.end)
+            return self._finder.walls.late(event.what.pair, self._end_of(step), step.end)
         if event.leaps or not isinstance(event.what, ContactChange):
             return 0.0
         end = self._end_of(step)
@@ -260,15 +261,12 @@ class MinimalProblem:
 
     def _change_contact(self, time: float, k: int, touch: Touch) -> None:
         contact = self.model.contacts[k]
-        if not contact.acts and touch.inside < 0:
-            contact.side = Side.BEHIND if touch.gap_rate < 0 else Side.APART
-        elif contact.side is Side.BEHIND:
-            contact.side = Side.APART
-        elif contact.side is Side.APART:
-            contact.side, contact.peak = Side.PRESSED, 0.0
-            self._tell(time, k, "contact begins", touch)
+        if not contact.acts:
+            if not contact.passes_line(touch):
+                contact.side, contact.peak = Side.PRESSED, 0.0
+                self._tell(time, k, "contact begins", touch)
         else:
-            off = touch.inside < min(-touch.gap, 1e-9)
+            off = touch.inside < min(-touch.gap, OFF_THE_END)
             contact.side = Side.BEHIND if off else Side.APART
             self._tell(time, k, "leaves the face" if off else "contact ends", touch, contact.peak)
             self.scattering.release(time, k)

@@ -18,11 +18,11 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import MinimalContact, RigidContact
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
+from exudyn_flexlink.integrate.complementarity import least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
 
 # 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
 BAUMGARTE = 1e2
-RANK = 1e-10  # of the largest mobility: contacts that depend on others share the load
 
 
 class Gaps(NamedTuple):
@@ -67,7 +67,7 @@ class RigidContacts:
     def __init__(self, contacts: Sequence[MinimalContact]) -> None:
         self.all = {k: c for k, c in enumerate(contacts) if isinstance(c, RigidContact)}
 
-    def lasting(self) -> list[int]:
+    def closed(self) -> list[int]:
         """Numbers of those that press."""
         return [k for k, contact in self.all.items() if contact.acts]
 
@@ -85,13 +85,13 @@ class RigidContacts:
 
     def with_reactions(self, at: Evaluation) -> Evaluation:
         """Return evaluations at instants (n,) with the reactions of those that last."""
-        which, kept = self.lasting(), at.kept
+        which, kept = self.closed(), at.kept
         gaps = self.gaps(which, kept.state)
         arms, moved = mobility(gaps, at.mass)
         gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
         wanted = -gaps.bend - 2 * BAUMGARTE * rate - BAUMGARTE * BAUMGARTE * gap
         wanted -= (np.swapaxes(arms, -1, -2) @ at.force[..., None])[..., 0]
-        press = (_inverse(moved) @ wanted[..., None])[..., 0]
+        press = (least_inverse(moved) @ wanted[..., None])[..., 0]
         kept.pushes[:, which] = np.stack([press, -press * rate], axis=-1)
         force = kept.force + (press[:, None] @ gaps.rows)[:, 0]
         free = at.force + (press[:, None] @ gaps.free)[:, 0]
@@ -99,16 +99,11 @@ class RigidContacts:
 
     def projector(self, at: Evaluation) -> Projector | None:
         """What those that last let through at one state; None if none does."""
-        which = self.lasting()
+        which = self.closed()
         if not which:
             return None
         state: TreeState = at.kept.state
         gaps = self.gaps(which, state.pick(None)).pick(0)
         arms, moved = mobility(gaps, at.mass)
-        back = gaps.free.T @ _inverse(moved)
+        back = gaps.free.T @ least_inverse(moved)
         return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)
-
-
-def _inverse(moved: FloatArray) -> FloatArray:
-    """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
-    return np.asarray(np.linalg.pinv(moved, rcond=RANK, hermitian=True))

@@ -37,8 +37,7 @@ class Scattering:
         self._model = model
         mechanism, free = model.assembly.mechanism, len(model.coordinates.independent()[0])
         # With play the error is measured in any case: touches multiply it.
-        play = mechanism.channels or mechanism.bearings
-        self._idle = not model.contacts or bool(play) or not free
+        self._idle = not model.contacts or mechanism.has_play or not free
         self._impulses = np.zeros(len(model.contacts))  # N s, of the present touches
         self._worst = 0.0
         self._begin_lap(0.0)

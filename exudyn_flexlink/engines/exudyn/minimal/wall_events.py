@@ -151,15 +151,15 @@ class WallWatch:
 
     # --- at its end ---------------------------------------------------------------------------
 
-    def missed(self, k: int, end: TreeState, time: float) -> float:
-        """How far (s) a step's end at this time is from pair k's event; positive: that is later.
+    def late(self, k: int, end: TreeState, time: float) -> float:
+        """How long (s) before a step's end at this time pair k's event was; negative: after.
 
         0 where it is there.
         """
         value, rate = self._events(self._at_end(end))
         if abs(value[k]) < _little(rate[k], time) or rate[k] == 0:
             return 0.0
-        return float(-value[k] / rate[k])
+        return float(value[k] / rate[k])
 
 
 def _little(rate: float, time: float) -> float:
