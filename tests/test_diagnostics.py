@@ -137,7 +137,7 @@ def test_an_interrupt_while_a_run_is_made_again_keeps_the_first_one(monkeypatch)
     scene = load_scene(STRIKE, ["accuracy.tolerance=1e-4"])
     whole = simulate(scene)
     runs = iter([off_by(whole, 0.05), replace(whole, outcome=Outcome(False, 0.1, INTERRUPTED))])
-    monkeypatch.setattr("exudyn_flexlink.engines.exudyn.run", lambda *_: next(runs))
+    monkeypatch.setattr("exudyn_flexlink.engines.exudyn.run.run", lambda *_: next(runs))
     with pytest.raises(LateInterruptError) as caught:
         simulate(scene, retries=1)
     kept = caught.value.result

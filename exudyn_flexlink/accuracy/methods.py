@@ -109,6 +109,11 @@ def own_value(scene: Scene, method: Method) -> float | None:
     """Value of the method's knob that the model gives, or a usual one; None: unknown."""
     if method.knob == "step":
         return scene.accuracy.step
+    return own_tolerance(scene)
+
+
+def own_tolerance(scene: Scene) -> float:
+    """Tolerance that the model gives, or a usual one, m."""
     return scene.accuracy.tolerance or USUAL_TOLERANCE
 
 

@@ -19,6 +19,7 @@ from exudyn_flexlink.accuracy.methods import (
     Method,
     ladder,
     own_method,
+    own_tolerance,
     own_value,
 )
 from exudyn_flexlink.accuracy.runs import RefusedError, Runs, Solve, Solved, Trial, Varied
@@ -240,9 +241,9 @@ class Studying:
     def _cheapest(self) -> Method | None:
         """Return the method of rods whose runs at given tolerances have been the cheapest."""
         known = [t for t in self.runs.trials if t.method.of_rods and t.method.knob == "tolerance"]
-        value = own_value(self.runs.scene, Method("", ""))
-        if not known or value is None:
+        if not known:
             return None
+        value = own_tolerance(self.runs.scene)
         return min((t.method for t in known), key=lambda m: self._costs.expected(m, value / 10))
 
     def _base(self, method: Method, dearer: float) -> Trial | None:
@@ -250,7 +251,7 @@ class Studying:
 
         One rung finer than the model's own setting, if that leaves plenty of time for the others.
         """
-        value = own_value(self.runs.scene, method) or 0.0
+        value = own_tolerance(self.runs.scene)
         every = 1 + MORE_RODS_COST + STIFFER_COST
         expected = every * self._costs.expected(method, value / 10)
         if expected <= self.left / 2 and not self._costs.has(method, value / 10):

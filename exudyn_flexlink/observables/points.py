@@ -100,8 +100,7 @@ def judged_points(scene: Scene) -> tuple[str, ...]:
     """
     if scene.outputs.watch is not None:
         return (scene.outputs.watch,)
-    named = (f"{name}.{point}" for name, body in scene.bodies.items() for point in body.point_names)
-    return tuple(dict.fromkeys([watched_point(scene), *named]))
+    return tuple(dict.fromkeys([watched_point(scene), *point_names(scene)]))
 
 
 def name_of(points: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, TypeAdapter, ValidationError
 
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.observables import point_names
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.scene.base import FrozenMapping, Part, Text
 from exudyn_flexlink.scene.wording import mistakes_of
@@ -110,9 +111,8 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
 
 def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[Mistake]:
     """Names of parts that the scene does not have."""
-    points = [f"{name}.{one}" for name, body in scene.bodies.items() for one in body.point_names]
     known = {
-        "point": points,
+        "point": point_names(scene),
         "body": list(scene.bodies),
         "relative_to": list(scene.bodies),
         "seen_from": list(scene.bodies),

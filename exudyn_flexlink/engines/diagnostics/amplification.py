@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import exp, log
+from math import log
 
 import numpy as np
 
@@ -80,7 +80,7 @@ def _bouncing(result: Result) -> Iterator[str]:
 
 def _unstable(result: Result) -> Iterator[str]:
     """Motion that its neighbours leave: of a double pendulum by itself, of a pinball by strikes."""
-    if exp(-result.checks.e_folds) * LARGE_GROWTH < 1:
+    if result.checks.e_folds > log(LARGE_GROWTH):
         digits, why = result.checks.e_folds / log(10), "the motion is unstable"
         why += ", or strikes scatter" if result.contacts else ""
         yield f"{why}: errors may grow by up to {digits:.2g} powers of ten"

@@ -38,7 +38,7 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     OLD_ERROR,
     OLD_STEP,
     PAIR,
-    SLOW,
+    SLOWNESS,
     STEP,
     TROUBLE,
     Buffer,
@@ -54,7 +54,7 @@ from exudyn_flexlink.integrate.collocation import Collocation as Method
 from exudyn_flexlink.integrate.control import SAFETY
 
 FULL, THERE, LOOK, STUCK, TOUCH = range(5)  # why `advance` ended
-LEAST = 0.2  # of a step that was cut at a touch: the next one is no shorter
+LEAST_AFTER_TOUCH = 0.2  # of a step that was cut at a touch: the next one is no shorter
 
 
 class Means(NamedTuple):
@@ -98,7 +98,7 @@ def _start(h: float, method: Method, work: Work) -> None:
 
 
 @inlined
-def _slip(h: float, method: Method, work: Work) -> float:
+def _drift(h: float, method: Method, work: Work) -> float:
     """How far from P at the step's end the integral of its velocity takes it, m.
 
     P follows from the guide's angle: a bend of the track between two stages, or a jump of P, shows
@@ -143,9 +143,9 @@ def _attempt(
             _start(h, method, work)
         else:
             guess(h / memory[OLD_STEP], last, method, work)
-        aim = Aim(control.tolerance, control.lasting, memory[SLOW])
+        aim = Aim(control.tolerance, control.lasting, memory[SLOWNESS])
         how = (method, scale, work, means.rate_at)
-        ended, iterations, memory[SLOW] = means.iterate(at, h, aim, mode, how)
+        ended, iterations, memory[SLOWNESS] = means.iterate(at, h, aim, mode, how)
         memory[ITERATED] += iterations
         if ended == SOLVED:
             begin = work.begin[free : 2 * free]
@@ -157,8 +157,8 @@ def _attempt(
                 factor_real(h, slack_q, slack_v, method, work)
                 missed = control.tau * length_of(sped, scale)
             error = max(missed, estimate(h, by_q, begin, control.tau, (method, scale, work)))
-            slipped = _slip(h, method, work) / control.tolerance
-            error = max(error / control.tolerance, slipped ** ((stages + 1) / (2 * stages)), 1e-12)
+            drifted = _drift(h, method, work) / control.tolerance
+            error = max(error / control.tolerance, drifted ** ((stages + 1) / (2 * stages)), 1e-12)
             change = change_of_step(h, error, iterations, past[1], memory)
             after = Instant(at.t + h, work.states[end], work.near[end])
             bends = (work.rates[end], control.bend, memory)
@@ -220,9 +220,9 @@ def _end_at_touch(
     by_q, by_v = means.slopes(at, pressing_at(at, mode), mode)
     means.factor(h, by_q, by_v, method, work)
     scale = scale_at(at, mode, control.reaches)
-    aim = Aim(control.tolerance, control.lasting, memory[SLOW])
+    aim = Aim(control.tolerance, control.lasting, memory[SLOWNESS])
     how = (method, scale, work, means.rate_at)
-    ended, iterations, memory[SLOW] = means.iterate(at, h, aim, mode, how)
+    ended, iterations, memory[SLOWNESS] = means.iterate(at, h, aim, mode, how)
     memory[ITERATED] += iterations
     if ended == SOLVED:
         finish(at.y, h, method, work, changes)
@@ -269,7 +269,7 @@ def advance(
     stages, size = len(method.nodes), len(buffer.states[0])
     free = len(mode.constants.inertias) - int(mode.drive[0])
     t, wanted = buffer.times[0], memory[STEP]
-    memory[SLOW] = np.inf  # an event may have changed the equations
+    memory[SLOWNESS] = np.inf  # an event may have changed the equations
     done, ended = 0, FULL
     while done < len(buffer.changes) and ended == FULL:
         ahead = stop - t
@@ -306,6 +306,6 @@ def advance(
         after = Instant(t, end, near)
         if not means.uneventful(at, after, (changes, method.powers), mode, event_data):
             ended = LOOK
-        wanted = max(h * change, wanted if h == ahead else 0.0, LEAST * whole)
+        wanted = max(h * change, wanted if h == ahead else 0.0, LEAST_AFTER_TOUCH * whole)
     memory[STEP] = wanted
     return done, ended

@@ -11,7 +11,7 @@ from math import inf
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
-from exudyn_flexlink.engines.lagrangian.equations import APART, LASTING, PENALTY
+from exudyn_flexlink.engines.lagrangian.equations import LASTING, NOT_ACTING, PENALTY
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.impact import Impact
 from exudyn_flexlink.intervals import Interval
@@ -44,7 +44,7 @@ class Contact:
     def acting(self) -> int:
         """How the contact acts in the equations."""
         if self.side is not Side.PRESSED:
-            return APART
+            return NOT_ACTING
         return LASTING if self.rigid else PENALTY
 
     def event_functions(self, touch: FloatArray, force: float) -> list[float]:

@@ -47,7 +47,7 @@ from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 # How each contact acts, which pairs of a sleeve touch, and what adds the forces of these pairs.
 Acting = tuple[IntArray, IntArray, Callable[..., float]]
 
-APART, PENALTY, LASTING = 0, 1, 2  # how a contact acts
+NOT_ACTING, PENALTY, LASTING = 0, 1, 2  # how a contact acts
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a lasting contact (Baumgarte 1972)
 
 
@@ -182,7 +182,7 @@ def _push(
     forces, drags = found
     acts = False
     for k in range(len(acting)):
-        acts = acts or acting[k] != APART
+        acts = acts or acting[k] != NOT_ACTING
     if not acts:
         return np.zeros((0, 5)), np.zeros((0, 0))
     states, gradients, slides = touches(state.q, state.v, state.point, c)

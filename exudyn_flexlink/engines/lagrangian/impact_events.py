@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED
+from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED, REST_SPEED
+from exudyn_flexlink.engines.lagrangian.equations import NOT_ACTING
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
@@ -84,7 +85,7 @@ def _settle(system: System, t: float, y: FloatArray, struck: int) -> FloatArray:
             break
         y, _, _ = _jump(system, t, y, k, 0.0)
     for k, rate in rates.items():
-        if k != struck and rate > 1e-6:
+        if k != struck and rate > REST_SPEED:
             system.end_contact(t, y, k, states[k], Side.APART)
-            system.acting[k] = 0
+            system.acting[k] = NOT_ACTING
     return y

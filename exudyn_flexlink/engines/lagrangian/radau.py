@@ -36,7 +36,8 @@ from exudyn_flexlink.integrate.collocation import Collocation as Method
 
 ITERATIONS = 8
 SMALL = 0.03  # of the local tolerance: what the iteration may leave
-HOPELESS = 0.99  # part of an error that an iteration leaves: more, and it does not converge
+AT_ONCE = 1e-3  # of that: a first correction so small needs no second one
+SLOWEST = 0.99  # part of an error that an iteration leaves: more, and it does not converge
 
 SOLVED, DIVERGED = FINE, 10  # else: how the search for P ended
 
@@ -76,8 +77,8 @@ class Aim(NamedTuple):
     """How far to iterate."""
 
     tolerance: float  # m: of one step
-    tau: float  # s: turns errors of speeds into lengths
-    slow: float  # 1/s: part of an error that an iteration left in a step before, by its length
+    lasting: float  # s: turns errors of speeds into lengths
+    slowness: float  # 1/s: part of an error that an iteration left in a step before, by its length
 
 
 def work_for(stages: int, size: int, free: int) -> Work:
@@ -259,44 +260,44 @@ def iterate(  # noqa: C901, PLR0911 - every way in which an iteration ends
 ) -> tuple[int, int, float]:
     """Newton's method for the stages, to a part of the local tolerance.
 
-    Return how it ended, the number of iterations, and `Aim.slow` for the next step. The first
+    Return how it ended, the number of iterations, and `Aim.slowness` for the next step. The first
     correction mends at once what the guess missed of smooth motion, and so hides what goes slowly,
     as where the face of a stiff contact turns within the step. From the second on that shows; where
     those are spared, the last step that had them tells how slowly errors fall.
     """
-    tolerance, tau, slow = aim
+    tolerance, lasting, slowness = aim
     method, scale, work, rate_at = means
     change = np.empty(work.speeds.shape)
     before, slowest, solved = 0.0, 0.0, False
     for k in range(ITERATIONS + 1):
         ended = _stages(at, h, mode, rate_at, (method, work))
         if ended != FINE or solved:
-            return ended, k, slow
+            return ended, k, slowness
         if k == ITERATIONS:
             break
         _correct(h, change, method, work)
-        size = _size_of(h, tau, change, scale, method)
+        size = _size_of(h, lasting, change, scale, method)
         if not np.isfinite(size):
-            return DIVERGED, k, slow
+            return DIVERGED, k, slowness
         if size == 0.0:
-            return SOLVED, k + 1, slow
+            return SOLVED, k + 1, slowness
         if k > 0:
             rate = size / before
             ahead = size * rate ** (ITERATIONS - 1 - k)
-            if rate >= HOPELESS or ahead > SMALL * tolerance * (1.0 - rate):
-                return DIVERGED, k, slow
+            if rate >= SLOWEST or ahead > SMALL * tolerance * (1.0 - rate):
+                return DIVERGED, k, slowness
             slowest = max(slowest, rate)
             if k > 1:
-                slow = slowest / h
-            left = min(max(slowest, slow * h), HOPELESS)
+                slowness = slowest / h
+            left = min(max(slowest, slowness * h), SLOWEST)
             if size * left <= SMALL * tolerance * (1.0 - left):
                 if size <= SMALL * tolerance:
-                    return SOLVED, k + 1, slow
+                    return SOLVED, k + 1, slowness
                 solved = True  # energies are made of the rates: these are evaluated once more
-        elif size <= 1e-3 * SMALL * tolerance:
-            return SOLVED, 1, slow
+        elif size <= AT_ONCE * SMALL * tolerance:
+            return SOLVED, 1, slowness
         before = size
-    return DIVERGED, ITERATIONS, slow
+    return DIVERGED, ITERATIONS, slowness
 
 
 @inner

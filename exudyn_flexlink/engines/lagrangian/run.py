@@ -49,7 +49,7 @@ from exudyn_flexlink.scene import Scene
 SHARE = 0.2  # of the tolerance: error that one step may make
 # The same with walls, where a touch multiplies errors.
 WALLED_SHARE = 0.02
-LONGEST_TURN = 0.4  # rad of the guide in one step: Newton's method for P stays local
+IMPLICIT_TURN = 0.4  # rad of the guide in one implicit step: Newton's method for P stays local
 EXPLICIT_NODES = np.array([0.0, 0.5, 1.0])  # at which an explicit step is looked at for extremes
 WITHOUT_TOLERANCE = 1e-7  # m: where the scene gives a step, of which the Lagrangian has no use
 
@@ -155,7 +155,7 @@ def control(model: Model, tolerance: float, end: float) -> Control:
     channels = model.mechanism.channels
     share = tolerance * (WALLED_SHARE if channels else SHARE)
     lasting = max(tau, keeping(model.mechanism, end))
-    return Control(share, tau, lasting, LONGEST_TURN, reaches, share / lasts**2)
+    return Control(share, tau, lasting, IMPLICIT_TURN, reaches, share / lasts**2)
 
 
 def solve(prepared: Prepared) -> str:

@@ -16,8 +16,8 @@ from exudyn_flexlink.integrate.control import SAFETY, growth
 step_growth = inlined(growth)
 SHORTEST = 1e-14  # s, where the clock tells that apart
 # of `Means.memory`; MOVED: largest `moved_by_point` so far; PAIR: which began or ceased to touch;
-# SLOW: see `Aim`
-STEP, OLD_STEP, OLD_ERROR, ITERATED, TROUBLE, MOVED, PAIR, SLOW = range(8)
+# SLOWNESS: see `Aim`
+STEP, OLD_STEP, OLD_ERROR, ITERATED, TROUBLE, MOVED, PAIR, SLOWNESS = range(8)
 
 
 class Control(NamedTuple):

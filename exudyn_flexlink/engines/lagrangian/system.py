@@ -29,7 +29,7 @@ from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.mechanism import GROUND, TOUCHING, TurnGoal, approach
 from exudyn_flexlink.result import Event
 
-LARGEST_TURN = 0.05  # rad per step of the guide: Newton's method for P stays local
+EXPLICIT_TURN = 0.05  # rad per explicit step of the guide: Newton's method for P stays local
 
 
 class System:
@@ -180,10 +180,10 @@ class System:
 
     def motion(self, t: float, y: FloatArray) -> Motions:
         """Everything about one instant, P's place by the parameter of the whole curve."""
-        q, v, point = self.coordinates(t, y)
-        near, place = np.array([self.track.u]), np.array([self.track.place])
+        self.coordinates(t, y)  # finds P, also where it is far from its last place
+        near = np.array([self.track.u])
         found = motions_at(np.array([t]), np.array([y]), near, self.mode(), True)
-        return found._replace(q=q[None], v=v[None], point=np.array([point]), place=place)
+        return found._replace(place=found.place + self.track.place_of(0.0))
 
     def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
         """Energies dissipated in dampers and supplied, impulse of and work on each contact."""
@@ -236,7 +236,7 @@ class System:
         speed = abs(self._guide(t, y)[1])
         if self._ramp is not None:
             speed = abs(self._ramp.value)
-        return LARGEST_TURN / speed if speed > 0 else inf
+        return EXPLICIT_TURN / speed if speed > 0 else inf
 
     def left(self, t: float, y: FloatArray) -> float | None:
         """Angle still to turn, rad; None where time ends the run."""
