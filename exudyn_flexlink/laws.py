@@ -50,7 +50,7 @@ class RestitutionPenalty:
         once it recedes.
         """
         d = np.maximum(penetration, 0.0)
-        return np.asarray(d * (self._elastic + self._lossy * np.tanh(self._relative(rate))))
+        return np.asarray(d * (self.elastic + self.lossy * np.tanh(self._relative(rate))))
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy U = (1 + e^2)/2 k d^2/2 in J of the conservative part of the force.
@@ -59,18 +59,20 @@ class RestitutionPenalty:
         with ``e^2 k d^2/2`` slow unloading (``|d'| ~ v_s``) would seem to create energy.
         """
         d = np.maximum(penetration, 0.0)
-        return np.asarray(0.5 * self._elastic * d**2)
+        return np.asarray(0.5 * self.elastic * d**2)
 
     def half_period(self, mass: float) -> float:
         """Half a period pi sqrt(m/k) in s of ``mass`` (kg): what steps per contact refer to."""
         return math.pi * math.sqrt(mass / self.stiffness)
 
     @property
-    def _elastic(self) -> float:
+    def elastic(self) -> float:
+        """Part of the stiffness that gives back what it takes, N/m."""
         return 0.5 * self.stiffness * (1 + self.restitution**2)
 
     @property
-    def _lossy(self) -> float:
+    def lossy(self) -> float:
+        """Part of the stiffness that loading adds and unloading takes away, N/m."""
         return 0.5 * self.stiffness * (1 - self.restitution**2)
 
     def _relative(self, rate: ArrayLike) -> FloatArray:

@@ -134,7 +134,7 @@ class Radau:
             return None
         if w is None:
             return None
-        speeds, pushes = state.v + w, (B @ w) / h
+        speeds, accelerations = state.v + w, (B @ w) / h
         moved = h * (A @ speeds)
         errors = self._errors(start, state, w, moved, matrices)
         in_contact = matrices.contacts is not None
@@ -143,8 +143,8 @@ class Radau:
         error = self.equations.size(errors)
         known = np.concatenate([state.v[None], speeds])
         self._last = (t, h, known)
-        end = State(state.q + moved[-1], speeds[-1], pushes[-1])
-        return Step(t, h, state, end, start, self._stages, known, pushes, error)
+        end = State(state.q + moved[-1], speeds[-1], accelerations[-1])
+        return Step(t, h, state, end, start, self._stages, known, accelerations, error)
 
     def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
         """Matrices of the step's middle, nearest to all stages; contacts at its start."""
@@ -213,12 +213,12 @@ class Radau:
         """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
         self.iterations += 1
         speeds = state.v + w
-        places, pushes = state.q + h * (A @ speeds), (B @ w) / h
+        places, accelerations = state.q + h * (A @ speeds), (B @ w) / h
         try:
             stages = self._stages = self.equations.evaluate_stages(times, places, speeds)
         except (ValueError, ArithmeticError):
             return None
-        return np.asarray(stages.force - (stages.mass @ pushes[:, :, None])[:, :, 0])
+        return np.asarray(stages.force - (stages.mass @ accelerations[:, :, None])[:, :, 0])
 
     def _errors(
         self,
@@ -232,11 +232,11 @@ class Radau:
         h, real, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
         of_place = state.v + ERROR @ moved / h
         # By the state's accelerations: the force at the start was found before the last round.
-        push = start.mass @ (state.a + ERROR @ w / h)
-        pull = matrices.stiffness @ of_place
+        inertia = start.mass @ (state.a + ERROR @ w / h)
+        spring = matrices.stiffness @ of_place
         if contacts is not None:
-            pull += contacts.pull(of_place)
-        of_speed = real @ (push - (h / REAL) * pull)
+            spring += contacts.pull(of_place)
+        of_speed = real @ (inertia - (h / REAL) * spring)
         of_speeds = of_speed[None]
         if contacts is not None:
             of_speeds = contacts.errors(h, of_speed, self._stages.touching)

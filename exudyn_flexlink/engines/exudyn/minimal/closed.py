@@ -207,19 +207,19 @@ class ClosedCoordinates:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         split, links = self._split, self._links
         y, at, jacobian, inverse, reach = placed
-        speeds, pushes = np.zeros(y.shape), np.zeros(y.shape)
+        speeds, accelerations = np.zeros(y.shape), np.zeros(y.shape)
         for link, motor, sign in self._motors:
             speeds[:, link] = [sign * motor.speed.at(a) for a in t.tolist()]
-            pushes[:, link] = [sign * motor.speed.rate(a) for a in t.tolist()]
+            accelerations[:, link] = [sign * motor.speed.rate(a) for a in t.tolist()]
         driven = (jacobian @ speeds[:, :, None])[:, :, 0] + self.closures.rates(t)[:, split.rows]
         speeds += (reach @ v[:, :, None])[:, :, 0]
         speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
-        bends = self.closures.bends(t, at, speeds, pushes)[:, split.rows]
-        pushes[:, split.dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
+        bends = self.closures.bends(t, at, speeds, accelerations)[:, split.rows]
+        accelerations[:, split.dependent] = -(inverse @ bends[:, :, None])[:, :, 0]
         return TreeState(
             y[:, :links],
             speeds[:, :links],
-            pushes[:, :links],
+            accelerations[:, :links],
             y[:, links:],
             speeds[:, links:],
             Transform(reach[:, :links]),

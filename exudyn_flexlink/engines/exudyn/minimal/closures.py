@@ -185,8 +185,10 @@ class Closures:
         gaps -= (1j * alpha + omega * omega) * at.between + 2j * omega * moving
         gaps *= at.axes.conj()
         if at.track is not None:
-            place_rate, push = v[:, self._links :], a[:, self._links :]
-            gaps[:, self._tracked] -= at.track.bend * place_rate**2 + at.track.tangent * push
+            place_rate, place_acceleration = v[:, self._links :], a[:, self._links :]
+            gaps[:, self._tracked] -= (
+                at.track.bend * place_rate**2 + at.track.tangent * place_acceleration
+            )
         found = self._rows(gaps, a[:, tree] @ self._turning.T)
         for row, motor in self.motors:
             found[:, row] -= [motor.speed.rate(b) for b in t.tolist()]

@@ -153,9 +153,8 @@ class PenaltyContact(MinimalContact):
         """Pressing force, N; none while apart."""
         if touch.gap >= 0:
             return 0.0
-        e2 = self.law.restitution**2
         rising = tanh(-touch.gap_rate / self.law.transition_speed)
-        return -touch.gap * self.law.stiffness * ((1 + e2) / 2 + (1 - e2) / 2 * rising)
+        return -touch.gap * (self.law.elastic + self.law.lossy * rising)
 
     def push(self, x: FloatArray, v: FloatArray, onto: FloatArray) -> tuple[Vector, Vector]:
         """Add the generalised forces.
@@ -216,8 +215,8 @@ def contact_of(layout: TreeLayout, contact: Contact) -> PenaltyContact | RigidCo
 
 def press_by(laws: list[RestitutionPenalty]) -> Press:
     """Forces of contacts and their slopes, by gaps and rates (..., c, 2)."""
-    k, e, vs = np.array([(law.stiffness, law.restitution, law.transition_speed) for law in laws]).T
-    elastic, lossy = k * (1 + e**2) / 2, k * (1 - e**2) / 2
+    numbers = [(law.elastic, law.lossy, law.transition_speed) for law in laws]
+    elastic, lossy, vs = np.array(numbers).T
 
     def press(touching: FloatArray) -> Pressing:
         gap, rate = touching[..., 0], touching[..., 1]

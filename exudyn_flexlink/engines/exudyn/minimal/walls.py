@@ -129,10 +129,9 @@ class Walls:
 def _numbers(channel: Channel) -> tuple[float, float, float, float, float]:
     """Law of a channel: both parts of its stiffness, transition speed, friction, slip speed."""
     law, friction = channel.law, channel.friction
-    square = law.restitution**2
     return (
-        law.stiffness * (1 + square) / 2,
-        law.stiffness * (1 - square) / 2,
+        law.elastic,
+        law.lossy,
         law.transition_speed,
         0.0 if friction is None else friction.coefficient,
         1.0 if friction is None else friction.slip_speed,

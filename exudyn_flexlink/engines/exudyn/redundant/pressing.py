@@ -148,8 +148,7 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
 
     `free` is the sign of u where nothing presses; 0: on either side the point is pulled back.
     """
-    e2 = law.restitution**2
-    elastic, lossy = law.stiffness * (1 + e2) / 2, law.stiffness * (1 - e2) / 2
+    elastic, lossy = law.elastic, law.lossy
     symbolic = Engine.symbolic
 
     def one_side(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, _d: Any, _o: Any) -> Any:
