@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
-from time import monotonic
 from typing import Protocol
 
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import NoConvergenceError
+from exudyn_flexlink.integrate.progress import ProgressMeter
 
-SECONDS_BETWEEN_REPORTS = 0.1
 MOST_AT_ONCE = 200  # events at one instant before the loop gives up
 
 
@@ -67,7 +66,9 @@ class Solution:
     should_stop: Callable[[], bool] | None = None
     go_on: Callable[[float, float], None] | None = None
     _at_once: int = 0
-    _told: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._meter = ProgressMeter(self.progress, self.end)
 
     @property
     def time(self) -> float:
@@ -86,7 +87,6 @@ class Solution:
             NoConvergenceError: no step is short enough, or events follow one another at once.
 
         """
-        self._told = monotonic()
         self.stepper.begin()
         before = 0.0
         for stop in self.stops:
@@ -100,7 +100,7 @@ class Solution:
                 self._count(began, event)
                 if event is not None:
                     self._cross(event)
-                self._tell()
+                self._meter.tell(self.time)
 
     def _over(self) -> bool:
         return self.events.over or (self.should_stop is not None and self.should_stop())
@@ -118,8 +118,3 @@ class Solution:
             self._at_once += 1
             if self._at_once > MOST_AT_ONCE:
                 raise NoConvergenceError("events follow one another at one instant")
-
-    def _tell(self) -> None:
-        if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
-            self._told = monotonic()
-            self.progress(min(self.time / self.end, 1.0))

@@ -28,6 +28,7 @@ from exudyn_flexlink.engines.exudyn.redundant.stepping import (
 from exudyn_flexlink.engines.exudyn.redundant.system import System, build_system
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.expressions import NoValueError
+from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.mechanism import (
     Assembly,
     CurveContact,
@@ -72,7 +73,8 @@ def prepare(scene: Scene, assembly: Assembly, progress: Callable[[float], None] 
     )
     chooser, goal = _chooser(scene, system, end), turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
-    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, knots, window, progress)
+    meter = ProgressMeter(progress, end)
+    loop = Loop(chooser, slots, contacts, events, recorder, end, goal, knots, window, meter)
     return Prepared(scene, assembly, system, loop)
 
 

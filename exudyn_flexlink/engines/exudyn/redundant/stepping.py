@@ -8,10 +8,9 @@ events (a track's pieces, contacts, the end) and resolve contacts.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, inf, log2
-from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -29,11 +28,11 @@ from exudyn_flexlink.engines.exudyn.redundant.restart import start_anew
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.progress import ProgressMeter
 from exudyn_flexlink.integrate.window import Window
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
 
-SECONDS_BETWEEN_REPORTS = 0.1
 ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
 STEPS_PER_SAMPLE_IN_CONTACT = 4
 KNOT_TIME = 1e-12  # s: to which the solver's steps add up
@@ -151,7 +150,7 @@ class Loop:
     goal: TurnGoal | None
     knots: Sequence[float]  # instants (s) at which drives jump or bend: steps end there
     window: Window
-    progress: Callable[[float], None] | None
+    progress: ProgressMeter
     time: float = 0.0
     left: float | None = None  # angle still to turn, rad, where turns end the run
     largest_step: float = 0.0
@@ -161,7 +160,6 @@ class Loop:
     interrupted: bool = False
     error: BaseException | None = None
     _first: float = 0.0
-    _told: float = 0.0
     _goal_rate: float = 0.0
     _noted: int = 0  # entries of the contacts' log that the recorder knows
     _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
@@ -174,7 +172,6 @@ class Loop:
         self._take(now, multipliers)
         self._first = self._cut(now, self.chooser.first)
         self.contacts.aim(self._first)
-        self._told = monotonic()
         return self._first
 
     def after_step(self, mbs: Any, time: float) -> bool:
@@ -238,9 +235,7 @@ class Loop:
         self.time = now.time
         self.largest_step = max(self.largest_step, now.step)
         self.smallest_step = min(self.smallest_step, now.step)
-        if self.progress is not None and monotonic() - self._told > SECONDS_BETWEEN_REPORTS:
-            self._told = monotonic()
-            self.progress(min(now.time / self.end, 1.0))
+        self.progress.tell(now.time)
 
     def _cut(self, now: StepEnd, step: float) -> float:
         """Shorten a step so that whatever happens next happens at its end."""
