@@ -8,7 +8,7 @@ from math import inf
 
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.exudyn.faces import Touch
-from exudyn_flexlink.intervals import Interval, Intervals
+from exudyn_flexlink.intervals import ContactEvent, Interval, Intervals
 
 Totals = tuple[float, float]
 
@@ -22,7 +22,7 @@ class Entry:
 
     time: float
     index: int
-    kind: str
+    kind: ContactEvent
     touch: Touch
     approach_speed: float
     peak_force: float = 0.0

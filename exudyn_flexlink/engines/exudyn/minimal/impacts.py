@@ -36,7 +36,7 @@ from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.complementarity import complementary
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.intervals import Interval
+from exudyn_flexlink.intervals import ContactEvent, Interval
 
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
@@ -222,7 +222,7 @@ class Impacts:
         self._contacts[k].side = Side.APART
         self._tell(time, k, "contact ends")
 
-    def _tell(self, time: float, k: int, kind: str, approach: float = 0.0) -> None:
+    def _tell(self, time: float, k: int, kind: ContactEvent, approach: float = 0.0) -> None:
         touch, peak = self.finder.touches[k], self._contacts[k].peak
         self.recorder.note(Entry(time, k, kind, touch, approach, peak))
 

@@ -42,6 +42,7 @@ from exudyn_flexlink.integrate.collocation import NODES, STAGES, WEIGHTS
 from exudyn_flexlink.integrate.events import Event
 from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.intervals import ContactEvent
 from exudyn_flexlink.mechanism import TOUCHING
 
 IN_CONTACT = 0.15  # of the contact's half period: the first step in it
@@ -277,12 +278,15 @@ class MinimalProblem:
         longest, before, walls = inf, len(self.model.contacts), self._finder.walls
         for k in walls.changed(time, there).tolist():
             self.model.walls.change(k)
-            kind = "contact begins" if self.model.walls.touching[k] else "contact ends"
+            begins = bool(self.model.walls.touching[k])
+            kind: ContactEvent = "contact begins" if begins else "contact ends"
             self._tell(time, before + k, kind, walls.touch(k))
-            if self.model.walls.touching[k]:
+            if begins:
                 longest = min(longest, IN_CONTACT * self.half_periods[before + k])
         self._lasting.touch(time)
         return longest
 
-    def _tell(self, time: float, k: int, kind: str, touch: Touch, peak: float = 0.0) -> None:
+    def _tell(
+        self, time: float, k: int, kind: ContactEvent, touch: Touch, peak: float = 0.0
+    ) -> None:
         self.recorder.note(Entry(time, k, kind, touch, -touch.gap_rate, peak))

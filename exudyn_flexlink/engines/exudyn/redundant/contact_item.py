@@ -21,6 +21,7 @@ from exudyn_flexlink.engines.exudyn.redundant.pressing import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
+from exudyn_flexlink.intervals import ContactEvent
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Channel,
@@ -133,7 +134,7 @@ class ContactItem:
         elif self.behind and touch.gap >= 0:
             self.behind = False
 
-    def _tell(self, now: StepEnd, kind: str, touch: Touch, before: Touch | None) -> None:
+    def _tell(self, now: StepEnd, kind: ContactEvent, touch: Touch, before: Touch | None) -> None:
         speed = -touch.gap_rate
         if kind == "contact begins" and before is not None:
             # The step that found the contact ended in it, already slowed down a little.
