@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import pi
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.transforms import Bbox
 
 from exudyn_flexlink.arrays import FloatArray
 
@@ -29,7 +28,7 @@ class Labels:
 
     def __init__(self, axes: Axes, spots: FloatArray) -> None:
         self._axes = axes
-        self._taken: list[Bbox] = []
+        self._taken = np.empty((0, 2, 2))  # boxes: lower left and upper right corner, pixels
         self._spots = np.asarray(axes.transData.transform(spots))
         figure = axes.get_figure()
         assert figure is not None
@@ -38,8 +37,8 @@ class Labels:
     def keep_free(self, places: FloatArray, size: float) -> None:
         """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
         half = size / 2 * self._pixels
-        for at in np.asarray(self._axes.transData.transform(places)):
-            self._taken.append(Bbox([at - half, at + half]))
+        at = np.asarray(self._axes.transData.transform(places))
+        self._take(np.stack([at - half, at + half], axis=1))
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
         """Write a name beside a place (data coordinates), rather in the direction `towards`."""
@@ -51,35 +50,48 @@ class Labels:
         shown.set_in_layout(False)
         size = shown.get_window_extent()
         half = np.array([size.width, size.height]) / 2
-        at = np.asarray(self._axes.transData.transform(place))
-        first = float(np.arctan2(towards[1], towards[0]))
-        best: tuple[float, FloatArray, Bbox] | None = None
-        for far in FARTHER:
-            for i in range(DIRECTIONS):
-                turned = first + (i + 1) // 2 * (-1) ** i * 2 * pi / DIRECTIONS
-                away = np.array([cos(turned), sin(turned)])
-                # As far as the label's own size in that direction, and a little farther.
-                middle = far * NEAR * self._pixels * away + half * away
-                box = Bbox([at + middle - half, at + middle + half])
-                cost = self._hidden(box) + OF_DISTANCE * (far - 1 + i / DIRECTIONS) * _area(box)
-                if best is None or cost < best[0]:
-                    best = cost, middle, box
-        assert best is not None
-        _, middle, box = best
-        shown.set_position((middle[0] / self._pixels, middle[1] / self._pixels))
-        self._taken.append(box.padded(APART * self._pixels))
+        middles, farther = self._choices(half, float(np.arctan2(towards[1], towards[0])))
+        at = np.asarray(self._axes.transData.transform(place)) + middles
+        boxes = np.stack([at - half, at + half], axis=1)
+        best = int(np.argmin(self._hidden(boxes) + OF_DISTANCE * farther * _area(boxes)))
+        shown.set_position(tuple(middles[best] / self._pixels))
+        apart = APART * self._pixels * np.array([[-1.0], [1.0]])
+        self._take(boxes[best : best + 1] + apart)
 
-    def _hidden(self, box: Bbox) -> float:
-        """How much a label would hide, or leave the axes, in squares of pixels."""
-        window = self._axes.get_window_extent()
-        inside = Bbox.intersection(box, window)
-        cost = OUTSIDE * (_area(box) - (0.0 if inside is None else _area(inside)))
-        for other in self._taken:
-            shared = Bbox.intersection(box, other)
-            cost += 0.0 if shared is None else 3 * _area(shared) + 1.0
-        within = np.all((self._spots > box.min) & (self._spots < box.max), axis=1)
-        return cost + OF_LINE * _area(box) * float(np.count_nonzero(within))
+    def _choices(self, half: FloatArray, first: float) -> tuple[FloatArray, FloatArray]:
+        """Middles (N, 2) of a label about its place, pixels; how much worse (N,) each is for that.
+
+        `half` (2,) is half of its size, and `first` (rad) the direction that is best.
+        """
+        turns = np.arange(DIRECTIONS)
+        angles = first + (turns + 1) // 2 * (-1) ** turns * 2 * pi / DIRECTIONS
+        away = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        far = np.array(FARTHER)
+        # As far as the label's own size in that direction, and a little farther.
+        middles = NEAR * self._pixels * far[:, None, None] * away + half * away
+        return middles.reshape(-1, 2), (far[:, None] - 1 + turns / DIRECTIONS).ravel()
+
+    def _hidden(self, boxes: FloatArray) -> FloatArray:
+        """How much labels in `boxes` (N, 2, 2) would hide, or leave the axes, squares of pixels."""
+        area = _area(boxes)
+        window = self._axes.get_window_extent().get_points()[None]
+        cost = OUTSIDE * (area - _shared(boxes, window)[:, 0])
+        shared = _shared(boxes, self._taken)
+        cost += np.sum(3 * shared + (shared > 0), axis=1)
+        low, high = boxes[:, None, 0], boxes[:, None, 1]
+        within = np.all((self._spots > low) & (self._spots < high), axis=2)
+        return np.asarray(cost + OF_LINE * area * np.count_nonzero(within, axis=1))
+
+    def _take(self, boxes: FloatArray) -> None:
+        self._taken = np.concatenate([self._taken, boxes])
 
 
-def _area(box: Bbox) -> float:
-    return float(box.width * box.height)
+def _area(boxes: FloatArray) -> FloatArray:
+    return np.asarray(np.prod(boxes[..., 1, :] - boxes[..., 0, :], axis=-1))
+
+
+def _shared(boxes: FloatArray, others: FloatArray) -> FloatArray:
+    """Areas (N, M) that boxes (N, 2, 2) share with others (M, 2, 2)."""
+    low = np.maximum(boxes[:, None, 0], others[None, :, 0])
+    high = np.minimum(boxes[:, None, 1], others[None, :, 1])
+    return np.asarray(np.prod(np.maximum(high - low, 0.0), axis=-1))
