@@ -38,7 +38,7 @@ def rgb(colour):
 def pixel(picture, shown, place):
     """Colour of a frame at a place in m."""
     x, y = picture.axes.transData.transform(place)
-    return shown[picture.height - 1 - int(y), int(x)].astype(int)
+    return shown[picture.height - 1 - int(y), int(x), :3].astype(int)
 
 
 def test_a_frame_has_everything_where_it_is(run):
@@ -47,7 +47,7 @@ def test_a_frame_has_everything_where_it_is(run):
     times = picture._frames.times
     for frame in (5, 17, len(picture) - 3):
         shown = picture.frame(frame)
-        assert shown.shape == (picture.height, picture.width, 3)
+        assert shown.shape == (picture.height, picture.width, 4)
         theta = results.SPEED * times[frame]
         along = np.array([np.cos(theta), np.sin(theta)])
         [s] = results.exact_s(run.scene, times[frame : frame + 1])

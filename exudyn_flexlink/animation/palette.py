@@ -17,7 +17,7 @@ BITS = 6  # of each of red, green and blue by which colours are told apart
 
 
 class Palette:
-    """Colours that frames are drawn in, from some of these (height, width, 3)."""
+    """Colours that frames are drawn in, from some of these (height, width, 4)."""
 
     def __init__(self, frames: Sequence[Pixels]) -> None:
         seen = np.concatenate([_boxes(frame).ravel() for frame in frames])
@@ -41,7 +41,7 @@ class Palette:
 
 def _boxes(pixels: Pixels) -> NDArray[np.uint32]:
     """Numbers (height, width) of the small boxes of colours that pixels are in."""
-    parts = (pixels >> (8 - BITS)).astype(np.uint32)
+    parts = (pixels[..., :3] >> (8 - BITS)).astype(np.uint32)
     return np.asarray(parts @ np.array([1 << 2 * BITS, 1 << BITS, 1], dtype=np.uint32))
 
 

@@ -78,12 +78,11 @@ class Picture:
         return len(self._frames.times)
 
     def frame(self, frame: int) -> Pixels:
-        """One frame, (height, width, 3)."""
+        """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", MISSING)
             self._draw(frame)
-        shown = np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-        return shown[..., :3]
+        return np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
 
     def _draw(self, frame: int) -> None:
         self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]

@@ -135,7 +135,7 @@ def video(film: Film, filming: Filming, progress: Progress | None = None) -> byt
         file, told = Path(folder) / "film.mp4", Path(folder) / "told.txt"
         size = f"{picture.width}x{picture.height}"
         command = [
-            program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
+            program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba",
             "-s", size, "-r", f"{rate:g}", "-i", "-", "-an", "-pix_fmt", "yuv420p",
             "-movflags", "+faststart", "-metadata", f"comment={GENERATOR}", str(file),
         ]  # fmt: skip
@@ -166,7 +166,7 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
         assert program.stdin is not None
         try:
             for own in frames:
-                program.stdin.write(own.tobytes())
+                program.stdin.write(own.data)
         except BrokenPipeError:
             pass  # it has ended: what it says tells why
         except BaseException:
