@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from cli_runs import Fake
+from matplotlib.figure import Figure
 from results import rigid_link
 from studies import studied
 
@@ -50,7 +51,7 @@ def run_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Fake], 
 
 @pytest.fixture
 def ends(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Put closed form in place of the engines, with a way to end."""
+    """Put closed form in place of the engines, with a way to end, and empty figures of runs."""
 
     def as_(completed: bool = True, reason: str = "no convergence") -> None:
         def fake(scene: Scene, engine: str, progress: object = None, **_: object) -> Result:
@@ -60,5 +61,9 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
         monkeypatch.setattr("exudyn_flexlink.engines.simulate", fake)
 
+    def empty(_result: Result, _style: object) -> dict[str, Figure]:
+        return {name: Figure((1, 1)) for name in ("forces", "polar")}
+
+    monkeypatch.setattr("exudyn_flexlink.plots.figures", empty)
     as_()
     return as_

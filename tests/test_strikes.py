@@ -120,22 +120,28 @@ def slow(setting: str, engine: str, *more: str) -> Result:
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
-@pytest.mark.parametrize("setting", [*SLOW, LONG_RAMP])
+@pytest.mark.parametrize("setting", [*SLOW[1:], LONG_RAMP])
 def test_slow_drives_run_to_their_end(setting: str, engine: str) -> None:
     """A lever that is pushed aside slowly goes as far as with any slow drive: by 0.16571 rad."""
-    result = slow(setting, engine)
+    goes_as_any_slow_drive(slow(setting, engine))
+
+
+def goes_as_any_slow_drive(result: Result) -> None:
     assert result.outcome.completed, result.outcome.reason
     assert result.checks.steps < 10_000
     angles = lever_response(result, "strike").value
     assert angles.min() == pytest.approx(-0.16571, abs=1e-5)
-    kinds = [event.kind for event in result.events if event.name == "strike"]
-    assert (kinds[0], kinds[-1]) == ("contact begins", "leaves the face")
+    events = [event for event in result.events if event.name == "strike"]
+    assert (events[0].kind, events[-1].kind) == ("contact begins", "leaves the face")
+    # A contact that begins a hair early does not end at once.
+    assert np.diff([event.time for event in events]).min() > 1e-9
 
 
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 def test_creeping_off_a_face_is_told_where_it_is_off(engine: str) -> None:
     """What springs back may be 5 tolerances off: 2e-10 m of place are 4e-6 s of time."""
     result = slow(SLOW[0], engine)
+    goes_as_any_slow_drive(result)
     assert "crept off the end of its face at 2179.49 s" in multiplying(result)
     assert result.error is not None
     off = off_exact(result)
@@ -151,12 +157,6 @@ def off_exact(result: Result) -> float:
     time = common_times(result, exact)
     points = ("link.end", "lever.end")
     return max(float(separation(result, exact, time, [point]).max()) for point in points)
-
-
-def test_a_contact_that_begins_a_hair_early_does_not_end_at_once() -> None:
-    for setting in SLOW[:2]:
-        times = [event.time for event in slow(setting, "exudyn").events if event.name == "strike"]
-        assert np.diff(times).min() > 1e-9
 
 
 def test_instants_are_one_where_the_clock_cannot_tell_them_apart() -> None:

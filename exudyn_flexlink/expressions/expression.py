@@ -107,12 +107,7 @@ class Expression:
             NoValueError: there is none at one of them.
 
         """
-        (found,) = self._value.run(time, state)
-        whole = np.broadcast_to(np.asarray(found, dtype=float), np.shape(time))
-        missing = np.flatnonzero(~np.isfinite(whole))
-        if len(missing):
-            raise NoValueError(self.text, float(np.ravel(time)[missing[0]]), "value")
-        return whole
+        return self._run_all(self._value, time, state)
 
     def rate(self, time: float) -> float:
         """First derivative by time, of one that senses nothing.
@@ -132,6 +127,24 @@ class Expression:
         """
         return self._run(self._bend, time, what="second derivative")[0]
 
+    def rates(self, time: FloatArray) -> FloatArray:
+        """First derivatives (n,) by time at instants (n,) s, of one that senses nothing.
+
+        Raises:
+            NoValueError: there is none at one of them.
+
+        """
+        return self._run_all(self._rate, time, what="derivative")
+
+    def second_rates(self, time: FloatArray) -> FloatArray:
+        """Second derivatives (n,) by time at instants (n,) s, of one that senses nothing.
+
+        Raises:
+            NoValueError: there is none at one of them.
+
+        """
+        return self._run_all(self._bend, time, what="second derivative")
+
     def slopes(self, time: float, state: Sequence[float]) -> list[float]:
         """Derivatives by each of what is sensed.
 
@@ -148,6 +161,20 @@ class Expression:
         if not all(map(math.isfinite, found)):
             raise NoValueError(self.text, time, what)
         return found
+
+    def _run_all(
+        self,
+        program: Program,
+        time: FloatArray,
+        state: Sequence[FloatArray] = (),
+        what: str = "value",
+    ) -> FloatArray:
+        (found,) = program.run(time, state)
+        whole = np.broadcast_to(np.asarray(found, dtype=float), np.shape(time))
+        missing = np.flatnonzero(~np.isfinite(whole))
+        if len(missing):
+            raise NoValueError(self.text, float(np.ravel(time)[missing[0]]), what)
+        return whole
 
     @cached_property
     def _value(self) -> Program:

@@ -7,6 +7,7 @@ from math import inf
 
 import numpy as np
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.mechanism.model import Mechanism, Motor
 from exudyn_flexlink.mechanism.prescribed import Applied, SpeedOf, Tabled
@@ -26,7 +27,9 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
     found: list[Mistake] = []
     for motor in mechanism.speed_motors:
         path = ("drives", motor.name, "value")
-        missing = list(_missing(path, motor.speed, end, motor.speed.rate))
+        speed = motor.speed
+        others = [speed.rates, *([speed.integrals] if isinstance(speed, SpeedOf) else [])]
+        missing = list(_missing(path, speed, end, *others))
         found += missing or _jumps(path, motor, end)
     for torque in mechanism.torque_motors:
         if not torque.size.senses:
@@ -39,7 +42,7 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
 
 
 def _missing(
-    path: KeyPath, function: Applied, end: float, *others: Callable[[float], float]
+    path: KeyPath, function: Applied, end: float, *others: Callable[[FloatArray], FloatArray]
 ) -> Iterator[Mistake]:
     """Say where a function of time has no value, or no value of `others` of it."""
     if isinstance(function, Ramp) or end == inf:
@@ -52,21 +55,19 @@ def _missing(
             yield Mistake(path, message, "more rows, or a shorter run")
         return
     try:
-        for time in _instants(function, end):
-            for value in (function.at, *others):
-                value(time)
-            if isinstance(function, SpeedOf):
-                function.integral(time)
+        looks = _instants(function, end)
+        for values in (function.values, *others):
+            values(looks)
     except NoValueError as error:
         yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
 
 
-def _instants(function: Applied, end: float) -> Iterator[float]:
-    """Instants (s) of a run up to `end` at which a value is looked at: both sides of knots, too."""
-    yield from np.linspace(0.0, end, LOOKS + 1).tolist()
-    for knot in function.knots(end):
-        beside = max(BESIDE, BESIDE * knot)
-        yield from (max(knot - beside, 0.0), min(knot + beside, end))
+def _instants(function: Applied, end: float) -> FloatArray:
+    """Instants (n,) s of a run up to `end` at which values are looked at: beside knots, too."""
+    knots = np.array(function.knots(end))
+    beside = np.maximum(BESIDE, BESIDE * knots)
+    sides = np.clip(np.concatenate([knots - beside, knots + beside]), 0.0, end)
+    return np.concatenate([np.linspace(0.0, end, LOOKS + 1), np.sort(sides)])
 
 
 def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
@@ -74,16 +75,16 @@ def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
     speed = motor.speed
     if isinstance(speed, (Ramp, Tabled)):
         return
-    kinds = [("speed", speed.at, speed.rate)]
+    kinds = [("speed", speed.values, speed.rates)]
     if isinstance(speed, SpeedOf):
-        kinds = [("value", speed.motion.at, speed.at), *kinds]
-    looks = np.linspace(0.0, end, LOOKS + 1).tolist()
+        kinds = [("value", speed.motion.values, speed.values), *kinds]
+    looks = np.linspace(0.0, end, LOOKS + 1)
     for knot in speed.knots(end):
-        for name, value, rate in kinds:
+        for name, values, rates in kinds:
             beside = max(BESIDE, BESIDE * knot)
-            before, after = value(knot - beside), value(knot + beside)
-            steep = max(abs(rate(knot - beside)), abs(rate(knot + beside)))
-            largest = max(abs(value(time)) for time in looks)
+            sides = np.array([knot - beside, knot + beside])
+            before, after = values(sides)
+            steep, largest = np.abs(rates(sides)).max(), np.abs(values(looks)).max()
             if abs(after - before) > 4 * beside * steep + JUMP * largest:
                 yield Mistake(
                     path,

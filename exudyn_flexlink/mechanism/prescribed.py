@@ -23,7 +23,7 @@ class Applied(Protocol):
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s) and values sensed; ArithmeticError where there is none."""
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
         """As `at`, at instants (n,) and with values (n,) of each of what is sensed."""
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
@@ -42,6 +42,12 @@ class Prescribed(Applied, Protocol):
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
 
+    def rates(self, time: FloatArray) -> FloatArray:
+        """As `rate`, at instants (n,) s."""
+
+    def integrals(self, time: FloatArray) -> FloatArray:
+        """As `integral`, to instants (n,) s."""
+
 
 class OfTime(ABC):
     """What takes nothing of the state."""
@@ -50,9 +56,9 @@ class OfTime(ABC):
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
         """Value at a time (s)."""
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:  # noqa: ARG002
+    @abstractmethod
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
         """Values (n,) at instants (n,) s."""
-        return np.array([self.at(t) for t in time.tolist()])
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
         """Return nothing: there is nothing that it senses."""
@@ -78,6 +84,18 @@ class SpeedOf(OfTime):
         """Integral of the value from 0 to `time` (s)."""
         return self.motion.at(time) - self._start
 
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return self.motion.rates(time)
+
+    def rates(self, time: FloatArray) -> FloatArray:
+        """Time derivatives (n,) of the value."""
+        return self.motion.second_rates(time)
+
+    def integrals(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) of the value from 0 to instants (n,) s."""
+        return self.motion.values(time) - self._start
+
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which a derivative jumps."""
         return self.motion.knots(end)
@@ -93,9 +111,21 @@ class Formula:
         """Value at a time (s) and values sensed."""
         return self.expression.at(time + self.clock, sensed)
 
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
         """Values (n,) at instants (n,) s and values sensed."""
         return self.expression.values(time + self.clock, sensed)
+
+    def rates(self, time: FloatArray) -> FloatArray:
+        """First time derivatives (n,) at instants (n,) s."""
+        return self.expression.rates(time + self.clock)
+
+    def second_rates(self, time: FloatArray) -> FloatArray:
+        """Second time derivatives (n,) at instants (n,) s."""
+        return self.expression.second_rates(time + self.clock)
+
+    def integrals(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) of the value from 0 to instants (n,) s."""
+        return np.array([self.integral(t) for t in time.tolist()])
 
     def rate(self, time: float) -> float:
         """First time derivative of the value."""
@@ -185,6 +215,22 @@ class Tabled(OfTime):
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
         return float(self._integrals(time)) - self._before
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return np.asarray(self._values(time))
+
+    def rates(self, time: FloatArray) -> FloatArray:
+        """First time derivatives (n,) at instants (n,) s."""
+        return np.asarray(self._rates(time))
+
+    def second_rates(self, time: FloatArray) -> FloatArray:
+        """Second time derivatives (n,) at instants (n,) s."""
+        return np.asarray(self._bends(time))
+
+    def integrals(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) of the value from 0 to instants (n,) s."""
+        return np.asarray(self._integrals(time)) - self._before
 
     def knots(self, end: float) -> list[float]:
         """Instants of rows before `end` (s): a derivative jumps at each."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.prescribed import OfTime
 
 
@@ -39,6 +42,27 @@ class Ramp(OfTime):
             return self.value * (time - self.duration / 2)
         x = max(time, 0.0) / self.duration
         return self.value * self.duration * x**4 * (2.5 - 3 * x + x * x)
+
+    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
+        """Values (n,) at instants (n,) s."""
+        return self._each(self.at, time, self.value)
+
+    def rates(self, time: FloatArray) -> FloatArray:
+        """Time derivatives (n,) of the value at instants (n,) s."""
+        return self._each(self.rate, time, 0.0)
+
+    def integrals(self, time: FloatArray) -> FloatArray:
+        """Integrals (n,) of the value from 0 to instants (n,) s."""
+        return self._each(self.integral, time, self.value * (time - self.duration / 2))
+
+    def _each(
+        self, function: Callable[[float], float], time: FloatArray, risen: FloatArray | float
+    ) -> FloatArray:
+        """Values (n,) of a function of the ramp at instants (n,) s; `risen` are those behind it."""
+        found = np.full(len(time), risen)
+        for k in np.flatnonzero(time < self.duration).tolist():
+            found[k] = function(float(time[k]))
+        return found
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which derivatives jump: where the ramp ends."""

@@ -61,9 +61,9 @@ def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
 
 
 def _needs(scene: Scene, mechanism: Mechanism, end: float) -> Iterator[float]:
-    looks = np.linspace(0.0, end, LOOKS).tolist()
+    looks = np.linspace(0.0, end, LOOKS)
     speeds = [
-        max((motor.speed.at(time) for time in looks), key=abs)
+        float(np.abs(motor.speed.values(looks)).max())
         for motor in mechanism.speed_motors
         if motor.slide is None
     ]

@@ -209,8 +209,8 @@ class ClosedCoordinates:
         y, at, jacobian, inverse, reach = placed
         speeds, accelerations = np.zeros(y.shape), np.zeros(y.shape)
         for link, motor, sign in self._motors:
-            speeds[:, link] = [sign * motor.speed.at(a) for a in t.tolist()]
-            accelerations[:, link] = [sign * motor.speed.rate(a) for a in t.tolist()]
+            speeds[:, link] = sign * motor.speed.values(t)
+            accelerations[:, link] = sign * motor.speed.rates(t)
         driven = (jacobian @ speeds[:, :, None])[:, :, 0] + self.closures.rates(t)[:, split.rows]
         speeds += (reach @ v[:, :, None])[:, :, 0]
         speeds[:, split.dependent] -= (inverse @ driven[:, :, None])[:, :, 0]
@@ -244,8 +244,7 @@ class ClosedCoordinates:
                 y = lagrange(t, stages) @ placed.y
         y[:, self._split.free] = z
         for link, motor, sign in self._motors:
-            turned = [sign * motor.speed.integral(a) for a in t.tolist()]
-            y[:, link] = self._start[link] + np.array(turned)
+            y[:, link] = self._start[link] + sign * motor.speed.integrals(t)
         return np.asarray(y)
 
     def _closed(self, t: FloatArray, y: FloatArray) -> tuple[FloatArray, Where]:

@@ -150,7 +150,7 @@ class Closures:
             gaps[:, self._tracked] -= at.track.point
         found = self._rows(gaps, at.x @ self._turning.T) - self._rest
         for row, motor in self.motors:
-            found[:, row] -= [motor.speed.integral(a) for a in t.tolist()]
+            found[:, row] -= motor.speed.integrals(t)
         return found
 
     def jacobian(self, at: Where) -> FloatArray:
@@ -171,7 +171,7 @@ class Closures:
         """Derivatives of the residuals by time alone (n, rows)."""
         found = np.zeros((len(t), self.count))
         for row, motor in self.motors:
-            found[:, row] = [-motor.speed.at(a) for a in t.tolist()]
+            found[:, row] = -motor.speed.values(t)
         return found
 
     def bends(self, t: FloatArray, at: Where, v: FloatArray, a: FloatArray) -> FloatArray:
@@ -191,7 +191,7 @@ class Closures:
             )
         found = self._rows(gaps, a[:, tree] @ self._turning.T)
         for row, motor in self.motors:
-            found[:, row] -= [motor.speed.rate(b) for b in t.tolist()]
+            found[:, row] -= motor.speed.rates(t)
         return found
 
     def forces(self, at: Where, multipliers: FloatArray) -> ComplexArray:

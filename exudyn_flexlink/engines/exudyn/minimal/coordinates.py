@@ -199,10 +199,8 @@ class OpenCoordinates:
             return self._driven[1]
         x, speed, b = np.zeros((3, len(t), self._links))
         for link, motor, sign in self._motors:
-            motion, times = motor.speed, t.tolist()
-            x[:, link] = [self._start[0][link] + sign * motion.integral(at) for at in times]
-            speed[:, link] = [sign * motion.at(at) for at in times]
-            b[:, link] = [sign * motion.rate(at) for at in times]
+            x[:, link] = self._start[0][link] + sign * motor.speed.integrals(t)
+            speed[:, link], b[:, link] = sign * motor.speed.values(t), sign * motor.speed.rates(t)
         places, rates = np.zeros((2, len(t), self._slots))
         state = TreeState(x, speed, b, places, rates, self._picked)
         if not self._follows:
