@@ -135,10 +135,10 @@ def constraint_rows(
     angles = np.zeros(0) if motor_angles is None else motor_angles
     blocks = [
         _attached(pins, q),
-        _welded(welds, q),
-        _slid(slides, q),
-        _slotted(slots, q, places),
-        _driven(motors, angles, q),
+        *([_welded(welds, q)] if welds else []),
+        *([_slid(slides, q)] if slides else []),
+        *([_slotted(slots, q, places)] if slots else []),
+        *([_driven(motors, angles, q)] if motors else []),
     ]
     residual, parts, slopes = (np.concatenate(part) for part in zip(*blocks, strict=True))
     return Constraints(
@@ -240,9 +240,10 @@ def along_slides(
 def _driven(motors: Sequence[Motor], values: FloatArray, q: FloatArray) -> _Block:
     """What each motor prescribes is off by: an angle, or a length along a slide."""
     residual, parts, slopes = _turned([(m.first, m.second) for m in motors], values, q)
-    along = [i for i, motor in enumerate(motors) if motor.slide]
     slides = [motor.slide for motor in motors if motor.slide]
-    residual[along], parts[along], slopes[along] = along_slides(slides, values[along], q)
+    if slides:
+        along = [i for i, motor in enumerate(motors) if motor.slide]
+        residual[along], parts[along], slopes[along] = along_slides(slides, values[along], q)
     return residual, parts, slopes
 
 
