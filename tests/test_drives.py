@@ -205,7 +205,7 @@ def test_a_force_by_a_table_throws_a_ball(settings, off, tmp_path):
            "value: [{file: push.csv, rule: linear}, '-1 N']}}\n"  # fmt: skip
     model = tmp_path / "push.yaml"
     model.write_text(text)
-    result = simulate(load_scene(model, settings))
+    result = simulate(load_scene(model, settings), measure=False)
     assert result.outcome.completed
     x = v = 0.0
     for (begin, f0), (end, f1) in pairwise(rows):
@@ -286,7 +286,7 @@ def test_slopes_of_torques_and_forces_are_those_of_differences():
 
 
 def test_engines_agree_on_a_chain_with_every_kind_of_load():
-    fine, coarse = run(CHAIN), simulate(scene(CHAIN, *REDUNDANT))
+    fine, coarse = run(CHAIN), simulate(scene(CHAIN, *REDUNDANT), measure=False)
     ends = [where(result, "lower.tip")[-1] for result in (fine, coarse)]
     np.testing.assert_allclose(*ends, atol=2e-5)
     assert fine.checks.energy_residual < 1e-7

@@ -83,7 +83,7 @@ def alone(text, *settings):
 
 def run_model(name, *settings):
     """Result of a model file with settings."""
-    result = simulate(load_scene(MODELS / name, settings))
+    result = simulate(load_scene(MODELS / name, settings), measure=False)
     assert result.outcome.completed, result.outcome
     return result
 
