@@ -17,6 +17,7 @@ from exudyn_flexlink.result import Outcome, Result
 from exudyn_flexlink.scene import Scene
 
 os.environ.setdefault("NUMBA_OPT", "1")  # as the program: compiled a third sooner, as fast
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of workers that take all cores between them
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background: tests send Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
 MOST_WORKERS = 8  # each takes 0.6 GB, and collects all tests for itself
