@@ -44,7 +44,6 @@ class Addend:
     """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
 
     def __init__(self, tape: Tape, result: int) -> None:
-        self._tape, self._result = tape, result
         self._value = Program(tape, [result])
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
@@ -53,7 +52,7 @@ class Addend:
 
     def ranges(self, time: Bounds, state: Sequence[Bounds]) -> Bounds:
         """Between which bounds (n,) it stays where t (s) and what is sensed do so."""
-        return ranges(self._tape, self._result, time, state)
+        return ranges(self._value.plan, time, state)
 
 
 class Expression:

@@ -7,13 +7,13 @@ never narrower but for rounding. Bounds are pairs of arrays of one shape.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.expressions.tape import FUNCTIONS, TIME, Tape
+from exudyn_flexlink.expressions.tape import FUNCTIONS, TIME, Operation
 
 
 class Bounds(NamedTuple):
@@ -23,25 +23,22 @@ class Bounds(NamedTuple):
     high: FloatArray
 
 
-def ranges(tape: Tape, result: int, time: Bounds, state: Sequence[Bounds]) -> Bounds:
-    """Bounds of a result of a tape; infinite where it may have no value."""
+def ranges(plan: Iterable[tuple[int, Operation]], time: Bounds, state: Sequence[Bounds]) -> Bounds:
+    """Bounds of the last of numbered operations in order; infinite where it may have no value."""
     found: dict[int, Bounds] = {}
-    shape = np.shape(time.low)
+    last = time
     with np.errstate(all="ignore"):
-        for i in tape.needed([result]):
-            name, takes, value = tape.operations[i]
+        for i, (name, takes, value) in plan:
             if name == "number":
-                found[i] = Bounds(np.full(shape, value), np.full(shape, value))
+                last = Bounds(np.float64(value), np.float64(value))
             elif name == "variable":
-                found[i] = time if value == TIME else state[int(value)]
+                last = time if value == TIME else state[int(value)]
             elif name == "mul" and takes[0] == takes[1]:
-                found[i] = _even(found[takes[0]], 2.0)
+                last = _even(found[takes[0]], 2.0)
             else:
-                low, high = _BY_NAME[name](*(found[k] for k in takes))
-                found[i] = Bounds(
-                    np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
-                )
-    return found[result]
+                last = _known(_BY_NAME[name](*(found[k] for k in takes)))
+            found[i] = last
+    return last
 
 
 # --- operations -----------------------------------------------------------------------------------
@@ -49,8 +46,21 @@ def ranges(tape: Tape, result: int, time: Bounds, state: Sequence[Bounds]) -> Bo
 _WHOLE = Bounds(np.array(-np.inf), np.array(np.inf))
 
 
-def _of_corners(values: Sequence[FloatArray]) -> Bounds:
-    return Bounds(np.minimum.reduce(values), np.maximum.reduce(values))
+def _known(found: Bounds) -> Bounds:
+    """Infinite bounds where there are none."""
+    low, high = found
+    if not np.isnan(low + high).any():
+        return found
+    return Bounds(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
+
+
+def _of_corners(function: Callable[..., FloatArray], a: Bounds, b: Bounds) -> Bounds:
+    """Bounds of a function of two numbers that has its extremes where both have theirs."""
+    p, q, r, s = (function(x, y) for x in a for y in b)
+    return Bounds(
+        np.minimum(np.minimum(p, q), np.minimum(r, s)),
+        np.maximum(np.maximum(p, q), np.maximum(r, s)),
+    )
 
 
 def _where(condition: FloatArray | BoolArray, one: Bounds, other: Bounds) -> Bounds:
@@ -63,13 +73,26 @@ def _rising(name: str) -> Callable[[Bounds], Bounds]:
     return lambda a: Bounds(FUNCTIONS[name](a.low), FUNCTIONS[name](a.high))
 
 
+def _number(a: Bounds) -> float | None:
+    """The number that these bounds are of; None if they are of several."""
+    return float(a.low) if isinstance(a.low, float) and a.low == a.high else None
+
+
+def _times(a: Bounds, factor: float) -> Bounds:
+    low, high = a.low * factor, a.high * factor
+    return Bounds(low, high) if factor >= 0 else Bounds(high, low)
+
+
 def _mul(a: Bounds, b: Bounds) -> Bounds:
-    return _of_corners([x * y for x in a for y in b])
+    for one, other in ((a, b), (b, a)):
+        if (factor := _number(one)) is not None:
+            return _times(other, factor)
+    return _of_corners(np.multiply, a, b)
 
 
 def _div(a: Bounds, b: Bounds) -> Bounds:
     apart = (b.low > 0) | (b.high < 0)
-    return _where(apart, _of_corners([x / y for x in a for y in b]), _WHOLE)
+    return _where(apart, _of_corners(np.divide, a, b), _WHOLE)
 
 
 def _even(a: Bounds, exponent: FloatArray | float) -> Bounds:
@@ -80,10 +103,12 @@ def _even(a: Bounds, exponent: FloatArray | float) -> Bounds:
 
 
 def _pow(a: Bounds, b: Bounds) -> Bounds:
+    if (exponent := _number(b)) is not None and exponent > 0 and exponent % 2 == 0:
+        return _even(a, exponent)
     whole = (b.low == b.high) & (np.round(b.low) == b.low)
     even = whole & (np.mod(b.low, 2) == 0)
     through = (a.low <= 0) & (a.high >= 0)
-    corners = _of_corners([np.power(x, y) for x in a for y in b])
+    corners = _of_corners(np.power, a, b)
     positive = a.low > 0
     found = _where(positive | (whole & ~even & (b.low > 0)), corners, _WHOLE)
     of_even = _where(b.low > 0, _even(a, np.abs(b.low)), corners)
@@ -93,13 +118,13 @@ def _pow(a: Bounds, b: Bounds) -> Bounds:
 
 def _wave(a: Bounds, top: float, name: str) -> Bounds:
     """Bounds of a sine or cosine whose tops are at `top` and whole turns from there."""
-    turn, ends = 2 * np.pi, _of_corners([FUNCTIONS[name](x) for x in a])
-
-    def passes(place: float) -> BoolArray:
-        return np.asarray(np.ceil((a.low - place) / turn) <= np.floor((a.high - place) / turn))
-
+    begin, end = ((x - top) / (2 * np.pi) for x in a)  # in turns from a top
+    first, last = (FUNCTIONS[name](x) for x in a)
+    over_bottom = np.ceil(begin - 0.5) <= np.floor(end - 0.5)
+    over_top = np.ceil(begin) <= np.floor(end)
     return Bounds(
-        np.where(passes(top + np.pi), -1.0, ends.low), np.where(passes(top), 1.0, ends.high)
+        np.where(over_bottom, -1.0, np.minimum(first, last)),
+        np.where(over_top, 1.0, np.maximum(first, last)),
     )
 
 
@@ -110,7 +135,7 @@ def _tan(a: Bounds) -> Bounds:
 
 def _atan2(a: Bounds, b: Bounds) -> Bounds:
     away = (b.low > 0) | (a.low > 0) | (a.high < 0)
-    corners = _of_corners([np.arctan2(x, y) for x in a for y in b])
+    corners = _of_corners(np.arctan2, a, b)
     return _where(away, corners, Bounds(np.array(-np.pi), np.array(np.pi)))
 
 

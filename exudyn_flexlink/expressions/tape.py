@@ -79,14 +79,14 @@ class Program:
     """Computes some results of a tape, from the time and the state."""
 
     def __init__(self, tape: Tape, results: Sequence[int]) -> None:
-        self._plan = [(i, tape.operations[i]) for i in tape.needed(results)]
+        self.plan = [(i, tape.operations[i]) for i in tape.needed(results)]
         self._results = tuple(results)
 
     def run(self, t: Values, state: Sequence[Values] = ()) -> list[Values]:
         """Return the results, of instants and states alike in shape; no number where none is."""
         values: dict[int, Values] = {}
         with np.errstate(all="ignore"):
-            for i, (name, takes, value) in self._plan:
+            for i, (name, takes, value) in self.plan:
                 if name == "number":
                     values[i] = value
                 elif name == "variable":
