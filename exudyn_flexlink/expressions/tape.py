@@ -81,18 +81,25 @@ class Program:
     def __init__(self, tape: Tape, results: Sequence[int]) -> None:
         self.plan = [(i, tape.operations[i]) for i in tape.needed(results)]
         self._results = tuple(results)
+        self._numbers: dict[int, Values] = {}
+        self._variables: list[tuple[int, int]] = []
+        self._steps: list[tuple[int, Callable[..., Any], tuple[int, ...]]] = []
+        for i, (name, takes, value) in self.plan:
+            if name == "number":
+                self._numbers[i] = value
+            elif name == "variable":
+                self._variables.append((i, int(value)))
+            else:
+                self._steps.append((i, FUNCTIONS[name], takes))
 
     def run(self, t: Values, state: Sequence[Values] = ()) -> list[Values]:
         """Return the results, of instants and states alike in shape; no number where none is."""
-        values: dict[int, Values] = {}
+        values = self._numbers.copy()
+        for i, which in self._variables:
+            values[i] = t if which == TIME else state[which]
         with np.errstate(all="ignore"):
-            for i, (name, takes, value) in self.plan:
-                if name == "number":
-                    values[i] = value
-                elif name == "variable":
-                    values[i] = t if value == TIME else state[int(value)]
-                else:
-                    values[i] = FUNCTIONS[name](*(values[k] for k in takes))
+            for i, function, takes in self._steps:
+                values[i] = function(*map(values.__getitem__, takes))
         return [values[i] for i in self._results]
 
 
