@@ -46,7 +46,7 @@ def bare_rigid(*settings):
 
 @pytest.fixture(scope="module")
 def rigid():
-    result = simulate(bare_rigid("run.turns=20", "accuracy.step=1.0e-3"), measure=False)
+    result = simulate(bare_rigid("run.turns=20", "accuracy.step=1.0e-3"))
     assert result.outcome.completed
     assert result.warnings == ()
     return result

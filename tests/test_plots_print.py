@@ -24,7 +24,6 @@ from exudyn_flexlink.plots import (
     lever,
     mechanism,
     polar,
-    save_figure,
     save_figures,
 )
 from exudyn_flexlink.plots.digits import told
@@ -65,8 +64,15 @@ def test_the_command_line_knows_formats_and_styles():
     assert tuple(STYLES) == FIGURE_STYLES
 
 
-def test_several_formats_at_once(rigid, tmp_path):
-    files = save_figures(rigid, tmp_path, FORMATS)
+@pytest.fixture(scope="module")
+def written(rigid, tmp_path_factory):
+    """Files of all figures of one run, in all formats, written twice."""
+    folders = [tmp_path_factory.mktemp(name) for name in ("a", "b")]
+    return [save_figures(rigid, folder, FORMATS) for folder in folders]
+
+
+def test_several_formats_at_once(rigid, written):
+    files = written[0]
     assert {file.name for file in files} == {
         f"{name}.{suffix}" for name in figures(rigid) for suffix in FORMATS
     }
@@ -74,11 +80,10 @@ def test_several_formats_at_once(rigid, tmp_path):
         assert file.read_bytes().startswith(STARTS[file.suffix[1:]])
 
 
-def test_a_figure_of_one_run_is_the_same_file(rigid, tmp_path):
-    """No date and no random names in it: a repository sees no change where there is none."""
-    files = [save_figure(polar(rigid), tmp_path, name, FORMATS) for name in ("a", "b")]
-    for one, other in zip(*files, strict=True):
-        assert one.read_bytes() == other.read_bytes()
+def test_figures_of_one_run_are_the_same_files(written):
+    """No date and no random names in them: a repository sees no change where there is none."""
+    for one, other in zip(*written, strict=True):
+        assert one.read_bytes() == other.read_bytes(), one.name
 
 
 def test_plot_writes_what_is_asked_for(rigid, tmp_path, monkeypatch):

@@ -15,7 +15,6 @@ from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.plots import differences
 from exudyn_flexlink.result import Outcome
-from exudyn_flexlink.scene import Run
 from exudyn_flexlink.shipped import benchmark_files
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.verification import VerifiedRun, judged, read_benchmark
@@ -64,25 +63,11 @@ def verified(file: Path) -> list[VerifiedRun]:
     ]
 
 
-APART = {"cantilever", "four_bar_clearance"}  # these have tests of their own
-
-
-@pytest.mark.parametrize("name", sorted(set(benchmark_files()) - APART))
+@pytest.mark.parametrize("name", sorted(set(benchmark_files()) - {"cantilever"}))
 def test_benchmarks_are_as_near_as_allowed(name: str) -> None:
     off = [(one.run, n) for one in verified(benchmark_files()[name]) for n in one.numbers
            if not n.fine]  # fmt: skip
     assert off == []
-
-
-def test_a_four_bar_with_clearance_is_as_near_as_allowed_at_first() -> None:
-    """Before its first strikes; `verify four_bar_clearance` takes two minutes for all of it."""
-    benchmark = read_benchmark(benchmark_files()["four_bar_clearance"])
-    (one,) = benchmark.runs
-    early = {name: n for name, n in one.numbers.items() if n.at <= 0.25}
-    begun = replace(one, scene=one.scene.changed(run=Run(duration=0.25)), numbers=early)
-    found = judged(benchmark, begun, simulate(begun.scene, begun.engine, measure=False))
-    assert len(found.numbers) == 3
-    assert found.fine, found
 
 
 def test_frequencies_of_a_cantilever_of_rods_are_of_order_two() -> None:
