@@ -2,7 +2,7 @@
 
 Interval arithmetic (R. E. Moore, *Interval Analysis*, 1966): every operation takes the bounds of
 what it takes. They may be wider than the formula's range, where it takes the same thing twice, but
-never narrower but for rounding. Bounds are pairs of arrays of one shape.
+never narrower but for rounding. Bounds are pairs of arrays of one shape, or of numbers.
 """
 
 from __future__ import annotations

@@ -27,9 +27,7 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
     found: list[Mistake] = []
     for motor in mechanism.speed_motors:
         path = ("drives", motor.name, "value")
-        speed = motor.speed
-        others = [speed.rates, *([speed.integrals] if isinstance(speed, SpeedOf) else [])]
-        missing = list(_missing(path, speed, end, *others))
+        missing = list(_missing(path, motor.speed, end, motor.speed.rates))
         found += missing or _jumps(path, motor, end)
     for torque in mechanism.torque_motors:
         if not torque.size.senses:
@@ -55,19 +53,25 @@ def _missing(
             yield Mistake(path, message, "more rows, or a shorter run")
         return
     try:
-        looks = _instants(function, end)
+        looks = np.concatenate([_looks(end), *_sides(function, end)]).clip(0.0, end)
         for values in (function.values, *others):
             values(looks)
+        if isinstance(function, SpeedOf):
+            function.integrals(looks)
     except NoValueError as error:
         yield Mistake(path, str(error), "where(t < 1, one, other) takes other formulas elsewhere")
 
 
-def _instants(function: Applied, end: float) -> FloatArray:
-    """Instants (n,) s of a run up to `end` at which values are looked at: beside knots, too."""
+def _looks(end: float) -> FloatArray:
+    """Instants (n,) s of a run up to `end` at which values are looked at."""
+    return np.linspace(0.0, end, LOOKS + 1)
+
+
+def _sides(function: Applied, end: float) -> tuple[FloatArray, FloatArray]:
+    """Instants (knots,) s just before and just after every knot."""
     knots = np.array(function.knots(end))
     beside = np.maximum(BESIDE, BESIDE * knots)
-    sides = np.clip(np.concatenate([knots - beside, knots + beside]), 0.0, end)
-    return np.concatenate([np.linspace(0.0, end, LOOKS + 1), np.sort(sides)])
+    return knots - beside, knots + beside
 
 
 def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
@@ -78,17 +82,18 @@ def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
     kinds = [("speed", speed.values, speed.rates)]
     if isinstance(speed, SpeedOf):
         kinds = [("value", speed.motion.values, speed.values), *kinds]
-    looks = np.linspace(0.0, end, LOOKS + 1)
-    for knot in speed.knots(end):
-        for name, values, rates in kinds:
-            beside = max(BESIDE, BESIDE * knot)
-            sides = np.array([knot - beside, knot + beside])
-            before, after = values(sides)
-            steep, largest = np.abs(rates(sides)).max(), np.abs(values(looks)).max()
-            if abs(after - before) > 4 * beside * steep + JUMP * largest:
-                yield Mistake(
-                    path,
-                    f"the {name} jumps from {before:.6g} to {after:.6g} at t = {knot:.6g} s",
-                    "formulas must meet where one follows the other",
-                )
-                return
+    first, last = _sides(speed, end)
+    for name, values, rates in kinds:
+        before, after = values(first), values(last)
+        steep = np.maximum(np.abs(rates(first)), np.abs(rates(last)))
+        least = 2 * (last - first) * steep + JUMP * np.abs(values(_looks(end))).max()
+        jumps = np.flatnonzero(np.abs(after - before) > least)
+        if len(jumps):
+            k = jumps[0]
+            time = (first[k] + last[k]) / 2
+            yield Mistake(
+                path,
+                f"the {name} jumps from {before[k]:.6g} to {after[k]:.6g} at t = {time:.6g} s",
+                "formulas must meet where one follows the other",
+            )
+            return
