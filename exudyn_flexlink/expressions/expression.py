@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -117,15 +116,6 @@ class Expression:
         """
         return self._run(self._rate, time, what="derivative")[0]
 
-    def bend(self, time: float) -> float:
-        """Second derivative by time, of one that senses nothing.
-
-        Raises:
-            NoValueError: there is none.
-
-        """
-        return self._run(self._bend, time, what="second derivative")[0]
-
     def rates(self, time: FloatArray) -> FloatArray:
         """First derivatives (n,) by time at instants (n,) s, of one that senses nothing.
 
@@ -142,7 +132,7 @@ class Expression:
             NoValueError: there is none at one of them.
 
         """
-        return self._run_all(self._bend, time, what="second derivative")
+        return self._run_all(self._second_rate, time, what="second derivative")
 
     def slopes(self, time: float, state: Sequence[float]) -> list[float]:
         """Derivatives by each of what is sensed.
@@ -184,7 +174,7 @@ class Expression:
         return Program(self._tape, [self._tape.slope(self._result, TIME)])
 
     @cached_property
-    def _bend(self) -> Program:
+    def _second_rate(self) -> Program:
         first = self._tape.slope(self._result, TIME)
         return Program(self._tape, [self._tape.slope(first, TIME)])
 
@@ -204,7 +194,7 @@ class Expression:
         return self._addends_of(self._tape.slope(self._result, TIME))
 
     @cached_property
-    def bend_addends(self) -> list[Addend]:
+    def second_rate_addends(self) -> list[Addend]:
         """Those of its second derivative by time."""
         rate = self._tape.slope(self._result, TIME)
         return self._addends_of(self._tape.slope(rate, TIME))
@@ -254,13 +244,12 @@ class Expression:
         def value(time: float) -> float:
             return float(program.run(time)[0])
 
-        times = [end * k / LOOKS for k in range(LOOKS + 1)]
-        values = [value(time) for time in times]
-        zeros = [time for time, found in zip(times, values, strict=True) if found == 0]
-        for k, (one, other) in enumerate(pairwise(values)):
-            if one * other < 0:
-                zeros.append(_zero(value, times[k], times[k + 1]))
-        return zeros
+        times = np.linspace(0.0, end, LOOKS + 1)
+        signs = np.sign(program.run(times)[0])
+        crossed = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+        between = zip(times[crossed].tolist(), times[crossed + 1].tolist(), strict=True)
+        zeros = [_zero(value, begin, end) for begin, end in between]
+        return [*zeros, *times[signs == 0].tolist()]
 
 
 def _zero(value: Callable[[float], float], begin: float, end: float) -> float:

@@ -85,7 +85,7 @@ def accelerations(
     right = -rate_of_jacobian_times_velocity(
         lambda at: constraints_at(mechanism, at, places).times(v), q, v
     )
-    motors = [motor.speed.rate(time) for motor in mechanism.speed_motors]
+    motors = [motor.speed.rates(np.array([time]))[0] for motor in mechanism.speed_motors]
     if motors:
         right[-len(motors) :] += motors
     forces = applied_forces(mechanism, q, v, time)

@@ -36,14 +36,11 @@ class Applied(Protocol):
 class Prescribed(Applied, Protocol):
     """A speed (rad/s or m/s) of time alone."""
 
-    def rate(self, time: float) -> float:
-        """Time derivative of the value."""
-
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
 
     def rates(self, time: FloatArray) -> FloatArray:
-        """As `rate`, at instants (n,) s."""
+        """Time derivatives (n,) of the value at instants (n,) s."""
 
     def integrals(self, time: FloatArray) -> FloatArray:
         """As `integral`, to instants (n,) s."""
@@ -75,10 +72,6 @@ class SpeedOf(OfTime):
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:  # noqa: ARG002
         """Value at a time (s)."""
         return self.motion.rate(time)
-
-    def rate(self, time: float) -> float:
-        """Time derivative of the value."""
-        return self.motion.bend(time)
 
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
@@ -130,10 +123,6 @@ class Formula:
     def rate(self, time: float) -> float:
         """First time derivative of the value."""
         return self.expression.rate(time + self.clock)
-
-    def bend(self, time: float) -> float:
-        """Second time derivative of the value."""
-        return self.expression.bend(time + self.clock)
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:
         """Derivatives by the values sensed."""
@@ -207,10 +196,6 @@ class Tabled(OfTime):
     def rate(self, time: float) -> float:
         """First time derivative of the value."""
         return float(self._rates(time))
-
-    def bend(self, time: float) -> float:
-        """Second time derivative of the value."""
-        return float(self._bends(time))
 
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""

@@ -157,4 +157,4 @@ def _driven(model: MinimalModel) -> Iterator[tuple[list[Addend], float, float]]:
         if isinstance(motor.speed, Formula):
             yield motor.speed.expression.rate_addends, motor.speed.clock, reach
         elif isinstance(motor.speed, SpeedOf) and isinstance(motor.speed.motion, Formula):
-            yield motor.speed.motion.expression.bend_addends, motor.speed.motion.clock, reach
+            yield motor.speed.motion.expression.second_rate_addends, motor.speed.motion.clock, reach

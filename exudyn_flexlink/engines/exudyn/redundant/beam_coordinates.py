@@ -110,7 +110,7 @@ class BeamCoordinates(Coordinates):
             weight = shape.elastic.mass * np.outer(shape.weight_rows(), self._gravity)
             forces[beam.columns] += weight.ravel()
         right = -rate_of_jacobian_times_velocity(lambda at: self._joints(at, places) @ v, q, v)
-        motors = [motor.speed.rate(time) for motor in self.mechanism.speed_motors]
+        motors = [motor.speed.rates(np.array([time]))[0] for motor in self.mechanism.speed_motors]
         if motors:
             right[-len(motors) :] += motors
         by_forces, by_joints = self._moving(q, places)
