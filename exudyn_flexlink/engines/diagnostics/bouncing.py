@@ -1,4 +1,4 @@
-"""Bounces on the spot, of a rigid contact whose restitution won't end them."""
+"""Bounces of a rigid contact: when they are over, and when its restitution won't end them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import log
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
+LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
 SUNK = 1e-2  # of the fastest approach of a contact: what slower ones do is no motion to be seen
 MOST_SUNK = 1000  # sunk impacts in a row: some seconds of work
 MOST_LEFT = 100_000  # that restitution may still need to end them: some minutes
@@ -43,3 +44,15 @@ class Bounces:
             f"{time - self._since:.2g} s, at {approach_speed:.2g} m/s, and a restitution of "
             f"{self.restitution:g} won't end them"
         )
+
+
+def is_over(approach_speed: float, restitution: float, gap_acceleration: float) -> bool:
+    """Tell whether the next bounce is so small that the contact lasts instead.
+
+    `gap_acceleration` (m/s^2) is that without contact force: where it presses (negative), a bounce
+    takes ``2 e v_a/|g''|``, and an endless sequence of them only a finite time.
+    """
+    if approach_speed < REST_SPEED:
+        return True
+    flight = 2 * restitution * approach_speed
+    return 0 < flight < LEAST_FLIGHT * -gap_acceleration

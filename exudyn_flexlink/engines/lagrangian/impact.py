@@ -15,9 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED
-
-LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
 
 
 @dataclass(frozen=True)
@@ -38,15 +35,3 @@ def strike(mass: FloatArray, gradient: FloatArray, gap_rate: float, restitution:
     impulse = -(1 + restitution) * gap_rate / mobility
     lost = 0.5 * (1 - restitution**2) * gap_rate**2 / mobility
     return Impact(answer * impulse, impulse, -gap_rate, -restitution * gap_rate, lost)
-
-
-def is_over(approach_speed: float, restitution: float, gap_acceleration: float) -> bool:
-    """Tell whether the next bounce is so small that the contact lasts instead.
-
-    `gap_acceleration` (m/s^2) is that without contact force: where it presses (negative), a bounce
-    takes ``2 e v_a/|g''|``, and an endless sequence of them only a finite time.
-    """
-    if approach_speed < REST_SPEED:
-        return True
-    flight = 2 * restitution * approach_speed
-    return 0 < flight < LEAST_FLIGHT * -gap_acceleration

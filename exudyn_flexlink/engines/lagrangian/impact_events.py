@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED, REST_SPEED
+from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED, REST_SPEED, is_over
 from exudyn_flexlink.engines.lagrangian.equations import NOT_ACTING
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
-from exudyn_flexlink.engines.lagrangian.impact import Impact, is_over, strike
+from exudyn_flexlink.engines.lagrangian.impact import Impact, strike
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 
 if TYPE_CHECKING:

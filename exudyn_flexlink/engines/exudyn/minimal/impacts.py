@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces
+from exudyn_flexlink.engines.diagnostics.bouncing import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.minimal.contacts import OFF_THE_END, RigidContact, Side
@@ -38,7 +38,6 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.intervals import ContactEvent, Interval
 
-LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
 CLOSED = 1e-15  # m: a gap so small is closed, by rounding
 AT_ONCE = 10.0  # instants: a gap that is zero within so little time is closed, too
 HIDDEN = 1e-4  # m/s: as slow as this a point may come out of what a gap is off by, and not be seen
@@ -138,7 +137,7 @@ class Impacts:
         free = gaps.free @ at.accelerations + gaps.bend
         over = np.array(
             [
-                self._contacts[k].acts or is_over(gaps.touching[c, 1], restitution[c], free[c])
+                self._contacts[k].acts or is_over(-gaps.touching[c, 1], restitution[c], free[c])
                 for c, k in enumerate(which)
             ]
         )
@@ -258,14 +257,3 @@ def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:
         peak_force=inf,
         motor_work=float(jump.motor_work[c]),
     )
-
-
-def is_over(gap_rate: float, restitution: float, gap_acceleration: float) -> bool:
-    """Tell whether the next bounce is so small that the contact lasts instead.
-
-    `gap_acceleration` (m/s^2) is that without force of the contact: where it presses (negative), a
-    bounce takes ``2 e g'/g''``, and an endless sequence of them only a finite time.
-    """
-    if -gap_rate < REST_SPEED:
-        return True
-    return 0 < -2 * restitution * gap_rate < LEAST_FLIGHT * -gap_acceleration
