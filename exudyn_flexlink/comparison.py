@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import (
     SAME_STRIKE,
     ContactTotals,
@@ -41,7 +42,7 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     watched_point,
 )
-from exudyn_flexlink.result import ForceDeviation, Result
+from exudyn_flexlink.result import Result
 
 _TOLD = {
     "tolerance": "tolerance {:.3g} m",

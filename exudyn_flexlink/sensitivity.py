@@ -15,6 +15,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison, compare
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import (
     STILL,
     Vibration,
@@ -29,7 +30,7 @@ from exudyn_flexlink.observables import (
     still_text,
     vibration,
 )
-from exudyn_flexlink.result import MeasuredError, Result
+from exudyn_flexlink.result import Result
 
 # Errors of neighbours are as those of their steps, but for such a factor in what that tells of the
 # run's error; `scripts/told_errors.py` measures what it is good for.

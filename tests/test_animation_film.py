@@ -16,9 +16,9 @@ from exudyn_flexlink.animation.speed import SLOW_SECONDS, frames_of, usual_speed
 from exudyn_flexlink.animation.touches import spot_of
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import anchor_position, build_mechanism
 from exudyn_flexlink.plots.style import ENGINE_COLOURS
-from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.shipped import model_file
 
 TURN = 2 * pi / results.SPEED  # s

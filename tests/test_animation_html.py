@@ -14,8 +14,8 @@ from browsing.chromium import browser, program
 from exudyn_flexlink.animation import Slow, film_of, page, player
 from exudyn_flexlink.animation.data import film_data, row
 from exudyn_flexlink.animation.zooms import zooms_of
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.mechanism import Anchor, anchor_position
-from exudyn_flexlink.result import MeasuredError
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,9 @@ from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.integrate.growth import Growth
 from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.observables import positions
-from exudyn_flexlink.result import MeasuredError, Result
+from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import parse_document
 
 MODELS = Path(__file__).parent.parent / "models"

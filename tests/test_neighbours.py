@@ -20,15 +20,9 @@ from exudyn_flexlink.engines.diagnostics.neighbour import (
 )
 from exudyn_flexlink.intervals import Interval, Intervals
 from exudyn_flexlink.loading import load_scene
+from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
 from exudyn_flexlink.report import run_text
-from exudyn_flexlink.result import (
-    INTERRUPTED,
-    NOT_MEASURED,
-    ContactHistory,
-    MeasuredError,
-    Outcome,
-    SleeveHistory,
-)
+from exudyn_flexlink.result import INTERRUPTED, ContactHistory, Outcome, SleeveHistory
 from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER
 from exudyn_flexlink.storage import load, save
 

@@ -23,19 +23,13 @@ from results import (
 )
 
 from exudyn_flexlink.loading import scene_of
+from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread, MeasuredError
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import contact_totals, force_peaks, lever_response, strikes
 from exudyn_flexlink.page import page_of
 from exudyn_flexlink.page.reproducing import model_text
 from exudyn_flexlink.report import run_text
-from exudyn_flexlink.result import (
-    Extremes,
-    ForceDeviation,
-    ForceSpread,
-    MeasuredError,
-    Outcome,
-    Result,
-)
+from exudyn_flexlink.result import Extremes, Outcome, Result
 from exudyn_flexlink.scene import parse_scene
 from exudyn_flexlink.shipped import model_file, model_names
 from exudyn_flexlink.source import load_document, parse_document

@@ -12,6 +12,7 @@ from matplotlib.text import Text
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS, FIGURE_STYLES
+from exudyn_flexlink.measured_error import MeasuredError
 from exudyn_flexlink.plots import (
     FORMATS,
     PRINT,
@@ -28,7 +29,6 @@ from exudyn_flexlink.plots import (
 )
 from exudyn_flexlink.plots.digits import told
 from exudyn_flexlink.plots.panels import BEYOND, line_widths
-from exudyn_flexlink.result import MeasuredError
 from exudyn_flexlink.storage import save
 
 MILLIMETRES = 25.4  # in an inch

@@ -14,10 +14,11 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread
 from exudyn_flexlink.observables.interpolation import straight_between
 from exudyn_flexlink.observables.parting import common_times
 from exudyn_flexlink.observables.touching import sleeves_with_play
-from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
+from exudyn_flexlink.result import Result
 
 Pair = tuple[str, str]
 

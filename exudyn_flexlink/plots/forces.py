@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import Force, Strike, forces_of, strikes, touching
 from exudyn_flexlink.plots.digits import told_error
 from exudyn_flexlink.plots.frame import new_figure
@@ -25,7 +26,7 @@ from exudyn_flexlink.plots.panels import (
     sized,
 )
 from exudyn_flexlink.plots.style import GREY, SCREEN, SERIES, Style, styled
-from exudyn_flexlink.result import ForceDeviation, Result
+from exudyn_flexlink.result import Result
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 LEAST_HEIGHT = 1.75  # inches of a panel

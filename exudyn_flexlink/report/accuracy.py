@@ -17,11 +17,11 @@ from exudyn_flexlink.accuracy import (
     rods_needed,
     stiffnesses,
 )
+from exudyn_flexlink.accuracy.sources import MOST_RODS
 from exudyn_flexlink.observables import measures, name_of
 from exudyn_flexlink.report.text import in_blocks, table
 from exudyn_flexlink.scene import FlexibleBody, Scene
 
-MOST_RODS = 1000
 NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact compliance"}
 
 
@@ -272,7 +272,7 @@ def _limit(study: Study, advice: Advice) -> str:
 def _more_rods(study: Study, source: Source) -> str:
     links = beams(study.scene).values()
     count = max(rods_needed(body.rods, source, study.target) for body in links)
-    advice = "more than 1000" if count > MOST_RODS else f"about {float(f'{count:.2g}'):.0f}"
+    advice = f"more than {MOST_RODS}" if count > MOST_RODS else f"about {float(f'{count:.2g}'):.0f}"
     equal = any(body.layout == "equal" for body in links)
     other = "; 'layout: half_ends' takes fewer" if equal else ""
     return f"a beam to {study.target:.2g} m takes {advice} rods{other}"

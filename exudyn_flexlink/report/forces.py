@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from exudyn_flexlink.measured_error import ForceDeviation, ForceSpread
 from exudyn_flexlink.observables import force_peaks
 from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
 from exudyn_flexlink.report.tables import Table, left_out
-from exudyn_flexlink.result import ForceDeviation, ForceSpread, Result
+from exudyn_flexlink.result import Result
 
 NOTHING = ForceSpread(0.0, 0.0, 0.0, 0.0)
 MOST_ROWS = 12  # more than that scroll the rest away

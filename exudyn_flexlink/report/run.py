@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 
+from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
 from exudyn_flexlink.observables import (
     STILL,
     forces_of,
@@ -18,7 +19,7 @@ from exudyn_flexlink.report.forces import force_error_table
 from exudyn_flexlink.report.strikes import BESIDES, response_table, strike_table
 from exudyn_flexlink.report.tables import Table
 from exudyn_flexlink.report.text import in_blocks, lines_of, number
-from exudyn_flexlink.result import NOT_MEASURED, MeasuredError, Result
+from exudyn_flexlink.result import Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
 

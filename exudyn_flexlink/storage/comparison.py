@@ -10,8 +10,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.comparison import Comparison, Seen, Statistics, StrikePair
+from exudyn_flexlink.measured_error import ForceDeviation
 from exudyn_flexlink.observables import Deviation, Measure, Strike
-from exudyn_flexlink.result import ForceDeviation
 from exudyn_flexlink.storage.documents import write_document
 from exudyn_flexlink.storage.errors import COMPARISON
 from exudyn_flexlink.storage.writing import contact_data, peak_data, strike_data

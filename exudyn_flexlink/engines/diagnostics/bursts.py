@@ -8,7 +8,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.releases import releases
-from exudyn_flexlink.result import MeasuredError, Result
+from exudyn_flexlink.measured_error import MeasuredError
+from exudyn_flexlink.result import Result
 
 
 def alike_by_chance(run: Result, neighbour: Result, error: MeasuredError) -> bool:

@@ -15,8 +15,9 @@ from exudyn_flexlink.engines.diagnostics.amplification import beyond_steps, ratt
 from exudyn_flexlink.engines.diagnostics.bursts import alike_by_chance
 from exudyn_flexlink.engines.interrupts import LateInterruptError
 from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
 from exudyn_flexlink.mechanism import least_tolerance
-from exudyn_flexlink.result import INTERRUPTED, NOT_MEASURED, MeasuredError, Result
+from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Scene
 from exudyn_flexlink.sensitivity import SCATTER, TOUCHED_SCATTER, measured_error
 
