@@ -26,6 +26,7 @@ from exudyn_flexlink.engines.lagrangian import (
     run,
     system,
 )
+from exudyn_flexlink.engines.lagrangian.addresses import Kind
 from exudyn_flexlink.engines.lagrangian.compiled import seldom_collecting
 from exudyn_flexlink.loading import load_scene
 
@@ -52,11 +53,13 @@ sys.exit(cli.main(['simulate', *sys.argv[2:], '--engine=lagrangian', '--no-plots
 """
 
 
-WALLS = """
-from exudyn_flexlink.engines.lagrangian import addresses, walls
-for walled in (False, True):
-    addresses.equation_functions_for(walled)
-    print(walled, len(walls.look.signatures))
+OWN = """
+from exudyn_flexlink.engines.lagrangian import addresses, track_point, walls
+compiled = lambda: (len(walls.look.signatures), len(track_point.crossing.signatures))
+addresses.equation_functions_for(addresses.Kind(walls=True, play=True, knots=False))
+print(*compiled())
+addresses.equation_functions_for(addresses.Kind(walls=False, play=False, knots=False))
+print(*compiled())
 """
 
 BRIEF = "run={duration: 10 ms, sample: 1 ms}"
@@ -110,9 +113,11 @@ def test_where_there_is_a_place_it_is_compiled_once(tmp_path, read_only):
     assert python(tmp_path, kept, TRIED) == "none\n1.0 4.0 none\n"
 
 
-def test_walls_are_compiled_for_mechanisms_that_have_them(tmp_path, read_only):
+def test_a_link_with_play_compiles_its_walls_and_one_without_the_search_for_its_place(
+    tmp_path, read_only
+):
     pytest.importorskip("numba")
-    assert python(tmp_path, read_only, WALLS) == "False 0\nTrue 1\n"
+    assert python(tmp_path, read_only, OWN) == "1 0\n1 1\n"
 
 
 def test_after_compiling_garbage_is_looked_for_as_often_as_before():
@@ -279,7 +284,7 @@ def test_a_process_that_fails_or_hangs_costs_nothing_but_time(tmp_path, monkeypa
     monkeypatch.setattr(parallel_compiling, "units", lambda *_: units)
     monkeypatch.setattr(parallel_compiling, "PATIENCE", 0.2)
     monkeypatch.setattr(parallel_compiling, "HELPER", helper)
-    parallel_compiling.compile_in_parallel(False, False)
+    parallel_compiling.compile_in_parallel(Kind(walls=False, play=False, knots=False))
     assert done == ["cores", "units"]
     assert not list(tmp_path.iterdir())
 

@@ -329,7 +329,7 @@ def test_to_compile_is_a_phase_of_its_own(monkeypatch: pytest.MonkeyPatch) -> No
     simulate(scene, "lagrangian")  # compiles, where no test before did
     assert "compile" not in simulate(scene, "lagrangian").timings
     module = sys.modules["exudyn_flexlink.engines.lagrangian.run"]
-    monkeypatch.setattr(module, "compilation", lambda _: "once")
+    monkeypatch.setattr(module, "compilation", lambda *_: "once")
     timings = simulate(scene, "lagrangian").timings
     assert list(timings) == ["prepare", "compile", "solve", "process"]
 

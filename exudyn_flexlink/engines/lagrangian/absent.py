@@ -1,13 +1,22 @@
 """What functions that are called by address find where a mechanism has no walls, or no knots.
 
+Between walls P's place is a coordinate: nobody asks where the guide's axis crosses the track.
+
 Arguments are those of the functions whose place they take, named in `addresses`.
 """
 
 from __future__ import annotations
 
+from math import nan
 from typing import Any
 
+from exudyn_flexlink.engines.lagrangian.track_point import MISSES, TrackPoint
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
+
+
+def cross(piece: Any, centre: Any, theta: float, near: float) -> tuple[float, TrackPoint, int]:  # noqa: ARG001
+    """Nothing: no place, and a search that missed."""
+    return near, (nan, nan, nan, nan, nan, nan), MISSES
 
 
 def forces(state: Any, touching: Any, c: Any, right: Any) -> float:  # noqa: ARG001

@@ -1,15 +1,15 @@
 """Which functions compiled ones call by address.
 
-Those of a mechanism without walls are none of walls: what a scene does not have is then not
-compiled for it. Those of the method are compiled by one process while another is at work on the
-steps that call them.
+Those of a mechanism without walls are none of walls, and where a link has play nothing looks where
+the guide's axis crosses the track: what a scene does not have is then not compiled for it. Those of
+the method are compiled by one process while another is at work on the steps that call them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from exudyn_flexlink.engines.lagrangian import absent, walls
 from exudyn_flexlink.engines.lagrangian.compiled import by_address, compiling
@@ -17,52 +17,68 @@ from exudyn_flexlink.engines.lagrangian.equations import accelerations
 from exudyn_flexlink.engines.lagrangian.event_functions import uneventful
 from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
 from exudyn_flexlink.engines.lagrangian.knots import after_step, before_step
+from exudyn_flexlink.engines.lagrangian.layout import has_play
 from exudyn_flexlink.engines.lagrangian.mode import rate_at
 from exudyn_flexlink.engines.lagrangian.radau import factor, iterate
 from exudyn_flexlink.engines.lagrangian.signatures import equation_signatures, step_signatures
 from exudyn_flexlink.engines.lagrangian.stiffness import slopes
-from exudyn_flexlink.engines.lagrangian.track_point import has_knots
+from exudyn_flexlink.engines.lagrangian.track_point import cross, has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import change_within
 from exudyn_flexlink.mechanism import Mechanism
 
 
-def own_functions(mechanism: Mechanism) -> list[Callable[..., Any]]:
-    """Functions that not every mechanism has compiled: those of its walls, and of knots."""
+class Kind(NamedTuple):
+    """What a mechanism may have: only then is it compiled."""
+
+    walls: bool
+    play: bool  # of the link in its guide: then P's place is a coordinate, and is not looked for
+    knots: bool  # of the track
+
+
+def kind_of(mechanism: Mechanism) -> Kind:
+    """Tell what a mechanism has."""
+    knots = any(has_knots(slot.curve) for slot in mechanism.slots)
+    return Kind(bool(mechanism.channels), has_play(mechanism), knots)
+
+
+def own_functions(kind: Kind) -> list[Callable[..., Any]]:
+    """Functions that not every mechanism has compiled."""
     own: list[Callable[..., Any]] = []
-    if mechanism.channels:
+    if kind.walls:
         own += [walls.add_wall_forces, change_within]
-    if any(has_knots(slot.curve) for slot in mechanism.slots):
+    if not kind.play:
+        own.append(cross)
+    if kind.knots:
         own.append(before_step)
     return own
 
 
 @cache
-def equation_functions_for(walled: bool) -> list[Callable[..., Any]]:
-    """Functions of equations of motion with walls, or without: the last fields of a `Mode`."""
-    functions = equations_with(walled)
+def equation_functions_for(kind: Kind) -> list[Callable[..., Any]]:
+    """Functions of equations of motion: the last fields of a `Mode`."""
+    functions = equations_with(kind)
     if not compiling():
         return functions
     return list(map(by_address, functions, equation_signatures()))
 
 
 @cache
-def step_functions_for(walled: bool, knots: bool) -> list[Callable[..., Any]]:
-    """Functions that steps of a mechanism call: with walls, with knots in its track, or without.
-
-    They are the last fields of `Means`.
-    """
-    functions = steps_with(walled, knots)
+def step_functions_for(kind: Kind) -> list[Callable[..., Any]]:
+    """Functions that steps of a mechanism call: the last fields of `Means`."""
+    functions = steps_with(kind)
     if not compiling():
         return functions
     return list(map(by_address, functions, step_signatures()))
 
 
-def equations_with(walled: bool) -> list[Callable[..., Any]]:
+def equations_with(kind: Kind) -> list[Callable[..., Any]]:
     """Python's functions of equations of motion."""
-    if not walled:
+    found = absent.cross if kind.play else cross
+    if not kind.walls:
         wall_slopes = absent.wall_slopes
-        return [accelerations, absent.forces, wall_slopes, wall_slopes, absent.depths]
+        return [found, accelerations, absent.forces, wall_slopes, wall_slopes, absent.depths]
     return [
+        found,
         accelerations,
         walls.add_wall_forces,
         walls.take_wall_slopes,
@@ -71,8 +87,10 @@ def equations_with(walled: bool) -> list[Callable[..., Any]]:
     ]
 
 
-def steps_with(walled: bool, knots: bool) -> list[Callable[..., Any]]:
+def steps_with(kind: Kind) -> list[Callable[..., Any]]:
     """Python's functions that steps of a mechanism call."""
-    before, after = (before_step, after_step) if knots else (absent.before_step, absent.after_step)
-    change = change_within if walled else absent.change_within
+    before, after = absent.before_step, absent.after_step
+    if kind.knots:
+        before, after = before_step, after_step
+    change = change_within if kind.walls else absent.change_within
     return [change, factor, iterate, rate_at, slopes, force_jumps, before, after, uneventful]

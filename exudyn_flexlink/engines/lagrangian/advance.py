@@ -27,12 +27,12 @@ from exudyn_flexlink.engines.lagrangian.radau import (
     DIVERGED,
     SOLVED,
     Aim,
-    Work,
     estimate,
     factor_real,
     finish,
     guess,
 )
+from exudyn_flexlink.engines.lagrangian.step_arrays import Work
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
     OLD_ERROR,

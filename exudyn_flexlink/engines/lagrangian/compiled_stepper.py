@@ -13,7 +13,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
+from exudyn_flexlink.engines.lagrangian.addresses import kind_of, step_functions_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, Means, advance, means_made
 from exudyn_flexlink.engines.lagrangian.compiled import (
     hearing_interrupts,
@@ -24,8 +24,8 @@ from exudyn_flexlink.engines.lagrangian.event_functions import Side, interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.radau import Work, method_made, work_for, work_made
 from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.step_arrays import Work, method_made, work_for, work_made
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
     PAIR,
@@ -35,7 +35,6 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Control,
 )
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
-from exudyn_flexlink.engines.lagrangian.track_point import has_knots
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import Collocation
@@ -89,7 +88,7 @@ class CompiledStepper:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
         none = np.zeros(0)
-        compile_in_parallel(*self._kind)
+        compile_in_parallel(kind_of(self.problem.system.model.mechanism))
         with seldom_collecting(), hearing_interrupts():
             mode = system.mode()
             advance(0.0, mode, self._means, system.event_data(), buffer)
@@ -109,14 +108,8 @@ class CompiledStepper:
     def _means(self) -> Means:
         """What steps are made by; they borrow its arrays."""
         method, work = method_made(*self.method), work_made(*self._work)
-        functions = step_functions_for(*self._kind)
+        functions = step_functions_for(kind_of(self.problem.system.model.mechanism))
         return means_made(method, self.control, work, self._memory, *functions)
-
-    @property
-    def _kind(self) -> tuple[bool, bool]:
-        """Whether the mechanism has walls, and whether its track has knots."""
-        system = self.problem.system
-        return bool(system.walls), has_knots(system.track.curve)
 
     def restart(self, longest: float, event: Event | None = None) -> None:  # noqa: ARG002
         """Go on from the present state: every block starts afresh, and takes the equations anew."""

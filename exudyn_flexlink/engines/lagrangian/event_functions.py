@@ -13,7 +13,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.faces import fill_gaps, touches
+from exudyn_flexlink.engines.lagrangian.faces import fill_gaps
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
 
@@ -55,27 +55,6 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
     if goal[0] >= 0.0:
         done -= q[int(goal[0])]
     return float(goal[3] - abs(done))
-
-
-@inlined
-def _none_below_zero(at: Instant, mode: Mode, event_data: EventData) -> bool:
-    """Tell whether no event function has fallen at an instant."""
-    q, v, point, u = coordinates_at(at, mode)
-    if min(mode.piece[END] - u, u - mode.piece[START]) < -NOTHING:
-        return False
-    if turns_left(q, event_data.goal) < -NOTHING:
-        return False
-    if len(mode.acting) == 0:
-        return True
-    states, _, _ = touches(q, v, point, mode.constants)
-    for k in range(len(mode.acting)):
-        gap, place, side = states[k, 0], states[k, 1], event_data.sides[k]
-        if side == PRESSED:
-            if min(place, event_data.lengths[k] - place, -gap) < -NOTHING:
-                return False
-        elif (gap if side == APART else -gap) < -NOTHING:
-            return False
-    return True
 
 
 @inner
@@ -136,20 +115,22 @@ def _far(before: FloatArray, after: FloatArray, done: float) -> bool:
     return bool(min(abs(before[0]), abs(after[0])) > way and before[0] * after[0] > 0)
 
 
-@inner
-def _closing(at: Instant, mode: Mode, event_data: EventData, rates: FloatArray) -> bool:
-    """Tell whether a gap that closed at the last look opens now; keep the `rates` (c,), m/s.
+@inlined
+def _fallen(before: FloatArray, now: FloatArray, event_data: EventData) -> bool:
+    """Tell whether an event function of a piece or a contact has fallen at the second of two looks.
 
-    It may have been closed in between.
+    A gap that closed at the first and opens now may have been closed in between.
     """
-    q, v, point, _ = coordinates_at(at, mode)
-    states, _, _ = touches(q, v, point, mode.constants)
-    turned = False
-    for k in range(len(rates)):
-        rate = states[k, 2] if event_data.sides[k] == APART else -states[k, 2]
-        turned = turned or (event_data.sides[k] != PRESSED and rates[k] < 0.0 < rate)
-        rates[k] = rate
-    return turned
+    fallen = now[2] < -NOTHING
+    for k in range(len(event_data.sides)):
+        i, side = SEEN + 4 * k, event_data.sides[k]
+        gap, place = now[i], now[i + 2]
+        if side == PRESSED:
+            fallen = fallen or min(place, event_data.lengths[k] - place, -gap) < -NOTHING
+        else:
+            way = 1.0 if side == APART else -1.0
+            fallen = fallen or way * gap < -NOTHING or way * before[i + 1] < 0.0 < way * now[i + 1]
+    return bool(fallen)
 
 
 @compiled
@@ -182,16 +163,13 @@ def uneventful(
     """
     if _no_event_between(begin, end, mode, event_data):
         return True
-    y = np.empty(len(begin.y))
-    rates = np.zeros(len(mode.acting))
-    if len(rates) > 0:
-        _closing(begin, mode, event_data, rates)
+    y, rows = np.empty(len(begin.y)), np.empty_like(event_data.seen)
+    _look(begin, mode, event_data.goal, rows[0])
     for k in range(1, LOOKS + 1):
         sigma = k / LOOKS
         interpolate(sigma, begin.y, inside[0], inside[1], y)
-        at = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near)
-        if not _none_below_zero(at, mode, event_data):
-            return False
-        if len(rates) > 0 and _closing(at, mode, event_data, rates):
+        at, now = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near), rows[k % 2]
+        left = _look(at, mode, event_data.goal, now)
+        if left < -NOTHING or _fallen(rows[(k + 1) % 2], now, event_data):
             return False
     return True

@@ -128,7 +128,6 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
         )
     guide = _guide(mechanism, joint.guide, sleeve, pivots)
     levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
-    play = not mechanism.slides
     for force in mechanism.forces:
         raise NotRepresentableError(
             ("drives", force.name), "the Lagrangian engine has no forces at points"
@@ -137,7 +136,12 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     ramp = None if motor is None else _ramp(motor.name, motor.speed)
     torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
     faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
-    return Layout(guide, rods, levers, motor, ramp, torques, play, faces)
+    return Layout(guide, rods, levers, motor, ramp, torques, has_play(mechanism), faces)
+
+
+def has_play(mechanism: Mechanism) -> bool:
+    """Tell whether the link has play in its guide: nothing else slides in this engine."""
+    return not mechanism.slides
 
 
 def _joints(scene: Scene, kind: type) -> list[str]:

@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import (
 )
 from exudyn_flexlink.engines.lagrangian.constants import Constants
 from exudyn_flexlink.engines.lagrangian.equations import Drive, State
-from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, crossing, place_on
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, place_on
 from exudyn_flexlink.mechanism import Ramp
 
 Given = tuple[tuple[float, float, float], TrackPoint, FloatArray]
@@ -34,7 +34,8 @@ class Mode(NamedTuple):
     motors: FloatArray  # (torque motors, 2 + N): value, duration, row of generalised forces
     acting: IntArray  # (c,): how each contact acts, as in `equations`
     touching: IntArray  # (pairs,): 1 where a pair of link and guide touches, else 0
-    # Functions of `equations` and `walls` that are called by address, see `addresses`.
+    # Functions of `track_point`, `equations`, `walls` that are called by address: see `addresses`.
+    cross: Callable[..., tuple[float, TrackPoint, int]]
     accelerations: Callable[..., Any]
     add_wall_forces: Callable[..., Any]
     take_wall_slopes: Callable[..., Any]
@@ -114,7 +115,7 @@ def track_point_at(
     if mode.drive[5] != 0.0:
         u = y[free - 1]
         return u, place_on(mode.piece, u), FINE
-    return crossing(mode.piece, (mode.centre[0], mode.centre[1]), theta, near)
+    return mode.cross(mode.piece, (mode.centre[0], mode.centre[1]), theta, near)
 
 
 @compiled

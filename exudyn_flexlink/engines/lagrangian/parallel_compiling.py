@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from exudyn_flexlink.engines.lagrangian import compiled
-from exudyn_flexlink.engines.lagrangian.addresses import equations_with, steps_with
+from exudyn_flexlink.engines.lagrangian.addresses import Kind, equations_with, steps_with
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import (
     PARTS,
@@ -57,8 +57,8 @@ class Unit(NamedTuple):
     compile: Callable[[], object]
 
 
-def compile_in_parallel(walled: bool, knots: bool) -> None:
-    """Compile what is not yet on disk for mechanisms with walls, with knots, or without.
+def compile_in_parallel(kind: Kind) -> None:
+    """Compile what is not yet on disk for mechanisms of a kind.
 
     Do nothing where there is but one core, where no folder can be written, or where this is no
     Python that could be started once more.
@@ -66,23 +66,23 @@ def compile_in_parallel(walled: bool, knots: bool) -> None:
     frozen = not sys.executable or getattr(sys, "frozen", False)
     if compiled.FOLDER is None or not compiling() or frozen:
         return
-    left = [k for k, unit in enumerate(units(walled, knots)) if _is_left(unit)]
+    left = [k for k, unit in enumerate(units(kind)) if _is_left(unit)]
     count = min(cores(), MOST, len(left)) - 1
     if count < 1:
         return
     with suppress(OSError):  # too little room, or too many processes: then it is done later
-        _share(count, walled, knots, left, compiled.FOLDER)
+        _share(count, kind, left, compiled.FOLDER)
 
 
-def help_compiling(walled: bool, knots: bool, left: list[int], place: str) -> None:
+def help_compiling(kind: list[bool], left: list[int], place: str) -> None:
     """Compile what nobody else does; called in a process of its own, which ends with its parent."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _compile(walled, knots, left, Path(place))
+    _compile(Kind(*kind), left, Path(place))
 
 
-def units(walled: bool, knots: bool) -> list[Unit]:
+def units(kind: Kind) -> list[Unit]:
     """All that is compiled for itself; what takes long comes first."""
-    functions = [*equations_with(walled), *steps_with(walled, knots)]
+    functions = [*equations_with(kind), *steps_with(kind)]
     signatures = [*equation_signatures(), *step_signatures()]
     return [
         _of_python(advance, advance_arguments()),
@@ -123,9 +123,9 @@ def _is_left(unit: Unit) -> bool:
     return compilation(unit.function) != "none"
 
 
-def _compile(walled: bool, knots: bool, left: list[int], place: Path) -> None:
+def _compile(kind: Kind, left: list[int], place: Path) -> None:
     """Compile, one after the other, the units that are left and that nobody has taken."""
-    every = units(walled, knots)
+    every = units(kind)
     with seldom_collecting():
         for k in left:
             if _taken(place / f"unit-{k}"):
@@ -142,14 +142,14 @@ def _taken(sign: Path) -> bool:
     return True
 
 
-def _share(count: int, walled: bool, knots: bool, left: list[int], folder: Path) -> None:
+def _share(count: int, kind: Kind, left: list[int], folder: Path) -> None:
     """Compile the units that are left, with so many helpers."""
     with TemporaryDirectory(prefix=PARTS, dir=folder, ignore_cleanup_errors=True) as place:
         parts = [Path(place) / f"part-{number}" for number in range(count)]
         paths = [path for path in sys.path if isinstance(path, str)]  # imports pass over others
-        given = json.dumps([paths, walled, knots, left, place])
+        given = json.dumps([paths, kind, left, place])
         with processes([sys.executable, "-c", HELPER, given], parts) as helpers:
-            _compile(walled, knots, left, Path(place))
+            _compile(kind, left, Path(place))
             _wait(helpers)
         for part in parts:
             take_over(part, folder)

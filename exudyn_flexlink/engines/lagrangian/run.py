@@ -18,7 +18,7 @@ from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.addresses import equations_with, own_functions
+from exudyn_flexlink.engines.lagrangian.addresses import equations_with, kind_of, own_functions
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation, one_at_a_time
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
@@ -123,8 +123,8 @@ def compiles(scene: Scene) -> Compilation:
 
 def _compilation(mechanism: Mechanism, by_explicit: bool) -> Compilation:
     if by_explicit:
-        return compilation(motions_at, *equations_with(bool(mechanism.channels)))
-    return compilation(advance, *own_functions(mechanism))
+        return compilation(motions_at, *equations_with(kind_of(mechanism)))
+    return compilation(advance, *own_functions(kind_of(mechanism)))
 
 
 def _compile(prepared: Prepared) -> None:

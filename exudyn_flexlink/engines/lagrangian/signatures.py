@@ -18,8 +18,8 @@ from exudyn_flexlink.engines.lagrangian.equations import Drive, State
 from exudyn_flexlink.engines.lagrangian.event_functions import EventData
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, ScaleByReference
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, ModeByReference
-from exudyn_flexlink.engines.lagrangian.radau import (
-    Aim,
+from exudyn_flexlink.engines.lagrangian.radau import Aim
+from exudyn_flexlink.engines.lagrangian.step_arrays import (
     MethodByReference,
     Work,
     WorkByReference,
@@ -48,6 +48,7 @@ def equation_signatures() -> tuple[Any, ...]:
     placed, constants = _tuple(line, line, point), _constants()
     forces = number(placed, numbers, constants, line)
     return (
+        _tuple(number, point, _types().int64)(line, _types().UniTuple(number, 2), number, number),
         _tuple(line, number, line, line, number)(
             _record(State, line, line, point),
             _record(Drive, _types().int64, number, line),

@@ -7,7 +7,7 @@ from math import hypot, inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for
+from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for, kind_of
 from exudyn_flexlink.engines.lagrangian.compiled import hearing_interrupts, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.contacts import Contact
 from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, Side
@@ -130,7 +130,7 @@ class System:
                 self._motor_numbers,
                 self.acting,
                 self._touching,
-                *equation_functions_for(bool(self.walls)),
+                *equation_functions_for(kind_of(self.model.mechanism)),
             )
         return self._modes[piece]
 

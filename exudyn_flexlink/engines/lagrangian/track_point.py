@@ -229,3 +229,10 @@ def crossing(
         ddy * square + dy * second,
     )
     return u, point, ended
+
+
+def cross(
+    piece: FloatArray, centre: tuple[float, float], theta: float, near: float
+) -> tuple[float, TrackPoint, int]:
+    """As `crossing`, for those that call it by its address."""
+    return crossing(piece, centre, theta, near)
