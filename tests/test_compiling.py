@@ -62,6 +62,23 @@ addresses.equation_functions_for(addresses.Kind(walls=False, play=False, knots=F
 print(*compiled())
 """
 
+AFTERWARDS = """
+import sys
+from exudyn_flexlink.engines.lagrangian import outcome, run
+from exudyn_flexlink.loading import load_scene
+def compiled():
+    modules = [own for name, own in sys.modules.items() if name.startswith(run.__package__)]
+    found = [one for module in modules for one in vars(module).items()]
+    signatures = [(name, getattr(function, "signatures", ())) for name, function in found]
+    return {(name, str(one)) for name, several in signatures for one in several}
+prepared = run.prepare(load_scene(sys.argv[1], ["run.turns=0.2"]))
+run._compile(prepared)
+before = compiled()
+run.solve(prepared)
+outcome.finish(prepared, "")
+print(len(before) > 0, *sorted({name for name, _ in compiled() - before}))
+"""
+
 BRIEF = "run={duration: 10 ms, sample: 1 ms}"
 
 IN_PARALLEL = """
@@ -118,6 +135,16 @@ def test_a_link_with_play_compiles_its_walls_and_one_without_the_search_for_its_
 ):
     pytest.importorskip("numba")
     assert python(tmp_path, read_only, OWN) == "1 0\n1 1\n"
+
+
+@pytest.mark.parametrize("model", ["no_clearance", "clearance", "supported"])
+def test_nothing_is_compiled_after_the_phase_that_compiles(tmp_path, model):
+    pytest.importorskip("numba")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    assert (
+        python(tmp_path, environment, AFTERWARDS, str(MODELS / f"{model}.yaml"), within=600)
+        == "True\n"
+    )
 
 
 def test_after_compiling_garbage_is_looked_for_as_often_as_before():

@@ -38,7 +38,9 @@ from exudyn_flexlink.engines.lagrangian.signatures import (
     equation_signatures,
     motions_arguments,
     step_signatures,
+    wall_arguments,
 )
+from exudyn_flexlink.engines.lagrangian.walls import wall_forces, wall_work
 
 PATIENCE = 120.0  # s: for the last unit of the others; alone the longest takes 15 s on one core
 MOST = 4  # processes: more do not help, as 'advance' takes a third of the time of all
@@ -84,11 +86,14 @@ def units(kind: Kind) -> list[Unit]:
     """All that is compiled for itself; what takes long comes first."""
     functions = [*equations_with(kind), *steps_with(kind)]
     signatures = [*equation_signatures(), *step_signatures()]
-    return [
+    found = [
         _of_python(advance, advance_arguments()),
         *map(_of_address, functions, signatures),
         _of_python(motions_at, motions_arguments()),
     ]
+    if kind.walls:
+        found += map(_of_python, (wall_forces, wall_work), wall_arguments())
+    return found
 
 
 def cores() -> int:

@@ -20,7 +20,13 @@ from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
 from exudyn_flexlink.engines.lagrangian.addresses import equations_with, kind_of, own_functions
 from exudyn_flexlink.engines.lagrangian.advance import advance
-from exudyn_flexlink.engines.lagrangian.compiled import Compilation, compilation, one_at_a_time
+from exudyn_flexlink.engines.lagrangian.compiled import (
+    Compilation,
+    compilation,
+    hearing_interrupts,
+    one_at_a_time,
+    seldom_collecting,
+)
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.instability import Instability
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
@@ -128,10 +134,15 @@ def _compilation(mechanism: Mechanism, by_explicit: bool) -> Compilation:
 
 
 def _compile(prepared: Prepared) -> None:
+    system = prepared.system
     if isinstance(prepared.stepper, CompiledStepper):
         prepared.stepper.compile()
     else:
-        prepared.system.compile()
+        system.compile()
+    with seldom_collecting(), hearing_interrupts():
+        system.point_event_functions(0.0, system.start)
+        for walls in system.walls:
+            walls.compile(*system.coordinates(0.0, system.start))
 
 
 def not_smooth(mechanism: Mechanism) -> bool:

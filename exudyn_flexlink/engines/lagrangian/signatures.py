@@ -112,6 +112,13 @@ def motions_arguments() -> tuple[Any, ...]:
     return line, square, line, _mode(), _types().boolean
 
 
+def wall_arguments() -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Types of the arguments of `wall_forces` and of `wall_work`."""
+    _, _, square, _, numbers = _arrays()
+    motion = square, square, square
+    return (*motion, _constants()), (*motion, numbers, _constants())
+
+
 def _mode() -> Any:
     _, line, square, _, numbers = _arrays()
     fields = (_constants(), line, line, line, square, numbers, numbers)

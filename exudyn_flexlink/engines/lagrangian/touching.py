@@ -25,6 +25,7 @@ from exudyn_flexlink.engines.lagrangian.wall_events import (
 )
 from exudyn_flexlink.engines.lagrangian.walls import (
     look,
+    wall_forces,
     wall_work,
 )
 from exudyn_flexlink.intervals import Interval, Intervals
@@ -71,6 +72,13 @@ class Walls:
         self.touching = np.zeros(len(self._faces), dtype=np.int64)
         self._two_sided = self.channel.clearance == 0
         self._seen: FloatArray | None = None
+
+    def compile(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
+        """Have everything compiled that says who touches, and what is made of touches."""
+        first_changed(look(q, v, point, self.constants).pairs, self.touching, self._two_sided)
+        motion = q[None], v[None], np.array([point])
+        wall_work(*motion, self.touching, self.constants)
+        wall_forces(*motion, self.constants)
 
     def start(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
         """Take in which pairs touch at time 0."""
