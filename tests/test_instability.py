@@ -12,6 +12,7 @@ from exudyn_flexlink import load_scene
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.engines.diagnostics.amplification import beyond_steps
 from exudyn_flexlink.integrate.growth import Growth
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.measured_error import MeasuredError
@@ -189,3 +190,13 @@ def test_vibrations_that_nothing_damps_say_that_they_are_off(engine: str) -> Non
     assert error.largest >= apart.max() > 1e-5
     damped = [line.replace("damping: 0", "damping: 2.0e-5") for line in RINGING]
     assert moving(damped, 1e-5, engine).error is None
+
+
+@pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
+def test_a_guide_that_holds_a_link_on_its_axis_is_none_with_play(engine: str) -> None:
+    """No touches tell there that errors last: its vibrations have to be looked at."""
+    held = [*RINGING, "run.turns=1"]
+    scene = idealise(load_scene(MODELS / "supported.yaml", held), ["impact"])
+    assert "vibrations are hardly damped" in beyond_steps(simulate(scene, engine, measure=False))
+    damped = simulate(scene.with_({"bodies.link.hinges.damping": 2e-5}), engine, measure=False)
+    assert beyond_steps(damped) == ""

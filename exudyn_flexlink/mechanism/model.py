@@ -213,7 +213,7 @@ class Mechanism:
     @property
     def has_play(self) -> bool:
         """Whether a joint has clearance, whose touches multiply errors."""
-        return bool(self.channels or self.bearings)
+        return bool(self.bearings) or any(channel.clearance > 0 for channel in self.channels)
 
     @property
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:

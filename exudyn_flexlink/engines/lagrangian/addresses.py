@@ -17,7 +17,6 @@ from exudyn_flexlink.engines.lagrangian.equations import accelerations
 from exudyn_flexlink.engines.lagrangian.event_functions import uneventful
 from exudyn_flexlink.engines.lagrangian.force_jumps import force_jumps
 from exudyn_flexlink.engines.lagrangian.knots import after_step, before_step
-from exudyn_flexlink.engines.lagrangian.layout import has_play
 from exudyn_flexlink.engines.lagrangian.mode import rate_at
 from exudyn_flexlink.engines.lagrangian.radau import factor, iterate
 from exudyn_flexlink.engines.lagrangian.signatures import equation_signatures, step_signatures
@@ -38,7 +37,7 @@ class Kind(NamedTuple):
 def kind_of(mechanism: Mechanism) -> Kind:
     """Tell what a mechanism has."""
     knots = any(has_knots(slot.curve) for slot in mechanism.slots)
-    return Kind(bool(mechanism.channels), has_play(mechanism), knots)
+    return Kind(bool(mechanism.channels), mechanism.has_play, knots)
 
 
 def own_functions(kind: Kind) -> list[Callable[..., Any]]:

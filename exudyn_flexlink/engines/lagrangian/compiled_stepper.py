@@ -13,7 +13,7 @@ from math import inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.engines.lagrangian.addresses import kind_of, step_functions_for
+from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, Means, advance, means_made
 from exudyn_flexlink.engines.lagrangian.compiled import (
     hearing_interrupts,
@@ -88,7 +88,7 @@ class CompiledStepper:
         """Have everything compiled that steps and samples are made by: of no step, and none."""
         system, buffer = self.problem.system, self._room_for(1)
         none = np.zeros(0)
-        compile_in_parallel(kind_of(self.problem.system.model.mechanism))
+        compile_in_parallel(system.kind)
         with seldom_collecting(), hearing_interrupts():
             mode = system.mode()
             advance(0.0, mode, self._means, system.event_data(), buffer)
@@ -108,7 +108,7 @@ class CompiledStepper:
     def _means(self) -> Means:
         """What steps are made by; they borrow its arrays."""
         method, work = method_made(*self.method), work_made(*self._work)
-        functions = step_functions_for(kind_of(self.problem.system.model.mechanism))
+        functions = step_functions_for(self.problem.system.kind)
         return means_made(method, self.control, work, self._memory, *functions)
 
     def restart(self, longest: float, event: Event | None = None) -> None:  # noqa: ARG002

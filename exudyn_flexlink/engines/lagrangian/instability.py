@@ -22,7 +22,7 @@ class Instability:
     def __init__(self, system: System, end: float) -> None:
         self._system = system
         # With play the error is measured in any case: touches multiply it.
-        self._idle = bool(system.walls) or not system.free
+        self._idle = system.model.mechanism.has_play or not system.free
         self._growth = Growth(end / MOST_LOOKS)
         self._since = STEPS_APART  # steps
 

@@ -136,12 +136,7 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     ramp = None if motor is None else _ramp(motor.name, motor.speed)
     torques = tuple((own, _ramp(own.name, own.size.value)) for own in mechanism.torque_motors)
     faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
-    return Layout(guide, rods, levers, motor, ramp, torques, has_play(mechanism), faces)
-
-
-def has_play(mechanism: Mechanism) -> bool:
-    """Tell whether the link has play in its guide: nothing else slides in this engine."""
-    return not mechanism.slides
+    return Layout(guide, rods, levers, motor, ramp, torques, mechanism.has_play, faces)
 
 
 def _joints(scene: Scene, kind: type) -> list[str]:

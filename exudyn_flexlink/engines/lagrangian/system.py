@@ -43,6 +43,7 @@ class System:
         self.stop_advice = ""
         self.reached = False
         mechanism, state = model.mechanism, model.assembly.state
+        self.kind = kind_of(mechanism)
         curve, centre = mechanism.slots[0].curve, model.layout.guide.at
         self.track = Track(curve, float(state.places[0]), state.laps[0], centre)
         self.contacts = [Contact(face, self.events) for face in model.layout.faces]
@@ -130,7 +131,7 @@ class System:
                 self._motor_numbers,
                 self.acting,
                 self._touching,
-                *equation_functions_for(kind_of(self.model.mechanism)),
+                *equation_functions_for(self.kind),
             )
         return self._modes[piece]
 
