@@ -54,12 +54,11 @@ sys.exit(cli.main(['simulate', *sys.argv[2:], '--engine=lagrangian', '--no-plots
 
 
 OWN = """
+import sys
 from exudyn_flexlink.engines.lagrangian import addresses, track_point, walls
-compiled = lambda: (len(walls.look.signatures), len(track_point.crossing.signatures))
-addresses.equation_functions_for(addresses.Kind(walls=True, play=True, knots=False))
-print(*compiled())
-addresses.equation_functions_for(addresses.Kind(walls=False, play=False, knots=False))
-print(*compiled())
+has = sys.argv[1:]
+addresses.equation_functions_for(addresses.Kind("walls" in has, "play" in has, knots=False))
+print(len(walls.look.signatures), len(track_point.crossing.signatures))
 """
 
 AFTERWARDS = """
@@ -130,21 +129,21 @@ def test_where_there_is_a_place_it_is_compiled_once(tmp_path, read_only):
     assert python(tmp_path, kept, TRIED) == "none\n1.0 4.0 none\n"
 
 
-def test_a_link_with_play_compiles_its_walls_and_one_without_the_search_for_its_place(
-    tmp_path, read_only
+@pytest.mark.parametrize(
+    ("has", "compiled_then"), [([], "0 1\n"), (["walls"], "1 1\n"), (["walls", "play"], "1 0\n")]
+)
+def test_walls_are_compiled_where_there_are_any_and_the_search_for_p_where_there_is_no_play(
+    tmp_path, read_only, has, compiled_then
 ):
     pytest.importorskip("numba")
-    assert python(tmp_path, read_only, OWN) == "1 0\n1 1\n"
+    assert python(tmp_path, read_only, OWN, *has) == compiled_then
 
 
 @pytest.mark.parametrize("model", ["no_clearance", "clearance", "supported"])
 def test_nothing_is_compiled_after_the_phase_that_compiles(tmp_path, model):
     pytest.importorskip("numba")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    assert (
-        python(tmp_path, environment, AFTERWARDS, str(MODELS / f"{model}.yaml"), within=600)
-        == "True\n"
-    )
+    environment, path = {**os.environ, "PYTHONPATH": str(ROOT)}, str(MODELS / f"{model}.yaml")
+    assert python(tmp_path, environment, AFTERWARDS, path, within=600) == "True\n"
 
 
 def test_after_compiling_garbage_is_looked_for_as_often_as_before():

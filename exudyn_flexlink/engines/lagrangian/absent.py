@@ -1,6 +1,6 @@
 """What functions that are called by address find where a mechanism has no walls, or no knots.
 
-Between walls P's place is a coordinate: nobody asks where the guide's axis crosses the track.
+Where the link has play P's place is a coordinate: nobody asks where the axis crosses the track.
 
 Arguments are those of the functions whose place they take, named in `addresses`.
 """

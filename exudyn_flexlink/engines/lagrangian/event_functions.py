@@ -163,8 +163,7 @@ def uneventful(
     """
     if _no_event_between(begin, end, mode, event_data):
         return True
-    y, rows = np.empty(len(begin.y)), np.empty_like(event_data.seen)
-    _look(begin, mode, event_data.goal, rows[0])
+    y, rows = np.empty(len(begin.y)), event_data.seen.copy()  # the first is that of the start
     for k in range(1, LOOKS + 1):
         sigma = k / LOOKS
         interpolate(sigma, begin.y, inside[0], inside[1], y)

@@ -23,7 +23,7 @@ from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.result import laps_begun
 
-AT_ONCE = 1e-12  # s: two strikes nearer to each other are one
+LEAST_INTERVAL = 1e-12  # s: two strikes nearer to each other are one
 TINY = 1e-300  # 1/kg: mobility of a gap that only drives move, whose impulse is none
 
 
@@ -80,7 +80,7 @@ class Scattering:
     def _fly(self, time: float) -> None:
         """Go on from the last strike, with the springs and masses of the present state."""
         flight, self._time = time - self._time, time
-        if flight > AT_ONCE and self._speeds.any():
+        if flight > LEAST_INTERVAL and self._speeds.any():
             at = self._model.evaluate(time, *self._model.coordinates.independent())
             squares, modes = eigh(self._model.springs(at)[0], at.mass)
             lasts = 1 / np.sqrt(np.maximum(squares, flight**-2))
