@@ -15,6 +15,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.clock import instant
+from exudyn_flexlink.integrate.collocation import C
 from exudyn_flexlink.integrate.control import ErrorControl
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.knots import Followed, KnotControl
@@ -268,14 +269,26 @@ class ImplicitStepper:
             h -= late
         return step
 
-    def _ending(self, event: Event, step: Step, late: float) -> Step:
+    def _ending(self, event: Event, step: Step, late: float) -> Step | None:
         """Move a step's end a little to its event, which is `late` (s) before it."""
+        solved = step
         for _ in range(CORRECTIONS):
             if late == 0.0 or abs(late) > END_SHIFT * step.h:
                 break
             step = step.ending(step.end - late)
             late = self.problem.late(event, step)
-        return step
+        return step if step is solved else self._with_its_stages(step)
+
+    def _with_its_stages(self, step: Step) -> Step | None:
+        """Return a step whose end was moved with what its stages are now; None if they are none."""
+        times = step.t + C * step.h
+        try:
+            stages = self.model.evaluate_stages(times, *step.at(times))
+            accelerations = stages.accelerations
+        except (ValueError, ArithmeticError):
+            return None
+        finish = step.finish._replace(a=accelerations[-1])
+        return step._replace(finish=finish, stages=stages, accelerations=accelerations)
 
     def _misses(self, event: Event, step: Step) -> bool:
         """Tell that a step made anew, up to an event, is not good enough."""
