@@ -35,6 +35,27 @@ initial: {{positions: {{ball: [{start}, 0]}}, velocities: {{ball: [-{speed}, 0]}
 run: {{duration: {lasts}}}
 accuracy: {{tolerance: 1.0e-6}}
 """
+STRUCK_AND_ENDED = """title: a double pendulum strikes a table, and soon a torque has no value
+bodies:
+  upper: &bar {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.5, 0],
+               points: {first: [0, 0], second: [1, 0]}}
+  lower: *bar
+  table: {type: rigid, mass: 1, inertia: 1, points: {left: [-4, -0.5], right: [4, -0.5]}}
+joints:
+  hung: {type: revolute, points: [ground, upper.first], at: [0, 0]}
+  between: {type: revolute, points: [upper.second, lower.first]}
+  fixed: {type: weld, points: [ground, table.left], at: [-4, -0.5]}
+contacts:
+  hit:
+    type: point_on_line
+    point: lower.second
+    line: [table.left, table.right]
+    law: {stiffness: 1.0e5, restitution: 0.5, transition_speed: 1 mm/s}
+drives: {late: {type: torque, joint: hung, value: "where(t < 0.45, 0, sqrt(angle(between) - 5))"}}
+gravity: 9.81
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-5}
+"""
 PUSHED, STIFF, AROUND = 19.0, 1e7, 0.08  # N/m of the spring and of the peg; m, the spring's length
 PEG_AT, REACH = (0.5834, 0.0576), 0.0094  # m: of the peg, with the radius of the ball
 START, FROM = (0.8, 0.1), (-1.836, -1.934)
@@ -209,3 +230,11 @@ def test_it_does_not_matter_which_coordinates_of_a_loop_are_the_independent_ones
     simulate(scene, "exudyn", measure=False)
     assert told[0] == pytest.approx(told[1], rel=1e-6)
     assert told[0] > 3
+
+
+def test_a_torque_without_a_value_ends_a_run_that_has_strikes_behind_it():
+    """What strikes made of errors is asked for once more where the run ended."""
+    found = simulate(scene_of(parse_document(STRUCK_AND_ENDED, "pendulum")), measure=False)
+    assert len(found.contacts["hit"].touches) == 1
+    assert found.outcome.time == pytest.approx(0.45)
+    assert "has no value at t = 0.45 s" in found.outcome.reason

@@ -19,6 +19,7 @@ from scipy.linalg import eigh
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.instability import shifts
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.expressions import NoValueError
 from exudyn_flexlink.integrate.collocation import WEIGHTS
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.result import laps_begun
@@ -81,7 +82,10 @@ class Scattering:
         """Go on from the last strike, with the springs and masses of the present state."""
         flight, self._time = time - self._time, time
         if flight > LEAST_INTERVAL and self._speeds.any():
-            at = self._model.evaluate(time, *self._model.coordinates.independent())
+            try:
+                at = self._model.evaluate(time, *self._model.coordinates.independent())
+            except NoValueError:  # of a drive, which ends the run here
+                return
             squares, modes = eigh(self._model.springs(at)[0], at.mass)
             lasts = 1 / np.sqrt(np.maximum(squares, flight**-2))
             moved = at.kept.state.transform.matrix
