@@ -213,6 +213,16 @@ def test_steps_can_be_fixed_and_then_converge_with_order_nine() -> None:
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 9, rtol=0, atol=1)
 
 
+@pytest.mark.parametrize(("step", "told"), [("30 ms", True), ("3 ms", False)])
+def test_a_users_step_that_misses_a_cusp_of_the_track_says_so(step: str, told: bool) -> None:
+    """Between two stages the guide's slide went in and out by 33 mm, and no error shows that."""
+    minimal = "solver.formulation=minimal"
+    result = run("hard/near_cusp.yaml", f"accuracy.step={step}", minimal)
+    warnings = [warning for warning in result.warnings if "the step is too long" in warning]
+    assert len(warnings) == told
+    assert all("from 0.3 s on" in warning and "0.033 m" in warning for warning in warnings)
+
+
 def test_samples_may_be_further_apart_than_many_steps() -> None:
     """More steps than are worked off together lie between two samples."""
     settings = ("bodies.link.rods=2", "accuracy.step=5e-5", "solver.formulation=minimal")

@@ -85,7 +85,8 @@ class HybridProblem(Protocol):
 class ImplicitStepper:
     """Where the integration is, and the steps from there; `h` (s) is the next one.
 
-    `rounded` are the instants (s) of steps on singularities, where rounding decided on errors.
+    `rounded` are the instants (s) of steps on singularities, where rounding decided on errors;
+    `slips` those at which steps of the user's own length began that `slipped`, and how far (m).
     """
 
     def __init__(
@@ -102,6 +103,7 @@ class ImplicitStepper:
         self.time = 0.0
         self.h = 1e-3 * end if control.fixed is None else control.fixed
         self.rounded: list[float] = []
+        self.slips: list[tuple[float, float]] = []
         self.steps, self.smallest, self.largest = 0, inf, 0.0
         self._end = end
         self.at: Evaluation
@@ -173,6 +175,7 @@ class ImplicitStepper:
             step = self._step(h)
             if step is not None and self.control.fixed is not None:
                 self.h = self.control.fixed  # it was shorter if an event had to be met from nearer
+                self._note_unchecked(step)
                 return step
             if lengths and self._on_singularity(step):
                 # Rounding decides there, whatever the length: let the stages fall elsewhere.
@@ -232,6 +235,14 @@ class ImplicitStepper:
         """Tell that an error too large may be one of rounding, at a singularity that is passed."""
         on_one = self.problem.on_singularity()[0]
         return on_one and step.error < ROUNDED * self.control.allowed
+
+    def _note_unchecked(self, step: Step) -> None:
+        """Take note of what would have made a step of the user's own length a shorter one."""
+        if self.problem.on_singularity()[0]:
+            self.rounded.append(step.t)
+        slip = self.problem.slipped(step)
+        if slip > self.control.tolerance:
+            self.slips.append((step.t, slip))
 
     def _slips(self, step: Step) -> bool:
         """Tell that a dependent coordinate did not go where its speed would have taken it."""

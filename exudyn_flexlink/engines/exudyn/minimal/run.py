@@ -119,7 +119,7 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     """Put the Result together; its timings are still to come."""
-    told = (*_shortened(run), *_on_dead_centres(run))
+    told = (*_shortened(run), *_slipped(run), *_on_dead_centres(run))
     return RunReader(run).result(told, _outcome(run, *complaint))
 
 
@@ -133,14 +133,28 @@ def _shortened(run: MinimalRun) -> list[str]:
     return [shortened(given, min(found), IN_CONTACT * min(found))] if found else []
 
 
-def _on_dead_centres(run: MinimalRun) -> list[str]:
-    """Say where a loop passed a dead centre so closely that rounding decided on errors."""
-    found = run.stepper.rounded
+def _slipped(run: MinimalRun) -> list[str]:
+    """Say where the user's own step was too long for what follows other coordinates, or a motor."""
+    found = run.stepper.slips
     if not found:
         return []
+    time, slip = max(found, key=lambda one: one[1])
+    return [
+        f"the step is too long: in that from {time:.4g} s on, what a loop, a slot or a drive moves "
+        f"ended up to {slip:.2g} m from where its speed takes it; so did {len(found)} of "
+        f"{run.stepper.steps} steps; shorten the step, or ask for a tolerance"
+    ]
+
+
+def _on_dead_centres(run: MinimalRun) -> list[str]:
+    """Say where a loop passed a dead centre so closely that rounding decided on errors."""
+    found, given = run.stepper.rounded, run.scene.accuracy.step
+    if not found:
+        return []
+    limit = "the tolerance" if given is None else "the step"
     return [
         f"a loop of joints passed a dead centre at {found[0]:.4g} s: near it rounding decides on "
-        "errors, not the tolerance; compare with a run at another one"
+        f"errors, not {limit}; compare with a run at another one"
     ]
 
 
