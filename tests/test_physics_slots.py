@@ -196,3 +196,54 @@ def test_two_half_circles_are_one_circle():
     words = {"steel": STEEL, "rod": rod(0.3), "point": "start"}
     one, two = (run(FREE.format(curve=c, **words)) for c in (RING, halves))
     np.testing.assert_allclose(where(two, "rod.end"), where(one, "rod.end"), atol=2e-6)
+
+
+ROCKING = """
+{steel}
+curves:
+  egg:
+    type: joined
+    pieces:
+      - {{type: ellipse, centre: [0, 0], semi_axes: [0.04, 0.03], from: -90 deg, to: 90 deg}}
+      - {{type: circle, centre: [0, 0], radius: 0.03, from: 90 deg, to: 270 deg}}
+bodies:
+  guide: {rod}
+  link: {rod}
+joints:
+  crank: {{type: revolute, points: [ground, guide.start], at: [0.02, 0]}}
+  sleeve: {{type: sleeve, guide: guide, link: link}}
+  pin: {{type: slot, point: link.start, curve: egg}}
+drives: {{motor: {{type: speed, joint: crank, value: "{speed}*cos({omega}*t)"}}}}
+initial: {{angles: {{guide: {start} deg}}}}
+run: {{duration: 1, sample: 1 ms}}
+accuracy: {{tolerance: 1.0e-6}}
+"""
+
+
+def rays_to_the_egg(angle):
+    """Points where rays from (0.02, 0) at these angles meet the egg: roots of quadratics."""
+    e = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    points = []
+    for width in (0.04, 0.03):  # of the half ellipse on the right, of the half circle on the left
+        square, both, rest = (
+            e[:, 0] ** 2 / width**2 + e[:, 1] ** 2 / 0.03**2,
+            0.02 * e[:, 0] / width**2,
+            0.02**2 / width**2 - 1,
+        )
+        r = (-both + np.sqrt(both**2 - square * rest)) / square
+        points.append([0.02, 0] + r[:, None] * e)
+    right, left = points
+    return np.where(left[:, :1] < 0, left, right)
+
+
+@pytest.mark.parametrize("omega", [20, 200])
+@pytest.mark.parametrize("start", [123, 123.4, 124.4])
+def test_a_crank_that_rocks_over_the_seam_of_its_track_is_on_the_right_piece(start, omega):
+    """The seam is at 123.69 deg: P passes it and is back within one step of the solver."""
+    text = ROCKING.format(steel=STEEL, rod=rod(0.09), start=start, speed=0.02 * omega, omega=omega)
+    found = simulate(scene(text))
+    angle = np.deg2rad(start) + 0.02 * np.sin(omega * found.time)
+    expected = rays_to_the_egg(angle)
+    assert np.ptp(np.sign(expected[:, 0])) == 2, "both pieces are reached"
+    np.testing.assert_allclose(where(found, "link.start"), expected, atol=1e-12)
+    assert not found.warnings

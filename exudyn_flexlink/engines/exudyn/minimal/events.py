@@ -27,8 +27,8 @@ from exudyn_flexlink.integrate.radau import Step
 
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
-Left = Callable[[TreeState], tuple[float, float]]
-"""How far a point is from the end of its piece, and from its start."""
+Left = Callable[[FloatArray, FloatArray], tuple[float, float]]
+"""How far a point is from the end of its piece, and from its start, at coordinates and places."""
 
 LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
 SEAM = 1e-12  # of a slot's parameter: this little beyond a piece is on it
@@ -117,24 +117,36 @@ class EventFinder:
         return float(self.goal(self._at(step, t).x))
 
     def _ends_of_pieces(self, step: Step, end: TreeState) -> list[Event]:
-        """Where slots' points, and what presses on curves, come to ends of pieces."""
+        """Where slots' points, and what presses on curves, come to ends of pieces.
+
+        What passes one may be back before the step ends, so that the stages are looked at, too.
+        """
         slots = enumerate(self.model.coordinates.points)
         curves = [contact.along_curve for contact in self.model.contacts]
         followed: list[tuple[TrackPoint | OnCurve, float, Left]] = [
             *((point, SEAM, partial(_left_of_slot, point, k)) for k, point in slots),
             *((curve, NEAR_SEAM, partial(_left_of_curve, curve)) for curve in curves if curve),
         ]
+        if not followed:
+            return []
+        stages = step.stages.kept.state
+        nodes = [*zip(stages.x[:-1], stages.places[:-1], strict=True), (end.x, end.places)]
         found = []
         for point, seam, left in followed:
-            ahead, behind = left(end)
-            if min(ahead, behind) < -seam:
-                side, way = (0, 1) if ahead < behind else (1, -1)
-                time = fall(partial(self._on_piece, step, left, side), step.t, step.end)
-                found.append(Event(time, PieceEnd(point, way)))
+            for c, node in zip(C.tolist(), nodes, strict=True):
+                ahead, behind = left(*node)
+                if min(ahead, behind) < -seam:
+                    side, way = (0, 1) if ahead < behind else (1, -1)
+                    on_piece = partial(self._on_piece, step, left, side)
+                    time = first_fall(on_piece, None, (step.t, step.t + c * step.h))
+                    if time is not None:
+                        found.append(Event(time, PieceEnd(point, way)))
+                        break
         return found
 
     def _on_piece(self, step: Step, left: Left, side: int, t: float) -> float:
-        return left(self._at(step, t))[side]
+        at = self._at(step, t)
+        return left(at.x, at.places)[side]
 
     # --- contacts -----------------------------------------------------------------------------
 
@@ -237,9 +249,11 @@ def _pressed(before: Touch, after: Touch, h: float) -> bool:
     return _on_the_face(before, after, h) and max(before.gap, after.gap) < -way
 
 
-def _left_of_slot(point: TrackPoint, k: int, state: TreeState) -> tuple[float, float]:
-    return point.left(float(state.places[k]))
+def _left_of_slot(
+    point: TrackPoint, k: int, _: FloatArray, places: FloatArray
+) -> tuple[float, float]:
+    return point.left(float(places[k]))
 
 
-def _left_of_curve(curve: OnCurve, state: TreeState) -> tuple[float, float]:
-    return curve.left(state.x.tolist())
+def _left_of_curve(curve: OnCurve, x: FloatArray, _: FloatArray) -> tuple[float, float]:
+    return curve.left(x.tolist())
