@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,24 +45,29 @@ class Ramp(OfTime):
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:  # noqa: ARG002
         """Values (n,) at instants (n,) s."""
-        return self._each(self.at, time, self.value)
+        if self.duration == 0:
+            return np.full(len(time), self.value)
+        x = self._parts(time)
+        return np.asarray(self.value * x**3 * (10 - 15 * x + 6 * x * x))
 
     def rates(self, time: FloatArray) -> FloatArray:
         """Time derivatives (n,) of the value at instants (n,) s."""
-        return self._each(self.rate, time, 0.0)
+        if self.duration == 0:
+            return np.zeros(len(time))
+        x = self._parts(time)
+        return np.asarray(self.value * 30 * x * x * (1 - x) ** 2 / self.duration)
 
     def integrals(self, time: FloatArray) -> FloatArray:
         """Integrals (n,) of the value from 0 to instants (n,) s."""
-        return self._each(self.integral, time, self.value * (time - self.duration / 2))
+        if self.duration == 0:
+            return self.value * time
+        x = self._parts(time)
+        rising = self.duration * x**4 * (2.5 - 3 * x + x * x)
+        return np.asarray(self.value * (rising + np.maximum(time - self.duration, 0.0)))
 
-    def _each(
-        self, function: Callable[[float], float], time: FloatArray, risen: FloatArray | float
-    ) -> FloatArray:
-        """Values (n,) of a function of the ramp at instants (n,) s; `risen` are those behind it."""
-        found = np.full(len(time), risen)
-        for k in np.flatnonzero(time < self.duration).tolist():
-            found[k] = function(float(time[k]))
-        return found
+    def _parts(self, time: FloatArray) -> FloatArray:
+        """How much of the ramp is over (n,), 0 to 1, at instants (n,) s."""
+        return np.clip(time / self.duration, 0.0, 1.0)
 
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which derivatives jump: where the ramp ends."""
