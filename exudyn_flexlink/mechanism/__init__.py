@@ -7,7 +7,7 @@ from exudyn_flexlink.mechanism.assembly import (
     always_redundant,
     assemble,
 )
-from exudyn_flexlink.mechanism.bodies import beam_of, chain_of, station
+from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
 from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, pair_sides, pairs

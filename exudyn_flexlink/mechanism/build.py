@@ -52,6 +52,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
     springs, drives = scene.springs.items(), scene.drives.items()
     return Mechanism(
         parts=tuple(bodies.parts),
+        points=bodies.points,
         pins=(
             *(
                 Pin(n, *bodies.ends(j))

@@ -172,6 +172,7 @@ class Mechanism:
     """All of it. Order of the constraints: pins, welds, slides, slots, speed motors."""
 
     parts: tuple[RigidPart, ...]
+    points: Mapping[str, Anchor]  # of all bodies, by 'body.point'
     pins: tuple[Pin, ...]
     welds: tuple[Weld, ...]
     slides: tuple[Slide, ...]
