@@ -271,6 +271,6 @@ def always_redundant(assembly: Assembly) -> bool:
 
 def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
     """Constraints of each joint and drive that those before it imply already, where there are."""
-    joints = constraint_rows(mechanism, q, places, np.zeros(len(mechanism.speed_motors)))
+    joints = constraint_rows(mechanism, q, places)
     motion = LeastMotion(mechanism, joints, scale_roots(mechanism), np.zeros(len(joints)))
     return {joints.names[joint]: count for joint, count in motion.surplus().items()}

@@ -71,7 +71,7 @@ def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> N
 def constraints_at(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> Constraints:
     """All constraints with the motors', slots at their foot points, searched from `places`."""
     feet = places_near(mechanism, q, places)
-    return constraint_rows(mechanism, q, feet, np.zeros(len(mechanism.speed_motors)))
+    return constraint_rows(mechanism, q, feet)
 
 
 def accelerations(
