@@ -24,8 +24,8 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 )
 from exudyn_flexlink.mechanism import (
     Assembly,
-    angle_of,
     force_at,
+    left_of,
     line_of,
     sizes_at,
     spring_force,
@@ -151,15 +151,13 @@ def _joint_forces(
     """Force of each joint of two points of the scene on its second one, N, global axes."""
     system, joints = prepared.system, prepared.scene.joints
     found = {}
-    for name, item in system.joints.items():
-        if name in joints:
-            found[name] = -multipliers[:, system.multipliers(item)]
-    for slide in prepared.assembly.mechanism.slides:
+    for pin in system.mechanism.pins:
+        if pin.name in joints:
+            found[pin.name] = -multipliers[:, system.multipliers(system.joints[pin.name])]
+    for slide in system.mechanism.slides:
         if isinstance(joints.get(slide.name), PrismaticJoint):
-            angle = angle_of(slide.first.part, poses) + slide.direction
-            normal = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
-            across = multipliers[:, system.multipliers(system.slides[slide.name])[0]]
-            found[slide.name] = -across[:, None] * normal
+            across = multipliers[:, system.multipliers(system.joints[slide.name])[0]]
+            found[slide.name] = -across[:, None] * left_of(line_of(slide, poses))
     return found
 
 

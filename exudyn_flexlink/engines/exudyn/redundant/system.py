@@ -50,8 +50,7 @@ class System:
     bodies: list[int] = field(default_factory=list)
     ground: int = 0
     ground_node: int = 0
-    joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
-    slides: dict[str, int] = field(default_factory=dict)
+    joints: dict[str, int] = field(default_factory=dict)  # pins and slides
     motors: dict[str, int] = field(default_factory=dict)  # speed motors
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
@@ -148,7 +147,7 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System
     for weld in mechanism.welds:
         _add_weld(system, weld)
     for slide in mechanism.slides:
-        system.slides[slide.name] = _add_slide(system, slide)
+        system.joints[slide.name] = _add_slide(system, slide)
     for spring in mechanism.springs:
         _add_spring(system, spring)
     for linear in mechanism.linear_springs:
