@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     anchor_velocity,
     approach,
     force_at,
+    joint_residuals,
     motor_place,
     motor_speed,
     sizes_at,
@@ -186,7 +187,7 @@ class Recorder:
             stored=stored,
             losses=work - stored,
         )
-        self._check(block)
+        self._check(block, poses)
         self._sample(block)
         self.totals += [
             (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
@@ -265,14 +266,15 @@ class Recorder:
             power += pushed.sum(axis=1)
         return power
 
-    def _check(self, block: _Block) -> None:
+    def _check(self, block: _Block, poses: FloatArray) -> None:
+        """Note the largest errors of energies and joints; `poses` are those at joints."""
         kinetic = self.coordinates.kinetic(block.q, block.v)
         total = kinetic + self.coordinates.potential(block.q) + block.stored.sum(axis=1)
         if self._start_energy is None:
             self._start_energy = float(total[0])
         lost = block.damped + block.losses.sum(axis=1)
         residual = total - self._start_energy + lost - block.supplied
-        errors = self.coordinates.joint_errors(block.q, self._places[: len(block.q)])
+        errors = joint_residuals(self.mechanism, poses, self._places[: len(block.q)])
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
