@@ -76,7 +76,6 @@ from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (
     Resolution,
-    contact_step,
     half_period,
     resolutions,
 )
