@@ -234,7 +234,3 @@ class Mechanism:
         for i, part in enumerate(self.parts):
             found.setdefault(part.body, []).append(i)
         return {body: tuple(parts) for body, parts in found.items()}
-
-    def parts_of(self, body: str) -> list[int]:
-        """Indices of the parts of a body of the scene, in order."""
-        return list(self.bodies[body])

@@ -95,7 +95,7 @@ def straight(beam: BeamLink, state: State) -> tuple[FloatArray, FloatArray]:
 
 def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> BeamLink:
     _refuse_body(name, body)
-    rods = tuple(mechanism.parts_of(name))
+    rods = mechanism.bodies[name]
     _refuse_joints(scene, mechanism, name, rods)
     ends = Anchor(rods[0], 0.0, 0.0), Anchor(rods[-1], mechanism.parts[rods[-1]].reach, 0.0)
     _refuse_contacts(mechanism, rods, ends)
@@ -107,7 +107,7 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
             ("bodies", name), "a beam is the link of one sleeve without clearance"
         )
     guide = slides[0].first.part
-    if guide == GROUND or len(mechanism.parts_of(mechanism.parts[guide].body)) > 1:
+    if guide == GROUND or len(mechanism.bodies[mechanism.parts[guide].body]) > 1:
         raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
     beam = beam_of(scene, body)
     axial = scene.materials[body.material].youngs_modulus * body.section.area
