@@ -193,13 +193,13 @@ class RunReader:
             if not isinstance(joint, PointsJoint):
                 continue
             if name in layout.joints:
-                link, second = layout.joints[name]
+                link, sign = layout.joints[name]
                 held = [
                     part for part, own in layout.frames.items() if link in layout.path(own.link)
                 ]
                 force = sum((self._momentum_rate(part) - given[part] for part in held),
                             np.zeros((len(self.time), 2)))  # fmt: skip
-                forces[name] = force if second else -force
+                forces[name] = sign * force
             elif name in self.reactions.forces:
                 forces[name] = self.reactions.forces[name]
         return forces | self.histories.bearing_forces()
