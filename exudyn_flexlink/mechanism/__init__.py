@@ -34,6 +34,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     applied_forces,
     constraints_at,
     contact_mass,
+    demanded_accelerations,
     mass_blocks,
 )
 from exudyn_flexlink.mechanism.energy import EnergyMeter
@@ -45,7 +46,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     left_of,
     length_along,
     line_of,
-    rate_of_jacobian_times_velocity,
     slot_point,
     speed_along,
     turned,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
@@ -11,7 +13,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     left_of,
     places_near,
-    rate_of_jacobian_times_velocity,
     turned,
     turning,
 )
@@ -74,6 +75,26 @@ def constraints_at(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> C
     return constraint_rows(mechanism, q, feet)
 
 
+def demanded_accelerations(
+    mechanism: Mechanism,
+    speeds_at: Callable[[FloatArray], FloatArray],
+    q: FloatArray,
+    v: FloatArray,
+    time: float,
+) -> FloatArray:
+    """What ``J a`` has to be by joints and motors, (rows,): ``-dJ/dt v - c_tt``.
+
+    `speeds_at` gives ``J v`` at other coordinates than `q` with the velocities `v`: its rate is a
+    central difference along the motion, exact to second order in 1e-6 s.
+    """
+    dt = 1e-6
+    right = -(speeds_at(q + dt * v) - speeds_at(q - dt * v)) / (2 * dt)
+    motors = [motor.speed.rates(np.array([time]))[0] for motor in mechanism.speed_motors]
+    if motors:
+        right[-len(motors) :] += motors
+    return right
+
+
 def accelerations(
     mechanism: Mechanism, q: FloatArray, v: FloatArray, places: FloatArray, time: float
 ) -> FloatArray:
@@ -82,12 +103,9 @@ def accelerations(
     Those of ``M a = f``, changed as little as ``J a = -dJ/dt v - c_tt`` demands, by the measure of
     the mass matrix; redundant joints are allowed.
     """
-    right = -rate_of_jacobian_times_velocity(
-        lambda at: constraints_at(mechanism, at, places).times(v), q, v
+    right = demanded_accelerations(
+        mechanism, lambda at: constraints_at(mechanism, at, places).times(v), q, v, time
     )
-    motors = [motor.speed.rates(np.array([time]))[0] for motor in mechanism.speed_motors]
-    if motors:
-        right[-len(motors) :] += motors
     forces = applied_forces(mechanism, q, v, time)
     return _moving(mechanism, q, places, right).nearest(forces)
 
