@@ -152,12 +152,13 @@ class RunReader:
     def _written(self) -> Written:
         recorder = self.run.recorder
         noted = zip(recorder.entries, recorder.at_notes, strict=True)
+        count = len(recorder.contacts)
         peaks = [contact.peak for contact in self.model.contacts]
         return Written(
             recorder.entries,
             [recorder.totals_of(entry.index, at) for entry, at in noted],
-            recorder.totals_of,
-            lambda k: peaks[k] if k < len(peaks) else 0.0,  # of walls the seeker knows it
+            [recorder.totals_of(k) for k in range(count)],
+            [*peaks, *[0.0] * (count - len(peaks))],  # of walls the seeker knows it
             recorder.seeker,
             recorder.impacts,
         )

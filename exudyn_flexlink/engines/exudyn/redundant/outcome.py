@@ -114,8 +114,8 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 def _written(prepared: Prepared) -> Written:
     """Return what the run wrote down of its contacts and of its channels' pairs."""
     recorder, entries = prepared.loop.recorder, prepared.loop.contacts.entries
-    of_run = recorder.totals_of, recorder.force_of
-    return Written(entries, recorder.totals, *of_run, recorder.seeker)
+    at_end = list(zip(recorder.impulse.tolist(), recorder.work.tolist(), strict=True))
+    return Written(entries, recorder.totals, at_end, recorder.force.tolist(), recorder.seeker)
 
 
 def _torques(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:
