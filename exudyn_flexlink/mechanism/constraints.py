@@ -260,8 +260,6 @@ def _slid(slides: Sequence[Slide], q: FloatArray) -> _Block:
 
 def _joined(lengths: _Block, angles: _Block) -> _Block:
     """Rows of joints that have some in m and then one in rad, joint by joint."""
-    if not len(angles[0]):
-        return lengths
     residual, parts, slopes = (
         np.concatenate(
             [a.reshape(len(b), -1, *a.shape[1:]), b.reshape(len(b), 1, *b.shape[1:])], axis=1
