@@ -197,13 +197,18 @@ class Mechanism:
         """Pins and welds, in the order of their constraints."""
         return (*self.pins, *self.welds)
 
+    @property
+    def sizes(self) -> list[tuple[str, Size]]:
+        """Sizes of torques and of components of forces, each with the name of its drive."""
+        return [
+            *((motor.name, motor.size) for motor in self.torque_motors),
+            *((force.name, size) for force in self.forces for size in force.sizes),
+        ]
+
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which a drive, or a derivative of it, jumps; in order."""
-        sizes = [
-            *(motor.size for motor in self.torque_motors),
-            *(size for force in self.forces for size in force.sizes),
-        ]
-        functions = [*(motor.speed for motor in self.speed_motors), *(size.value for size in sizes)]
+        applied = [size.value for _, size in self.sizes]
+        functions = [*(motor.speed for motor in self.speed_motors), *applied]
         return sorted({knot for function in functions for knot in function.knots(end)})
 
     @property
