@@ -48,8 +48,7 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     for spring in mechanism.springs:
         angle = turning(spring.first, spring.second, q)
         rate = turning(spring.first, spring.second, v)
-        rest = 0.0 if spring.rest_angle is None else spring.rest_angle
-        torque = -spring.stiffness * (angle - rest) - spring.damping * rate
+        torque = -spring.stiffness * (angle - (spring.rest_angle or 0.0)) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
     for linear in mechanism.linear_springs:
         stretched = anchor_jacobian(linear.second, q) - anchor_jacobian(linear.first, q)

@@ -90,7 +90,7 @@ class Recorder:
         self.contacts = contacts = seeker.contacts  # of the scene, then its channels' pairs
         self.grid = grid
         self.seeker = seeker
-        self.motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
+        self.motor_rows = [system.multipliers(item)[0] for item in system.motors]
         self.samples = Samples()
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0

@@ -51,7 +51,7 @@ class System:
     ground: int = 0
     ground_node: int = 0
     joints: dict[str, int] = field(default_factory=dict)  # pins and slides
-    motors: dict[str, int] = field(default_factory=dict)  # speed motors
+    motors: list[int] = field(default_factory=list)  # speed motors, in their order
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
     # Of values that drives do not have: nothing may be raised through the solver.
@@ -159,7 +159,7 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
     for linear in mechanism.linear_springs:
         _add_linear_spring(system, linear)
     for motor in mechanism.speed_motors:
-        system.motors[motor.name] = _add_speed_motor(system, motor)
+        system.motors.append(_add_speed_motor(system, motor))
     if any(mechanism.gravity):
         _add_weight(system)
     return system
