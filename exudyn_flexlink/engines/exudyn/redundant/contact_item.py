@@ -9,16 +9,11 @@ from __future__ import annotations
 
 from math import inf
 
-from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
-from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
+from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.pressing import (
-    Pressing,
-    PressingCircles,
-    PressingFace,
-)
+from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, PressingFace
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.intervals import ContactEvent
@@ -58,14 +53,12 @@ class ContactItem:
         self.walled = isinstance(contact, CircleContact) or channel is not None
         self.resolution, self.contact_step = resolution, resolution.step
         self._shortest = SHORTEST * resolution.step
-        self.geometry: FaceGeometry | CircleGeometry
-        self.items: Pressing
+        self.items: PressingCircles | PressingFace
         if isinstance(contact, CircleContact):
-            self.geometry = CircleGeometry(contact)
-            self.items = PressingCircles(system, contact, self.geometry)
+            self.items = PressingCircles(system, contact)
         else:
-            self.geometry = FaceGeometry(contact)
-            self.items = PressingFace(system, contact, self.geometry)
+            self.items = PressingFace(system, contact)
+        self.geometry = self.items.geometry
         self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self._touch: Touch | None = None
