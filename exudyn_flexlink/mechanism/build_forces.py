@@ -70,19 +70,11 @@ def contact_of(
             second.inside,
             *laws,
         )
+    point, side = bodies.anchor(contact.point), 1.0 if contact.side == "left" else -1.0
     if isinstance(contact, PointOnCurve):
-        return CurveContact(
-            name,
-            bodies.anchor(contact.point),
-            curves[contact.curve],
-            bodies.carrier(contact.curve),
-            1.0 if contact.side == "left" else -1.0,
-            contact.radius,
-            *laws,
-        )
-    start, end = _ends(bodies, contact)
-    side = 1.0 if contact.side == "left" else -1.0
-    return FaceContact(name, bodies.anchor(contact.point), start, end, side, *laws)
+        curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
+        return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
+    return FaceContact(name, point, *_ends(bodies, contact), side, *laws)
 
 
 def penalty_of(law: ContactLaw) -> RestitutionPenalty:
