@@ -224,14 +224,14 @@ def _start(scene: Scene, mechanism: Mechanism) -> Start:
     initial = scene.initial
 
     def by_part(values: dict[str, float]) -> dict[int, float]:
-        return {part: x for body, x in values.items() for part in mechanism.parts_of(body)}
+        return {part: x for body, x in values.items() for part in mechanism.bodies[body]}
 
     return Start(
         by_part(dict(initial.angles)),
         by_part(dict(initial.guesses)),
         by_part(dict(initial.speeds)),
-        {mechanism.parts_of(body)[0]: v for body, v in initial.velocities.items()},
-        {mechanism.parts_of(body)[0]: x for body, x in initial.positions.items()},
+        {mechanism.bodies[body][0]: v for body, v in initial.velocities.items()},
+        {mechanism.bodies[body][0]: x for body, x in initial.positions.items()},
         dict(initial.along),
         dict(initial.speeds_along),
         _states(scene, mechanism),

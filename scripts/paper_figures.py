@@ -118,7 +118,7 @@ def case(letter: str, model: str, name: str, options: argparse.Namespace) -> Cas
     result, check = (simulate(scene, options.engine, measure=False) for scene in scenes)
     # A crank that starts ahead would only be ahead of the same motion: the link has to be moved.
     state = state_at(result, 0.0)
-    state[assemble_scene(result.scene).mechanism.parts_of("link"), 2] += START
+    state[assemble_scene(result.scene).mechanism.bodies["link"], 2] += START
     other = simulate(moved(continued(result, 0.0), state), options.engine, measure=False)
     time = np.arange(0.0, min(run.time[-1] for run in (result, other, check)), 2e-4)
     end = positions(result, [S], time)[:, 0]

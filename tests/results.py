@@ -127,14 +127,14 @@ def rigid_link(turns: float = 4.0, samples: int = 1601, scene: Scene | None = No
     mechanism = build_mechanism(scene)
     q = np.zeros((samples, len(mechanism.parts), 3))
     along = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-    for part in mechanism.parts_of("guide") + mechanism.parts_of("link"):
+    for part in mechanism.bodies["guide"] + mechanism.bodies["link"]:
         q[:, part, 2] = theta
     q[:, 0, :2] = CRANK
-    rods = mechanism.parts_of("link")
+    rods = mechanism.bodies["link"]
     for i, part in enumerate(rods):
         q[:, part, :2] = CRANK + (reach + i * LENGTH / len(rods))[:, None] * along
     begins = [t for t in (np.arange(0, turns, 2) + 0.5) * 2 * pi / SPEED if t < time[-1] - 0.01]
-    lever = mechanism.parts_of("lever")[0]
+    lever = mechanism.bodies["lever"][0]
     q[:, lever, :2] = (-0.138, 0.0)
     q[:, lever, 2] = sum(_swing(time - begin) for begin in begins)
     return result_of(scene, time, q, _touches(begins))

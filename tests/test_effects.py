@@ -82,7 +82,7 @@ def test_an_effect_that_does_not_exist(whole):
 def test_what_a_rod_keeps_of_a_flexible_body(whole):
     rigid = idealise(whole, ["flexibility"])
     one, other = (assemble_scene(scene).mechanism for scene in (whole, rigid))
-    masses = [sum(m.parts[i].mass for i in m.parts_of("link")) for m in (one, other)]
+    masses = [sum(m.parts[i].mass for i in m.bodies["link"]) for m in (one, other)]
     assert masses[0] == pytest.approx(masses[1], rel=1e-12)
     assert np.isclose(other.channels[0].lengths[0], 0.07)
 

@@ -323,7 +323,7 @@ def force_on_link(found: Assembly) -> tuple[np.ndarray, float]:
     """Force (N) that accelerates the link, and its moment about P (N m)."""
     state, parts = found.state, found.mechanism.parts
     force, moment = np.zeros(2), 0.0
-    for i in found.mechanism.parts_of("link"):
+    for i in found.mechanism.bodies["link"]:
         angle, part = state.q[i, 2], parts[i]
         arm = part.centre[0] * np.array([cos(angle), sin(angle)])
         across = np.array([-arm[1], arm[0]])

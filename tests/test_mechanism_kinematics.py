@@ -1,5 +1,7 @@
 """Constraints and their Jacobians against differences of positions, at random states."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -85,7 +87,7 @@ def feet(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
 def rows_at(mechanism: Mechanism, q: np.ndarray, near: np.ndarray) -> list[Rows]:
     """Constraints with every slot at the foot point of its own anchor: residuals as they are."""
     places = places_near(mechanism, q, near)
-    return list(constraint_rows(mechanism, q, places, np.array([0.1, 0.2, 0.3])))
+    return list(constraint_rows(mechanism, q, places))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -113,7 +115,7 @@ def test_residuals_of_many_instants_are_those_of_each(mechanism: Mechanism, seed
     found = joint_residuals(mechanism, instants, places)
     for at, place, values in zip(instants, places, found, strict=True):
         expected: list[float] = []
-        for row in constraint_rows(mechanism, at, place):
+        for row in constraint_rows(replace(mechanism, speed_motors=()), at, place):
             if row.kind in ("revolute", "weld"):
                 expected.append(float(np.linalg.norm(row.lengths)))
                 expected += np.abs(row.angles).tolist()

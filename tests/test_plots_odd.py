@@ -159,7 +159,7 @@ def test_of_contacts_that_never_act_all_are_named(rigid):
 def test_a_picture_has_room_for_a_cam_that_turns():
     """A disc of 30 mm, 10 mm beside its shaft, reaches 40 mm to every side in a turn."""
     scene = load_scene(results.MODEL.parent / "textbook" / "cam_follower.yaml")
-    cam = build_mechanism(scene).parts_of("cam")[0]
+    cam = build_mechanism(scene).bodies["cam"][0]
     poses = np.tile(assemble_scene(scene).state.q, (9, 1, 1))
     for pose, angle in zip(poses, np.linspace(0.0, 2 * np.pi, 9), strict=True):
         c, s = np.cos(angle), np.sin(angle)

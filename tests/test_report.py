@@ -20,7 +20,7 @@ from results import (
 
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.loading import assemble_scene, load_scene
-from exudyn_flexlink.mechanism import contact_step
+from exudyn_flexlink.mechanism import resolutions
 from exudyn_flexlink.report import idle_settings, run_duration, run_text
 from exudyn_flexlink.report.text import WIDTH, table
 from exudyn_flexlink.storage import load, save
@@ -125,7 +125,7 @@ def test_check_guesses_no_number_of_steps_under_error_control(capsys: Capture) -
 
 def step_in_contact(model: str, *settings: str) -> float:
     scene = load_scene(model, settings)
-    return contact_step(scene, assemble_scene(scene))
+    return min((own.step for own in resolutions(scene, assemble_scene(scene))), default=inf)
 
 
 def test_the_contact_step_follows_stiffness_and_steps_per_contact() -> None:

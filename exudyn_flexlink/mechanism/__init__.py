@@ -7,7 +7,7 @@ from exudyn_flexlink.mechanism.assembly import (
     always_redundant,
     assemble,
 )
-from exudyn_flexlink.mechanism.bodies import beam_of, chain_of, station
+from exudyn_flexlink.mechanism.bodies import beam_of, chain_of
 from exudyn_flexlink.mechanism.branches import other_branches
 from exudyn_flexlink.mechanism.build import build_mechanism
 from exudyn_flexlink.mechanism.channels import deepest_allowed, pair_sides, pairs
@@ -34,6 +34,7 @@ from exudyn_flexlink.mechanism.dynamics import (
     applied_forces,
     constraints_at,
     contact_mass,
+    demanded_accelerations,
     mass_blocks,
 )
 from exudyn_flexlink.mechanism.energy import EnergyMeter
@@ -45,7 +46,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     left_of,
     length_along,
     line_of,
-    rate_of_jacobian_times_velocity,
     slot_point,
     speed_along,
     turned,
@@ -76,7 +76,6 @@ from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed
 from exudyn_flexlink.mechanism.ramps import Ramp
 from exudyn_flexlink.mechanism.resolution import (
     Resolution,
-    contact_step,
     half_period,
     resolutions,
 )

@@ -103,8 +103,9 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         moved = {*start.speeds, *start.velocities}
         v = _speeds(without_play(mechanism, moved), q, places, start)
     a = accelerations(mechanism, q, v, places, 0.0)
-    surplus = _surplus(mechanism, q, places)
-    rank = len(constraints_at(mechanism, q, places)) - sum(surplus.values())
+    joints = constraint_rows(mechanism, q, places)
+    surplus = _surplus(mechanism, joints)
+    rank = len(joints) - sum(surplus.values())
     laps = tuple(start.laps.get(slot.name, 1) for slot in mechanism.slots)
     return Assembly(mechanism, State(q, v, a, places, laps), q.size - rank, surplus)
 
@@ -266,11 +267,10 @@ def always_redundant(assembly: Assembly) -> bool:
         q, places = neighbouring(mechanism, assembly.state.q)
     except CannotAssembleError:
         return False
-    return _surplus(mechanism, q, places) == assembly.surplus
+    return _surplus(mechanism, constraint_rows(mechanism, q, places)) == assembly.surplus
 
 
-def _surplus(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> dict[str, int]:
+def _surplus(mechanism: Mechanism, joints: Constraints) -> dict[str, int]:
     """Constraints of each joint and drive that those before it imply already, where there are."""
-    joints = constraint_rows(mechanism, q, places, np.zeros(len(mechanism.speed_motors)))
     motion = LeastMotion(mechanism, joints, scale_roots(mechanism), np.zeros(len(joints)))
     return {joints.names[joint]: count for joint, count in motion.surplus().items()}

@@ -8,6 +8,7 @@ from math import atan2, hypot, isclose, sqrt
 from exudyn_flexlink.chain import Beam, Chain, Hinge, discretise
 from exudyn_flexlink.mechanism.model import LinearSpring, Pin, RotarySpring, Slide
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor, RigidPart
+from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
     FlexibleBody,
     PointsJoint,
@@ -17,7 +18,6 @@ from exudyn_flexlink.scene import (
     RodBody,
     Scene,
     SleeveJoint,
-    split_point,
     stays_a_point,
 )
 from exudyn_flexlink.scene.lookup import Parts
@@ -47,8 +47,8 @@ def beam_of(scene: Scene, body: FlexibleBody | RodBody) -> Beam:
     )
 
 
-def station(lengths: Sequence[float], place: float) -> tuple[int, float, float]:
-    """Rod at a distance (m) from the start, of rods of these lengths, and the place in its axes.
+def _station(lengths: Sequence[float], place: float) -> tuple[int, float]:
+    """Rod at a distance (m) from the start, of rods of these lengths, and the place along it.
 
     On a hinge, but for rounding, that is the rod before it.
     """
@@ -56,7 +56,7 @@ def station(lengths: Sequence[float], place: float) -> tuple[int, float, float]:
     while rod < len(lengths) - 1 and place > lengths[rod] * (1 + 1e-9):
         place -= lengths[rod]
         rod += 1
-    return rod, min(place, lengths[rod]), 0.0
+    return rod, min(place, lengths[rod])
 
 
 class Bodies:
@@ -69,11 +69,12 @@ class Bodies:
         self.slides: list[Slide] = []
         self.springs: list[RotarySpring] = []
         self.linear_springs: list[LinearSpring] = []
+        self.points: dict[str, Anchor] = {}  # by 'body.point'
         self._first: dict[str, int] = {}
-        self._points: dict[str, dict[str, Anchor]] = {}
         for name in scene.bodies:
             self._first[name] = len(self.parts)
-            self._points[name] = self._add_body(name)
+            own = self._add_body(name)
+            self.points |= {f"{name}.{point}": anchor for point, anchor in own.items()}
 
     def first_part(self, body: str) -> int:
         """Index of the first part of a body."""
@@ -81,10 +82,9 @@ class Bodies:
 
     def anchor(self, point: str, at: tuple[float, float] | None = None) -> Anchor:
         """Anchor of 'body.point', or of the place `at` for 'ground'."""
-        body, name = split_point(point)
-        if body not in self._points:
+        if point == GROUND_NAME:
             return Anchor(GROUND, *(at or (0.0, 0.0)))
-        return self._points[body][name]
+        return self.points[point]
 
     def on_one_rod(self, one: Anchor, other: Anchor) -> tuple[Anchor, Anchor]:
         """Two points of a body, as points of one of its rods where a hinge lets them be."""
@@ -154,8 +154,8 @@ class Bodies:
         lengths, last = [rod.length for rod in rods], first + len(rods) - 1
         points = {"start": Anchor(first, 0.0, 0.0), "end": Anchor(last, lengths[-1], 0.0)}
         for key, along in body.points.items():
-            part, *place = station(lengths, along)
-            points[key] = Anchor(first + part, *place)
+            part, place = _station(lengths, along)
+            points[key] = Anchor(first + part, place, 0.0)
         return points
 
     def _add_hinge(self, label: str, before: Anchor, after: Anchor, hinge: Hinge) -> None:

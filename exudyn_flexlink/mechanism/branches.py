@@ -58,7 +58,8 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
 
 def _independent(assembly: Assembly) -> list[tuple[int, int]]:
     """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
-    without = without_play(assembly.mechanism, set())
+    # What a drive moves is free here, and then held where it stands.
+    without = replace(without_play(assembly.mechanism, set()), speed_motors=())
     motions = null_space(rigid_jacobian(without, assembly.state))  # (3 bodies, freedoms)
     found = []
     for axis in (2, 0, 1):

@@ -6,11 +6,12 @@ from exudyn_flexlink.mechanism.bodies import Bodies
 from exudyn_flexlink.mechanism.build_drives import force_of, motor_of, torque_of
 from exudyn_flexlink.mechanism.build_forces import (
     contact_of,
+    friction_of,
     line_mistakes,
     linear_spring_of,
+    penalty_of,
     spring_of,
 )
-from exudyn_flexlink.mechanism.build_laws import friction_of, penalty_of
 from exudyn_flexlink.mechanism.contact_pairs import Channel, CircleContact
 from exudyn_flexlink.mechanism.model import Mechanism, Pin, Slot, Weld
 from exudyn_flexlink.mechanism.tracks import build_curves
@@ -52,6 +53,7 @@ def build_mechanism(scene: Scene) -> Mechanism:
     springs, drives = scene.springs.items(), scene.drives.items()
     return Mechanism(
         parts=tuple(bodies.parts),
+        points=bodies.points,
         pins=(
             *(
                 Pin(n, *bodies.ends(j))

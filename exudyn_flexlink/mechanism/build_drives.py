@@ -48,17 +48,16 @@ def motor_of(bodies: Bodies, name: str, drive: SpeedDrive | MotionDrive) -> Moto
     return Motor(name, first, second, SpeedOf(motion), motion.at(0.0), slide)
 
 
-def steady_drives(scene: Scene, mechanism: Mechanism) -> dict[str, Ramp]:
-    """By their joints, the drives that bring them to one speed: turns end at a time known before.
+def steady_drive(scene: Scene, mechanism: Mechanism) -> Ramp | None:
+    """What brings the joint whose turns end a run to one speed: they end at a time known before.
 
-    Others may never make them.
+    None if nothing does: any other drive may never make them.
     """
-    found = {}
     for motor in mechanism.speed_motors:
         drive = scene.drives[motor.name]
-        if isinstance(motor.speed, Ramp) and isinstance(drive, SpeedDrive):
-            found[drive.joint] = motor.speed
-    return found
+        if isinstance(drive, SpeedDrive) and drive.joint == scene.run.of:
+            return motor.speed if isinstance(motor.speed, Ramp) else None
+    return None
 
 
 def torque_of(bodies: Bodies, name: str, drive: TorqueDrive) -> TorqueMotor:

@@ -1,4 +1,4 @@
-"""Springs and contacts of a scene, between parts."""
+"""Springs and contacts of a scene, between parts, and contact laws as engines evaluate them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from math import pi
 
 from exudyn_flexlink import scene
 from exudyn_flexlink.curves import Curve
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism.bodies import Bodies
-from exudyn_flexlink.mechanism.build_laws import friction_of, law_of
 from exudyn_flexlink.mechanism.contact_pairs import (
     CircleContact,
     Contact,
@@ -19,6 +19,8 @@ from exudyn_flexlink.mechanism.model import LinearSpring, RotarySpring
 from exudyn_flexlink.mechanism.parts import GROUND, Anchor
 from exudyn_flexlink.scene import (
     CircleOnCircle,
+    ContactLaw,
+    ImpulseLaw,
     PointOnCurve,
     PointOnLine,
     RevoluteJoint,
@@ -55,7 +57,9 @@ def contact_of(
     bodies: Bodies, name: str, contact: scene.Contact, curves: Mapping[str, Curve]
 ) -> Contact:
     """Return a point and a face or a curve, or two circles, that may strike each other."""
-    laws = law_of(contact.law), friction_of(contact.law)
+    law = contact.law
+    pressing = Impulse(law.restitution) if isinstance(law, ImpulseLaw) else penalty_of(law)
+    laws = pressing, friction_of(law)
     if isinstance(contact, CircleOnCircle):
         first, second = contact.inner_and_outer
         return CircleContact(
@@ -66,19 +70,23 @@ def contact_of(
             second.inside,
             *laws,
         )
+    point, side = bodies.anchor(contact.point), 1.0 if contact.side == "left" else -1.0
     if isinstance(contact, PointOnCurve):
-        return CurveContact(
-            name,
-            bodies.anchor(contact.point),
-            curves[contact.curve],
-            bodies.carrier(contact.curve),
-            1.0 if contact.side == "left" else -1.0,
-            contact.radius,
-            *laws,
-        )
-    start, end = _ends(bodies, contact)
-    side = 1.0 if contact.side == "left" else -1.0
-    return FaceContact(name, bodies.anchor(contact.point), start, end, side, *laws)
+        curve, carrier = curves[contact.curve], bodies.carrier(contact.curve)
+        return CurveContact(name, point, curve, carrier, side, contact.radius, *laws)
+    return FaceContact(name, point, *_ends(bodies, contact), side, *laws)
+
+
+def penalty_of(law: ContactLaw) -> RestitutionPenalty:
+    """Return the pressing force of a penalty law."""
+    return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
+
+
+def friction_of(law: ContactLaw | ImpulseLaw) -> Friction | None:
+    """Return the friction of a law, None where it is smooth."""
+    if isinstance(law, ImpulseLaw) or law.friction == 0:
+        return None
+    return Friction(law.friction, law.slip_speed)
 
 
 def line_mistakes(bodies: Bodies) -> Iterator[Mistake]:

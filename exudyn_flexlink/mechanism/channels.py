@@ -22,7 +22,7 @@ _CORNERS = {UPPER: "upper corner", LOWER: "lower corner", 0.0: "middle"}
 
 def pairs(channel: Channel) -> tuple[FaceContact, ...]:
     """All pairs of a channel that can touch, as contacts of a point with a face."""
-    sides = (UPPER, LOWER) if channel.clearance > 0 else (0.0,)
+    sides = _sides(channel)
     nodes = range(len(channel.nodes))
     mouths = (("start", 0.0), ("end", channel.length))
     return (
@@ -38,10 +38,11 @@ def pairs(channel: Channel) -> tuple[FaceContact, ...]:
 
 def pair_sides(channel: Channel) -> tuple[float, ...]:
     """Side of the link on which each pair touches it: +1 upper, -1 lower, 0 held on the axis."""
-    count = 2 * len(channel.nodes) + 4 * len(channel.rods)
-    if channel.clearance > 0:
-        return (UPPER, LOWER) * (count // 2)
-    return (0.0,) * (count // 2)
+    return _sides(channel) * (len(channel.nodes) + 2 * len(channel.rods))
+
+
+def _sides(channel: Channel) -> tuple[float, ...]:
+    return (UPPER, LOWER) if channel.clearance > 0 else (0.0,)
 
 
 def _at(channel: Channel, x: float, side: float) -> Anchor:

@@ -170,8 +170,7 @@ class _Held:
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
         """Rows of all joints, of drives that prescribe where they start, and of what is held."""
         motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
-        starts = np.array([motor.start for motor in motions], dtype=float)
-        joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places, starts)
+        joints = constraint_rows(replace(mechanism, speed_motors=motions), q, slot_places)
         rows = [(part, axis) for part in self.places for axis in (0, 1)]
         joints = joints.with_fixed(rows, [q[i, axis] - self.places[i][axis] for i, axis in rows])
         joints = joints.with_fixed([(part, 2) for part in self.turns])

@@ -113,32 +113,26 @@ class Constraints:
         )
 
 
-def constraint_rows(
-    mechanism: Mechanism,
-    q: FloatArray,
-    places: FloatArray,
-    motor_angles: FloatArray | None = None,
-) -> Constraints:
-    """Constraints of every joint at `q`, in the mechanism's order.
+def constraint_rows(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> Constraints:
+    """Constraints of every joint and speed motor at `q`, in the mechanism's order.
 
-    `places` are the slots' curve parameters, next to the anchors. `motor_angles` (rad, or m along
-    a slide) are what the speed motors prescribe; None leaves the motors out.
+    `places` are the slots' curve parameters, next to the anchors. A motor holds what it starts
+    with; of one that starts as assembled only the slopes count, its residual is off by that.
     """
     pins, welds, slides, slots = mechanism.pins, mechanism.welds, mechanism.slides, mechanism.slots
-    motors = () if motor_angles is None else mechanism.speed_motors
+    motors = mechanism.speed_motors
     kinds = ("revolute",) * len(pins) + ("weld",) * len(welds) + ("slide",) * len(slides)
     kinds += ("slot",) * len(slots)
     kinds += tuple("slide drive" if motor.slide else "drive" for motor in motors)
     joints: tuple[Pin | Weld | Slide | Slot | Motor, ...]
     joints = (*pins, *welds, *slides, *slots, *motors)
     names = tuple(joint.name for joint in joints)
-    angles = np.zeros(0) if motor_angles is None else motor_angles
     blocks = [
         _attached(pins, q),
         *([_welded(welds, q)] if welds else []),
         *([_slid(slides, q)] if slides else []),
         *([_slotted(slots, q, places)] if slots else []),
-        *([_driven(motors, angles, q)] if motors else []),
+        *([_driven(motors, q)] if motors else []),
     ]
     residual, parts, slopes = (np.concatenate(part) for part in zip(*blocks, strict=True))
     return Constraints(
@@ -237,8 +231,9 @@ def along_slides(
     return np.sum(line.along * line.between, axis=1) - lengths, line.parts, slopes
 
 
-def _driven(motors: Sequence[Motor], values: FloatArray, q: FloatArray) -> _Block:
-    """What each motor prescribes is off by: an angle, or a length along a slide."""
+def _driven(motors: Sequence[Motor], q: FloatArray) -> _Block:
+    """How far each motor is from its start: an angle, or a length along a slide."""
+    values = np.array([motor.start or 0.0 for motor in motors])
     residual, parts, slopes = _turned([(m.first, m.second) for m in motors], values, q)
     slides = [motor.slide for motor in motors if motor.slide]
     if slides:
@@ -265,8 +260,6 @@ def _slid(slides: Sequence[Slide], q: FloatArray) -> _Block:
 
 def _joined(lengths: _Block, angles: _Block) -> _Block:
     """Rows of joints that have some in m and then one in rad, joint by joint."""
-    if not len(angles[0]):
-        return lengths
     residual, parts, slopes = (
         np.concatenate(
             [a.reshape(len(b), -1, *a.shape[1:]), b.reshape(len(b), 1, *b.shape[1:])], axis=1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
@@ -11,7 +13,6 @@ from exudyn_flexlink.mechanism.kinematics import (
     anchor_jacobian,
     left_of,
     places_near,
-    rate_of_jacobian_times_velocity,
     turned,
     turning,
 )
@@ -47,8 +48,7 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
     for spring in mechanism.springs:
         angle = turning(spring.first, spring.second, q)
         rate = turning(spring.first, spring.second, v)
-        rest = 0.0 if spring.rest_angle is None else spring.rest_angle
-        torque = -spring.stiffness * (angle - rest) - spring.damping * rate
+        torque = -spring.stiffness * (angle - (spring.rest_angle or 0.0)) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
     for linear in mechanism.linear_springs:
         stretched = anchor_jacobian(linear.second, q) - anchor_jacobian(linear.first, q)
@@ -71,7 +71,27 @@ def _add_torque(forces: FloatArray, first: int, second: int, torque: float) -> N
 def constraints_at(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> Constraints:
     """All constraints with the motors', slots at their foot points, searched from `places`."""
     feet = places_near(mechanism, q, places)
-    return constraint_rows(mechanism, q, feet, np.zeros(len(mechanism.speed_motors)))
+    return constraint_rows(mechanism, q, feet)
+
+
+def demanded_accelerations(
+    mechanism: Mechanism,
+    speeds_at: Callable[[FloatArray], FloatArray],
+    q: FloatArray,
+    v: FloatArray,
+    time: float,
+) -> FloatArray:
+    """What ``J a`` has to be by joints and motors, (rows,): ``-dJ/dt v - c_tt``.
+
+    `speeds_at` gives ``J v`` at other coordinates than `q` with the velocities `v`: its rate is a
+    central difference along the motion, exact to second order in 1e-6 s.
+    """
+    dt = 1e-6
+    right = -(speeds_at(q + dt * v) - speeds_at(q - dt * v)) / (2 * dt)
+    motors = [motor.speed.rates(np.array([time]))[0] for motor in mechanism.speed_motors]
+    if motors:
+        right[-len(motors) :] += motors
+    return right
 
 
 def accelerations(
@@ -82,12 +102,9 @@ def accelerations(
     Those of ``M a = f``, changed as little as ``J a = -dJ/dt v - c_tt`` demands, by the measure of
     the mass matrix; redundant joints are allowed.
     """
-    right = -rate_of_jacobian_times_velocity(
-        lambda at: constraints_at(mechanism, at, places).times(v), q, v
+    right = demanded_accelerations(
+        mechanism, lambda at: constraints_at(mechanism, at, places).times(v), q, v, time
     )
-    motors = [motor.speed.rates(np.array([time]))[0] for motor in mechanism.speed_motors]
-    if motors:
-        right[-len(motors) :] += motors
     forces = applied_forces(mechanism, q, v, time)
     return _moving(mechanism, q, places, right).nearest(forces)
 

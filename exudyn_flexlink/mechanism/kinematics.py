@@ -5,8 +5,6 @@ Coordinates ``q`` have shape (parts, 3): x, y (m), angle (rad); velocities ``v``
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
@@ -107,14 +105,3 @@ def places_near(mechanism: Mechanism, q: FloatArray, near: FloatArray) -> FloatA
     """Parameters (slots,) of curves next to the slots' anchors, searched from those `near`."""
     slots = zip(mechanism.slots, near.tolist(), strict=True)
     return np.array([s.curve.nearest(slot_point(s, q), near=u) for s, u in slots], dtype=float)
-
-
-def rate_of_jacobian_times_velocity(
-    speeds_at: Callable[[FloatArray], FloatArray], q: FloatArray, v: FloatArray
-) -> FloatArray:
-    """``dJ/dt v`` by a central difference along the motion; exact to second order in 1e-6 s.
-
-    `speeds_at` gives ``J v`` at other coordinates than `q` with the velocities `v`.
-    """
-    dt = 1e-6
-    return np.asarray((speeds_at(q + dt * v) - speeds_at(q - dt * v)) / (2 * dt))

@@ -12,48 +12,53 @@ from exudyn_flexlink.mechanism.kinematics import (
     line_of,
     speed_along,
 )
-from exudyn_flexlink.mechanism.model import LinearSpring, Slide
+from exudyn_flexlink.mechanism.model import LinearSpring
 
 MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
 
 
 def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArray:
     """Force (..., 2) on the second anchor, N, at coordinates and velocities (..., parts, 3)."""
-    if spring.slide is not None:
-        tension = spring.stiffness * _stretched_along(spring, spring.slide, q)
-        tension = tension + spring.damping * speed_along(spring.slide, q, v)
-        return np.asarray(-tension[..., None] * line_of(spring.slide, q))
-    between, moving = _between(spring, q, v)
-    if spring.length == 0:
+    if _draws_to_a_point(spring):
+        between, moving = _between(spring, q, v)
         return np.asarray(-spring.stiffness * between - spring.damping * moving)
-    size, along = _along(between)
-    rate = np.sum(along * moving, axis=-1)
-    tension = spring.stiffness * (size - (spring.length or 0.0)) + spring.damping * rate
+    stretched, rate, along = _stretched(spring, q, v)
+    tension = spring.stiffness * stretched + spring.damping * rate
     return np.asarray(-tension[..., None] * along)
 
 
 def stored_energy(spring: LinearSpring, q: FloatArray) -> FloatArray:
     """Energy (...,) of the spring, J, at coordinates (..., parts, 3)."""
-    if spring.slide is not None:
-        return np.asarray(0.5 * spring.stiffness * _stretched_along(spring, spring.slide, q) ** 2)
-    size, _ = _along(_between(spring, q, q)[0])
-    return np.asarray(0.5 * spring.stiffness * (size - (spring.length or 0.0)) ** 2)
+    stretched, _, _ = _stretched(spring, q, q)
+    return np.asarray(0.5 * spring.stiffness * stretched**2)
 
 
 def damping_power(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArray:
     """Power (...,) that the damper takes, W, at coordinates and velocities (..., parts, 3)."""
-    if spring.slide is not None:
-        return np.asarray(spring.damping * speed_along(spring.slide, q, v) ** 2)
-    between, moving = _between(spring, q, v)
-    if spring.length == 0:
+    if _draws_to_a_point(spring):
+        _, moving = _between(spring, q, v)
         return np.asarray(spring.damping * np.sum(moving**2, axis=-1))
-    _, along = _along(between)
-    return np.asarray(spring.damping * np.sum(along * moving, axis=-1) ** 2)
+    _, rate, _ = _stretched(spring, q, v)
+    return np.asarray(spring.damping * rate**2)
 
 
-def _stretched_along(spring: LinearSpring, slide: Slide, q: FloatArray) -> FloatArray:
-    """How much longer (...,) a spring along a slide is than without force, m."""
-    return length_along(slide, q) - (spring.length or 0.0)
+def _draws_to_a_point(spring: LinearSpring) -> bool:
+    """Tell whether its force is that of its two anchors being apart, in whatever direction."""
+    return spring.slide is None and spring.length == 0
+
+
+def _stretched(
+    spring: LinearSpring, q: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """How much longer (...,) it is than without force, m, the rate, and its direction (..., 2)."""
+    rest = spring.length or 0.0
+    if spring.slide is not None:
+        slide = spring.slide
+        return length_along(slide, q) - rest, speed_along(slide, q, v), line_of(slide, q)
+    between, moving = _between(spring, q, v)
+    size = np.hypot(between[..., 0], between[..., 1])
+    along = between / np.maximum(size, MEETING)[..., None]
+    return size - rest, np.sum(along * moving, axis=-1), along
 
 
 def _between(spring: LinearSpring, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -61,9 +66,3 @@ def _between(spring: LinearSpring, q: FloatArray, v: FloatArray) -> tuple[FloatA
     between = anchor_position(spring.second, q) - anchor_position(spring.first, q)
     moving = anchor_velocity(spring.second, q, v) - anchor_velocity(spring.first, q, v)
     return between, moving
-
-
-def _along(between: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lengths (...,) of vectors (..., 2), and their directions."""
-    size = np.hypot(between[..., 0], between[..., 1])
-    return size, between / np.maximum(size, MEETING)[..., None]

@@ -18,20 +18,15 @@ def moved_by_forces(assembly: Assembly) -> list[str]:
     A flexible body counts as straight here: that it bends is no motion of the others.
     """
     mechanism = assembly.mechanism
-    rows = rigid_jacobian(mechanism, assembly.state, np.zeros(len(mechanism.speed_motors)))
+    rows = rigid_jacobian(mechanism, assembly.state)
     sizes = np.linalg.norm(null_space(rows).reshape(len(mechanism.bodies), -1), axis=1)
     return [body for body, size in zip(mechanism.bodies, sizes, strict=True) if size > DEPENDENT]
 
 
-def rigid_jacobian(
-    mechanism: Mechanism, state: State, motor_angles: FloatArray | None = None
-) -> FloatArray:
-    """Jacobian of all joints (rows, 3 bodies) by the first parts of bodies that move as one.
-
-    With `motor_angles` (rad) those of the speed drives come after the joints.
-    """
+def rigid_jacobian(mechanism: Mechanism, state: State) -> FloatArray:
+    """Jacobian of joints and drives (rows, 3 bodies); bodies move as one with their first part."""
     firsts = [parts[0] for parts in mechanism.bodies.values()]
-    joints = constraint_rows(mechanism, state.q, state.places, motor_angles)
+    joints = constraint_rows(mechanism, state.q, state.places)
     rows = np.zeros((len(joints), 3 * len(firsts)))
     for body, parts in enumerate(mechanism.bodies.values()):
         for part in parts:

@@ -172,6 +172,7 @@ class Mechanism:
     """All of it. Order of the constraints: pins, welds, slides, slots, speed motors."""
 
     parts: tuple[RigidPart, ...]
+    points: Mapping[str, Anchor]  # of all bodies, by 'body.point'
     pins: tuple[Pin, ...]
     welds: tuple[Weld, ...]
     slides: tuple[Slide, ...]
@@ -196,13 +197,18 @@ class Mechanism:
         """Pins and welds, in the order of their constraints."""
         return (*self.pins, *self.welds)
 
+    @property
+    def sizes(self) -> list[tuple[str, Size]]:
+        """Sizes of torques and of components of forces, each with the name of its drive."""
+        return [
+            *((motor.name, motor.size) for motor in self.torque_motors),
+            *((force.name, size) for force in self.forces for size in force.sizes),
+        ]
+
     def knots(self, end: float) -> list[float]:
         """Instants before `end` (s) at which a drive, or a derivative of it, jumps; in order."""
-        sizes = [
-            *(motor.size for motor in self.torque_motors),
-            *(size for force in self.forces for size in force.sizes),
-        ]
-        functions = [*(motor.speed for motor in self.speed_motors), *(size.value for size in sizes)]
+        applied = [size.value for _, size in self.sizes]
+        functions = [*(motor.speed for motor in self.speed_motors), *applied]
         return sorted({knot for function in functions for knot in function.knots(end)})
 
     @property
@@ -233,7 +239,3 @@ class Mechanism:
         for i, part in enumerate(self.parts):
             found.setdefault(part.body, []).append(i)
         return {body: tuple(parts) for body, parts in found.items()}
-
-    def parts_of(self, body: str) -> list[int]:
-        """Indices of the parts of a body of the scene, in order."""
-        return list(self.bodies[body])

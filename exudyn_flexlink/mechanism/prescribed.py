@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Protocol
@@ -46,16 +45,8 @@ class Prescribed(Applied, Protocol):
         """As `integral`, to instants (n,) s."""
 
 
-class OfTime(ABC):
+class OfTime(Applied, Protocol):
     """What takes nothing of the state."""
-
-    @abstractmethod
-    def at(self, time: float, sensed: Sequence[float] = ()) -> float:
-        """Value at a time (s)."""
-
-    @abstractmethod
-    def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
-        """Values (n,) at instants (n,) s."""
 
     def slopes(self, time: float, sensed: Sequence[float]) -> list[float]:  # noqa: ARG002
         """Return nothing: there is nothing that it senses."""
@@ -184,8 +175,6 @@ class Tabled(OfTime):
             self._values = PPoly(np.array([slopes, values[:-1]]), times)
         else:
             self._values = PPoly(values[None, :-1], times)
-        self._rates = self._values.derivative()
-        self._bends = self._rates.derivative()
         self._integrals = self._values.antiderivative()
         self._before = float(self._integrals(0.0))
 
@@ -195,7 +184,7 @@ class Tabled(OfTime):
 
     def rate(self, time: float) -> float:
         """First time derivative of the value."""
-        return float(self._rates(time))
+        return float(self._values(time, 1))
 
     def integral(self, time: float) -> float:
         """Integral of the value from 0 to `time` (s)."""
@@ -207,11 +196,11 @@ class Tabled(OfTime):
 
     def rates(self, time: FloatArray) -> FloatArray:
         """First time derivatives (n,) at instants (n,) s."""
-        return np.asarray(self._rates(time))
+        return np.asarray(self._values(time, 1))
 
     def second_rates(self, time: FloatArray) -> FloatArray:
         """Second time derivatives (n,) at instants (n,) s."""
-        return np.asarray(self._bends(time))
+        return np.asarray(self._values(time, 2))
 
     def integrals(self, time: FloatArray) -> FloatArray:
         """Integrals (n,) of the value from 0 to instants (n,) s."""

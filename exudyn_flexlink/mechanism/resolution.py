@@ -52,11 +52,6 @@ def resolutions(
     return found
 
 
-def contact_step(scene: Scene, assembly: Assembly) -> float:
-    """Step that resolves the shortest contact as the scene asks, s; inf without contacts."""
-    return min((own.step for own in resolutions(scene, assembly)), default=inf)
-
-
 def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
     """Half the period of a stiffness with the least mass behind it, s; inf of a rigid contact."""
     if isinstance(contact.law, Impulse):

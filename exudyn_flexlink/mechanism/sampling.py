@@ -11,7 +11,7 @@ from math import floor, hypot, inf, isfinite, log10, pi, sqrt
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.build_drives import steady_drives
+from exudyn_flexlink.mechanism.build_drives import steady_drive
 from exudyn_flexlink.mechanism.channels import pairs
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.model import Mechanism
@@ -54,8 +54,7 @@ def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
 
 def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
     """Time between samples, s, that shows the motion, as far as one knows before a run."""
-    steady = steady_drives(scene, mechanism)
-    unknown = scene.run.turns is not None and scene.run.of not in steady
+    unknown = scene.run.turns is not None and steady_drive(scene, mechanism) is None
     needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism, end)]
     return min(needs)
 

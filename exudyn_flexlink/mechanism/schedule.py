@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import copysign, inf, pi
 
 from exudyn_flexlink.mechanism.assembly import Assembly
-from exudyn_flexlink.mechanism.build_drives import steady_drives
+from exudyn_flexlink.mechanism.build_drives import steady_drive
 from exudyn_flexlink.mechanism.kinematics import turning
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.parts import GROUND
@@ -53,17 +53,18 @@ def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
 
 def cut_off(scene: Scene, mechanism: Mechanism) -> float:
     """Angle that a steady speed drive has still to turn when `at_most` ends the run, rad."""
-    run = scene.run
-    if run.at_most is None or run.at_most >= _turns_made(scene, mechanism) * (1 - 1e-12):
+    run, ramp = scene.run, steady_drive(scene, mechanism)
+    if ramp is None or run.at_most is None:
         return 0.0
-    ramp = steady_drives(scene, mechanism)[run.of or ""]
+    if run.at_most >= _turns_made(scene, mechanism) * (1 - 1e-12):
+        return 0.0
     return 2 * pi * (run.turns or 0.0) - abs(ramp.integral(run.at_most))
 
 
 def _turns_made(scene: Scene, mechanism: Mechanism) -> float:
     """Time at which a speed drive has made the turns, s; inf if none ever has."""
     turned = 2 * pi * (scene.run.turns or 0.0)
-    ramp = steady_drives(scene, mechanism).get(scene.run.of or "")
+    ramp = steady_drive(scene, mechanism)
     if ramp is None or not ramp.value:
         return inf
     return ramp.time_of(turned if ramp.value > 0 else -turned)
@@ -72,7 +73,7 @@ def _turns_made(scene: Scene, mechanism: Mechanism) -> float:
 def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     """Turns that end a run at a time nobody knows before; None if it is known."""
     run, mechanism = scene.run, assembly.mechanism
-    if run.turns is None or run.of in steady_drives(scene, mechanism):
+    if run.turns is None or steady_drive(scene, mechanism) is not None:
         return None
     pin = next(pin for pin in mechanism.hinges if pin.name == run.of)
     first, second = pin.first.part, pin.second.part

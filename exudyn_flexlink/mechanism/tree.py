@@ -67,7 +67,8 @@ class TreeLayout:
     """Links in order, parents first, which coordinates are fixed, and what closes loops.
 
     `frames` are those of the parts' origins, by part. `joints` has the link of each joint of the
-    tree, and whether its second part is on that link's side. `slots` are those that a guide's angle
+    tree, with 1 where its coordinate moves the second part against the first, -1 where the first
+    moves against the second. `slots` are those that a guide's angle
     alone decides, `rides` those whose place on their curve takes the place of two slides; there are
     some of either only where no other joint closes a loop.
     """
@@ -78,7 +79,7 @@ class TreeLayout:
     slots: list[GuidedSlot] = field(default_factory=list)
     rides: list[Ride] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
-    joints: dict[str, tuple[int, bool]] = field(default_factory=dict)
+    joints: dict[str, tuple[int, float]] = field(default_factory=dict)
 
     @property
     def free(self) -> list[int]:
@@ -130,7 +131,7 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
     layout = _Spanning(mechanism).layout
     for motor in mechanism.speed_motors:
         if motor.slide:
-            found = slide_link(layout, motor.slide)
+            found = layout.joints.get(motor.slide.name)
         else:
             found = hinge_between(layout, motor.first, motor.second)
         if found is None or found[0] in layout.motors:
@@ -139,14 +140,6 @@ def tree_layout(mechanism: Mechanism) -> TreeLayout:
             layout.motors[found[0]] = (motor, found[1])
     _place_slots(layout, mechanism)
     return layout
-
-
-def slide_link(layout: TreeLayout, slide: Slide) -> tuple[int, float] | None:
-    """Link whose coordinate is how far a slide is out, with its sign; None: it closes a loop."""
-    if slide.name not in layout.joints:
-        return None
-    link, second = layout.joints[slide.name]
-    return link, 1.0 if second else -1.0  # seen from its second part the first moves back
 
 
 def hinge_between(layout: TreeLayout, first: int, second: int) -> tuple[int, float] | None:
@@ -213,7 +206,7 @@ class _Spanning:
         own = self._frames[far.part]
         group, link = self._number[far.part], len(self.layout.links)
         at = own.place(far.x, far.y)
-        self.layout.joints[joint.name] = (link, not turned)
+        self.layout.joints[joint.name] = (link, -1.0 if turned else 1.0)
         if isinstance(joint, Pin):
             kind, turn, angle = HINGE, 0.0, 0.0
         else:

@@ -162,7 +162,7 @@ def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | 
 def _moving_as_one(mechanism: Mechanism, body: str) -> set[int]:
     """Parts of a body, and those welded to them; none if they are welded to the ground."""
     welds = [{weld.first.part, weld.second.part} for weld in mechanism.welds]
-    own, reached = set[int](), set(mechanism.parts_of(body))
+    own, reached = set[int](), set(mechanism.bodies[body])
     while reached > own:
         own = reached
         reached = own.union(*(weld for weld in welds if weld & own))

@@ -15,7 +15,6 @@ from exudyn_flexlink.mechanism import (
     anchor_position,
     anchor_velocity,
     build_mechanism,
-    station,
 )
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
@@ -23,8 +22,6 @@ from exudyn_flexlink.scene import (
     FlexibleBody,
     PointsJoint,
     RevoluteJoint,
-    RigidBody,
-    RodBody,
     Scene,
     SlotJoint,
     WeldJoint,
@@ -164,22 +161,12 @@ def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
         ValueError: the scene has no such point.
 
     """
-    name, inner = split_point(point)
-    body = scene.bodies.get(name)
-    if body is None or inner not in body.point_names:
+    split_point(point)  # refuses what is no name of a point at all
+    if point not in mechanism.points:
         known = point_names(scene)
         hint = did_you_mean(point, known) or f"; there are: {', '.join(known)}"
         raise ValueError(f"the scene has no point '{point}'{hint}")
-    own = mechanism.parts_of(name)
-    if isinstance(body, RigidBody):
-        return Anchor(own[0], *(body.points.get(inner) or body.centre_of_mass))
-    if inner == "start":
-        return Anchor(own[0], 0.0, 0.0)
-    if inner in body.points:
-        part, *place = station([mechanism.parts[rod].reach for rod in own], body.points[inner])
-        return Anchor(own[part], *place)
-    length = body.length if isinstance(body, RodBody) else mechanism.parts[own[-1]].reach
-    return Anchor(own[-1], length / 2 if inner == "centre" else length, 0.0)
+    return mechanism.points[point]
 
 
 def part_of_point(scene: Scene, mechanism: Mechanism, point: str) -> int:

@@ -97,7 +97,7 @@ def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
         centre = point_anchor(scene, model, f"{body}.centre")
         others = [point_anchor(scene, model, f"{body}.{name}") for name in spec.points]
         return [through(body, centre, other) for other in others] or [through(body, centre)]
-    starts = [Anchor(part, 0.0, 0.0) for part in model.parts_of(body)]
+    starts = [Anchor(part, 0.0, 0.0) for part in model.bodies[body]]
     return [through(body, *starts, point_anchor(scene, model, f"{body}.end"))]
 
 
@@ -118,7 +118,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
     """A guide with clearance is its walls; any other is pale, so that what slides in it is seen."""
-    own = model.parts_of(body)
+    own = model.bodies[body]
     walls = [w for c in walled(model) if c.guide.part in own for w in wall_lines(model, c)]
     if walls:
         kind, colour = "wall", "#A9A9A9"

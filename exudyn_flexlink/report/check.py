@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite
+from math import inf
 
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
@@ -11,9 +11,9 @@ from exudyn_flexlink.mechanism import (
     Contact,
     LinearSpring,
     Mechanism,
+    Resolution,
     RotarySpring,
     contact_mass,
-    contact_step,
     end_of_run,
     formulation,
     half_period,
@@ -207,8 +207,8 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     form = formulation(scene)
     rows.append(["formulation", _FORMULATIONS[form]])
-    if form != "minimal" and isfinite(contact_step(scene, assembly)):
-        rows.append(["", _steps_in_contact(scene, assembly)])
+    if form != "minimal" and (found := resolutions(scene, assembly)):
+        rows.append(["", _steps_in_contact(found, fixed_step)])
     return ["Run", *table(rows)]
 
 
@@ -224,8 +224,7 @@ _FORMULATIONS = {
 }
 
 
-def _steps_in_contact(scene: Scene, assembly: Assembly) -> str:
-    given, found = scene.accuracy.step, resolutions(scene, assembly)
+def _steps_in_contact(found: list[Resolution], given: float | None) -> str:
     longest = min(*(own.step for own in found), given or inf)
     fewest = min(own.steps(given) for own in found)
     return f"at most {number(longest)} s in contact: {number(fewest)} steps per contact, or more"

@@ -190,7 +190,7 @@ def _turned(
 
 def _part(body: str, result: Result) -> int:
     """First rigid part of a body."""
-    return build_mechanism(result.scene).parts_of(body)[0]
+    return build_mechanism(result.scene).bodies[body][0]
 
 
 def _sample(at: float | None, result: Result) -> int:

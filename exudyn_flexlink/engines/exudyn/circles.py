@@ -3,26 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import atan2, cos, hypot, inf, pi, sin, sqrt
 
 from exudyn_flexlink.engines.exudyn.faces import Aim, Touch
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact
 
 Vector = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Between:
-    """Place (m) and velocity (m/s) of the first centre, from and against those of the second.
-
-    `spins` are the angular speeds of both parts, rad/s, `angle` (rad) is that of the second's axes.
-    """
-
-    place: Vector
-    velocity: Vector
-    spins: Vector
-    angle: float
 
 
 class Circles:
@@ -32,9 +18,15 @@ class Circles:
         self.distance, self.edge = contact.distance, contact.radii[1]
         self.way = -1.0 if contact.inside else 1.0
 
-    def touch(self, at: Between) -> tuple[Touch, Vector, float]:
-        """Return how they touch, the direction from the second centre to the first, its length."""
-        (dx, dy), (ux, uy), (first, second) = at.place, at.velocity, at.spins
+    def touch(
+        self, place: Vector, velocity: Vector, spins: Vector, angle: float
+    ) -> tuple[Touch, Vector, float]:
+        """Return how they touch, the direction from the second centre to the first, its length.
+
+        `place` (m) and `velocity` (m/s) are those of the first centre, from and against those of
+        the second, `spins` (rad/s) of both parts; `angle` (rad) is that of the second's axes.
+        """
+        (dx, dy), (ux, uy), (first, second) = place, velocity, spins
         far, speed = hypot(dx, dy), hypot(ux, uy)
         if far > 0:
             nx, ny = dx / far, dy / far
@@ -43,7 +35,7 @@ class Circles:
         past = nx * uy - ny * ux
         touch = Touch(
             self.way * (far - self.distance),
-            self.edge * ((atan2(ny, nx) - at.angle) % (2 * pi)),
+            self.edge * ((atan2(ny, nx) - angle) % (2 * pi)),
             self.way * (nx * ux + ny * uy),
             past + first * (self.edge - far) - second * self.edge,
         )
@@ -63,8 +55,9 @@ class CircleGeometry:
         """Evaluate at the coordinates and velocities of all parts, one after the other."""
         (px, py), (pu, pv), first, spin = self._first.state(q, v)
         (sx, sy), (su, sv), second, turning = self._second.state(q, v)
-        between = Between((px - sx, py - sy), (pu - su, pv - sv), (spin, turning), second)
-        touch, (nx, ny), far = self._circles.touch(between)
+        touch, (nx, ny), far = self._circles.touch(
+            (px - sx, py - sy), (pu - su, pv - sv), (spin, turning), second
+        )
         # For `meeting` and `aim`: how the centres move past each other, and directions with rates.
         self._past = nx * (pv - sv) - ny * (pu - su)
         around = self._past / far if far > 0 else 0.0

@@ -14,9 +14,9 @@ from exudyn_flexlink.mechanism import FaceContact
 class Touch:
     """Gap and place (m), rate of the gap and slip (m/s), as in `mechanism.approach`.
 
-    `inside` (m) is how far the place is from the nearer end of the face, negative beside it;
-    circles have no ends. `gap_bend` and `slip_bend` (m/s^2) are rates of the rates, from the step
-    before; 0 unknown.
+    `inside` (m) is how far the place is from the nearer end of the face, negative beside it, for
+    minimal coordinates; circles have no ends. `gap_bend` and `slip_bend` (m/s^2) are rates of the
+    rates, from the step before, for redundant ones; 0 unknown.
     """
 
     gap: float
@@ -72,7 +72,6 @@ class FaceGeometry:
             place,
             side * (tx * uy - ty * ux - turning * place),
             tx * ux + ty * uy + turning * lateral,
-            distance_from_ends(place, self.length),
         )
 
     def on_face(self, place: float) -> tuple[float, float]:

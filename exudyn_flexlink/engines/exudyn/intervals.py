@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -32,16 +32,16 @@ class Entry:
 class Written:
     """What a run wrote down of its contacts.
 
-    `totals` are impulse (N s) and energy lost (J) of its contact since time 0 at every entry;
-    `totals_of` tells them of a contact at the run's end, `peak_of` the largest force (N) that the
-    steps of its last interval showed. `seeker` knows the peaks within steps. `impacts` are what is
+    `totals` are impulse (N s) and energy lost (J) of its contact since time 0 at every entry,
+    `at_end` those of every contact at the run's end, `peaks` the largest force (N) that the steps
+    of its last interval showed. `seeker` knows the peaks within steps. `impacts` are what is
     without duration, by the number of the contact.
     """
 
     entries: Sequence[Entry]
     totals: Sequence[Totals]
-    totals_of: Callable[[int], Totals]
-    peak_of: Callable[[int], float]
+    at_end: Sequence[Totals]
+    peaks: Sequence[float]
     seeker: ExtremeSeeker
     impacts: Sequence[tuple[int, Interval]] = ()
 
@@ -57,7 +57,7 @@ class Written:
             else:
                 found.append(self._interval(first, begun.pop(entry.index), entry, total))
         for k, begin in begun.items():
-            found.append(self._interval(first, begin, None, self.totals_of(k)))
+            found.append(self._interval(first, begin, None, self.at_end[k]))
         return Intervals.of(found)
 
     def _interval(
@@ -65,7 +65,7 @@ class Written:
     ) -> Interval:
         entry, before = begin
         end = inf if last is None else last.time
-        peak = self.peak_of(entry.index) if last is None else last.peak_force
+        peak = self.peaks[entry.index] if last is None else last.peak_force
         force, depth = self.seeker.peaks(entry.index, entry.time, end)
         return Interval(
             begin=entry.time,

@@ -121,7 +121,7 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
         )
     joint = scene.joints[sleeve]
     assert isinstance(joint, SleeveJoint)
-    rods = tuple(mechanism.parts_of(joint.link))
+    rods = mechanism.bodies[joint.link]
     if mechanism.slots[0].anchor != Anchor(rods[0], 0.0, 0.0):
         raise NotRepresentableError(
             ("joints", slot), f"the Lagrangian engine needs '{joint.link}.start' in the slot"
@@ -171,7 +171,7 @@ def _pivot(mechanism: Mechanism, name: str) -> Pivot:
 
 
 def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot]) -> Pivot:
-    parts = mechanism.parts_of(body)
+    parts = mechanism.bodies[body]
     if len(parts) > 1:
         raise NotRepresentableError(("bodies", body), "a guide must be rigid: rod or rigid")
     found = [pivot for pivot in pivots.values() if pivot.part == parts[0]]
@@ -200,7 +200,7 @@ def _levers(
         used.add(pivot.part)
         levers.append(pivot)
     for index, part in enumerate(mechanism.parts):
-        several = len(mechanism.parts_of(part.body)) > 1
+        several = len(mechanism.bodies[part.body]) > 1
         if index not in taken and (several or index not in used):
             raise NotRepresentableError(
                 ("bodies", part.body), "neither guide nor link nor a rigid body on a pin"

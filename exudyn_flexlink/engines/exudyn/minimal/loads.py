@@ -25,7 +25,7 @@ from exudyn_flexlink.mechanism import (
     Turning,
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
-from exudyn_flexlink.mechanism.tree import TreeLayout, slide_link
+from exudyn_flexlink.mechanism.tree import TreeLayout
 
 
 class Now(NamedTuple):
@@ -138,7 +138,7 @@ def _sensor(
     if isinstance(sense, Turning):
         rest = layout.turn(sense.first, sense.second)
         return _Linear(layout.turning_row(sense.first, sense.second), rest, sense.is_speed)
-    found = slide_link(layout, sense.slide)
+    found = layout.joints.get(sense.slide.name)
     if found is None:
         return _Length(layout, kinematics, sense)
     return _Linear(found[1] * np.eye(len(layout.links))[found[0]], 0.0, sense.is_speed)

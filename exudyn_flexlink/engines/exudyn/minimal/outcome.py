@@ -152,12 +152,13 @@ class RunReader:
     def _written(self) -> Written:
         recorder = self.run.recorder
         noted = zip(recorder.entries, recorder.at_notes, strict=True)
+        count = len(recorder.contacts)
         peaks = [contact.peak for contact in self.model.contacts]
         return Written(
             recorder.entries,
             [recorder.totals_of(entry.index, at) for entry, at in noted],
-            recorder.totals_of,
-            lambda k: peaks[k] if k < len(peaks) else 0.0,  # of walls the seeker knows it
+            [recorder.totals_of(k) for k in range(count)],
+            [*peaks, *[0.0] * (count - len(peaks))],  # of walls the seeker knows it
             recorder.seeker,
             recorder.impacts,
         )
@@ -193,13 +194,13 @@ class RunReader:
             if not isinstance(joint, PointsJoint):
                 continue
             if name in layout.joints:
-                link, second = layout.joints[name]
+                link, sign = layout.joints[name]
                 held = [
                     part for part, own in layout.frames.items() if link in layout.path(own.link)
                 ]
                 force = sum((self._momentum_rate(part) - given[part] for part in held),
                             np.zeros((len(self.time), 2)))  # fmt: skip
-                forces[name] = force if second else -force
+                forces[name] = sign * force
             elif name in self.reactions.forces:
                 forces[name] = self.reactions.forces[name]
         return forces | self.histories.bearing_forces()

@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest
-from exudyn_flexlink.engines.exudyn.circles import Between, Circles
+from exudyn_flexlink.engines.exudyn.circles import Circles
 from exudyn_flexlink.engines.exudyn.faces import Touch, distance_from_ends
 from exudyn_flexlink.mechanism import (
     Anchor,
@@ -128,10 +128,9 @@ class _Circles:
         """Look at coordinates and speeds of the tree."""
         (px, py), (pu, pv), (_, spin), first = self._first.state(x, v)
         (sx, sy), (su, sv), (angle, turning), second = self._second.state(x, v)
-        between = Between(
+        touch, (nx, ny), far = self._circles.touch(
             (px - sx, py - sy), (pu - su, pv - sv), (spin, turning), angle + self._turned
         )
-        touch, (nx, ny), far = self._circles.touch(between)
         way, edge = self._circles.way, self._circles.edge
         at = (sx + edge * nx, sy + edge * ny)
         bend = way / far if far > 0 else 0.0

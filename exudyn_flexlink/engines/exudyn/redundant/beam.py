@@ -95,9 +95,9 @@ def straight(beam: BeamLink, state: State) -> tuple[FloatArray, FloatArray]:
 
 def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> BeamLink:
     _refuse_body(name, body)
-    rods = tuple(mechanism.parts_of(name))
+    rods = mechanism.bodies[name]
     _refuse_joints(scene, mechanism, name, rods)
-    ends = Anchor(rods[0], 0.0, 0.0), Anchor(rods[-1], mechanism.parts[rods[-1]].reach, 0.0)
+    ends = mechanism.points[f"{name}.start"], mechanism.points[f"{name}.end"]
     _refuse_contacts(mechanism, rods, ends)
     _refuse_springs(mechanism, rods, ends)
     _refuse_drives(mechanism, rods, ends)
@@ -107,7 +107,7 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
             ("bodies", name), "a beam is the link of one sleeve without clearance"
         )
     guide = slides[0].first.part
-    if guide == GROUND or len(mechanism.parts_of(mechanism.parts[guide].body)) > 1:
+    if guide == GROUND or len(mechanism.bodies[mechanism.parts[guide].body]) > 1:
         raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
     beam = beam_of(scene, body)
     axial = scene.materials[body.material].youngs_modulus * body.section.area
@@ -149,7 +149,7 @@ def _refuse_joints(scene: Scene, mechanism: Mechanism, name: str, rods: tuple[in
             raise NotRepresentableError(
                 ("joints", joint_name, key), "a beam touches no walls: its sleeve must be ideal"
             )
-    for held in mechanism.attachments:
+    for held in (*mechanism.attachments, *mechanism.bearings):
         ends = {held.first.part, held.second.part} & set(rods)
         if ends and (len(ends) == 1 or held.name in scene.joints):
             raise NotRepresentableError(
@@ -176,7 +176,6 @@ def _refuse_springs(
 def _refuse_drives(
     mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
 ) -> None:
-    sizes = [(motor.name, motor.size) for motor in mechanism.torque_motors]
     for force in mechanism.forces:
         if force.point.part in rods and force.point not in ends:
             raise NotRepresentableError(
@@ -186,8 +185,7 @@ def _refuse_drives(
             raise NotRepresentableError(
                 ("drives", force.name, "axes"), "a beam bends: it has no axes of its own"
             )
-        sizes += [(force.name, size) for size in force.sizes]
-    for name, size in sizes:
+    for name, size in mechanism.sizes:
         points = [sense.point for sense in size.senses if isinstance(sense, Placed)]
         if any(point.part in rods and point not in ends for point in points):
             raise NotRepresentableError(
@@ -210,9 +208,4 @@ def _refuse_contacts(
             key = ("line",) if strikes else ()
             raise NotRepresentableError(
                 ("contacts", contact.name, *key), "a beam strikes with its end; nothing meets it"
-            )
-    for bearing in mechanism.bearings:
-        if set(bearing.parts) & set(rods):
-            raise NotRepresentableError(
-                ("joints", bearing.name), "a beam has a sleeve and slots, no other joints"
             )

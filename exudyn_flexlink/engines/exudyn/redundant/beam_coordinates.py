@@ -24,8 +24,8 @@ from exudyn_flexlink.mechanism import (
     anchor_jacobian,
     applied_forces,
     constraints_at,
+    demanded_accelerations,
     mass_blocks,
-    rate_of_jacobian_times_velocity,
 )
 
 REDUNDANT = 1e-12  # of joints' rows of length 1: what is left of one that others imply
@@ -109,10 +109,9 @@ class BeamCoordinates(Coordinates):
             shape = beam.link.shape
             weight = shape.elastic.mass * np.outer(shape.weight_rows(), self._gravity)
             forces[beam.columns] += weight.ravel()
-        right = -rate_of_jacobian_times_velocity(lambda at: self._joints(at, places) @ v, q, v)
-        motors = [motor.speed.rates(np.array([time]))[0] for motor in self.mechanism.speed_motors]
-        if motors:
-            right[-len(motors) :] += motors
+        right = demanded_accelerations(
+            self.mechanism, lambda at: self._joints(at, places) @ v, q, v, time
+        )
         by_forces, by_joints = self._moving(q, places)
         return np.asarray(by_forces @ forces + by_joints @ right)
 

@@ -9,16 +9,11 @@ from __future__ import annotations
 
 from math import inf
 
-from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
-from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
+from exudyn_flexlink.engines.exudyn.faces import Touch
 from exudyn_flexlink.engines.exudyn.intervals import Entry
 from exudyn_flexlink.engines.exudyn.redundant.broad_phase import BESIDE
 from exudyn_flexlink.engines.exudyn.redundant.events import REACHED, end_on, first_zero
-from exudyn_flexlink.engines.exudyn.redundant.pressing import (
-    Pressing,
-    PressingCircles,
-    PressingFace,
-)
+from exudyn_flexlink.engines.exudyn.redundant.pressing import PressingCircles, PressingFace
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.intervals import ContactEvent
@@ -58,14 +53,12 @@ class ContactItem:
         self.walled = isinstance(contact, CircleContact) or channel is not None
         self.resolution, self.contact_step = resolution, resolution.step
         self._shortest = SHORTEST * resolution.step
-        self.geometry: FaceGeometry | CircleGeometry
-        self.items: Pressing
+        self.items: PressingCircles | PressingFace
         if isinstance(contact, CircleContact):
-            self.geometry = CircleGeometry(contact)
-            self.items = PressingCircles(system, contact, self.geometry)
+            self.items = PressingCircles(system, contact)
         else:
-            self.geometry = FaceGeometry(contact)
-            self.items = PressingFace(system, contact, self.geometry)
+            self.items = PressingFace(system, contact)
+        self.geometry = self.items.geometry
         self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self._touch: Touch | None = None
@@ -115,7 +108,7 @@ class ContactItem:
 
     def _note(self, touch: Touch, now: StepEnd, before: Touch | None) -> None:
         slid = REACHED * now.step * touch.slip
-        on_face = self._on_face(touch, touch.place + slid)
+        on_face = self._on_face(touch.place + slid)
         beyond = touch.gap < 0 or self._two_sided
         if self.pressed and not beyond:
             self.pressed = False
@@ -148,7 +141,7 @@ class ContactItem:
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
         until = inf
-        if touch.inside < inf and abs(touch.slip) * step > EDGE * self.geometry.length:
+        if abs(touch.slip) * step > EDGE * self.geometry.length:
             left = self.geometry.length - touch.place if touch.slip > 0 else touch.place
             until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
@@ -170,7 +163,7 @@ class ContactItem:
             self.items.wake(False)
             return step
         # Items that act press everywhere behind the face's line, also beyond the face's ends.
-        self.items.wake(until < AHEAD * step and self._on_face(touch, at))
+        self.items.wake(until < AHEAD * step and self._on_face(at))
         # The integrator spreads the force at a step's end over the whole step: the step that
         # reaches into the face must be one of the contact's, not one of free flight. `end_on`
         # leaves no step shorter than a part of the one before, so steps shrink one after the other.
@@ -182,15 +175,13 @@ class ContactItem:
             return end_on(step, until - margin)
         return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
 
-    def _on_face(self, touch: Touch, at: float) -> bool:
-        """Tell whether a place is on the face; circles have no ends."""
+    def _on_face(self, at: float) -> bool:
+        """Tell whether a place is on the face; circles, of infinite length, have no ends."""
         length = self.geometry.length
-        return touch.inside == inf or -EDGE * length <= at <= (1 + EDGE) * length
+        return -EDGE * length <= at <= (1 + EDGE) * length
 
     def _can_meet(self, touch: Touch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
-        if touch.inside == inf:
-            return at < inf
         margin = BESIDE * self.geometry.length
         low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
         return at < inf and high >= 0 and low <= self.geometry.length

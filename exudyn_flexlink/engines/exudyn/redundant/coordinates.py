@@ -16,7 +16,6 @@ from exudyn_flexlink.mechanism import (
     EnergyMeter,
     accelerations,
     half_period,
-    joint_residuals,
 )
 
 
@@ -66,10 +65,6 @@ class Coordinates:
     def damping_power(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Power lost in dampers, W, never negative, (instants,)."""
         return self._meter.damping_power(*self.at_joints(q, v))
-
-    def joint_errors(self, q: FloatArray, places: FloatArray) -> FloatArray:
-        """Residuals of all joints, m or rad, (instants, joints), slots at their places."""
-        return joint_residuals(self.mechanism, self.at_joints(q, q)[0], places)
 
     def half_period(self, contact: Contact | Channel) -> float:
         """Half the period of a contact's stiffness with the least mass behind it, s."""

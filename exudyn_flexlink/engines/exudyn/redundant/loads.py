@@ -30,11 +30,8 @@ def add_loads(system: System) -> None:
 
 def sense(system: System) -> bool:
     """Tell whether a load depends on the state, so that Newton's matrix needs its slopes."""
-    mechanism = system.mechanism
-    sizes = [size for force in mechanism.forces for size in force.sizes]
-    turned = any(force.axes != GROUND for force in mechanism.forces)
-    sizes += [motor.size for motor in mechanism.torque_motors]
-    return turned or any(size.senses for size in sizes)
+    turned = any(force.axes != GROUND for force in system.mechanism.forces)
+    return turned or any(size.senses for _, size in system.mechanism.sizes)
 
 
 def _constant(size: Size) -> float | None:

@@ -24,8 +24,8 @@ from exudyn_flexlink.engines.exudyn.reporting import (
 )
 from exudyn_flexlink.mechanism import (
     Assembly,
-    angle_of,
     force_at,
+    left_of,
     line_of,
     sizes_at,
     spring_force,
@@ -114,8 +114,8 @@ def _settings(prepared: Prepared) -> dict[str, float | str]:
 def _written(prepared: Prepared) -> Written:
     """Return what the run wrote down of its contacts and of its channels' pairs."""
     recorder, entries = prepared.loop.recorder, prepared.loop.contacts.entries
-    of_run = recorder.totals_of, recorder.force_of
-    return Written(entries, recorder.totals, *of_run, recorder.seeker)
+    at_end = list(zip(recorder.impulse.tolist(), recorder.work.tolist(), strict=True))
+    return Written(entries, recorder.totals, at_end, recorder.force.tolist(), recorder.seeker)
 
 
 def _torques(prepared: Prepared, kept: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -151,15 +151,13 @@ def _joint_forces(
     """Force of each joint of two points of the scene on its second one, N, global axes."""
     system, joints = prepared.system, prepared.scene.joints
     found = {}
-    for name, item in system.joints.items():
-        if name in joints:
-            found[name] = -multipliers[:, system.multipliers(item)]
-    for slide in prepared.assembly.mechanism.slides:
+    for pin in system.mechanism.pins:
+        if pin.name in joints:
+            found[pin.name] = -multipliers[:, system.multipliers(system.joints[pin.name])]
+    for slide in system.mechanism.slides:
         if isinstance(joints.get(slide.name), PrismaticJoint):
-            angle = angle_of(slide.first.part, poses) + slide.direction
-            normal = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
-            across = multipliers[:, system.multipliers(system.slides[slide.name])[0]]
-            found[slide.name] = -across[:, None] * normal
+            across = multipliers[:, system.multipliers(system.joints[slide.name])[0]]
+            found[slide.name] = -across[:, None] * left_of(line_of(slide, poses))
     return found
 
 

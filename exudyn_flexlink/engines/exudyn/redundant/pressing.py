@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.exudyn.circles import CircleGeometry
 from exudyn_flexlink.engines.exudyn.engine import Engine, items, utilities
 from exudyn_flexlink.engines.exudyn.faces import FaceGeometry, Touch
 from exudyn_flexlink.engines.exudyn.redundant.system import System
-from exudyn_flexlink.laws import Friction, RestitutionPenalty
+from exudyn_flexlink.laws import Friction, Impulse, RestitutionPenalty
 from exudyn_flexlink.mechanism import GROUND, Anchor, CircleContact, Contact, FaceContact
 
 Law = Callable[..., Any]
@@ -28,17 +28,16 @@ COORDINATE_SPRING, SPRING = "ObjectConnectorCoordinateSpringDamper", "ObjectConn
 
 
 class Pressing:
-    """Connector of one contact's normal force, and of its friction if there is any."""
+    """Connector of one contact's normal force, and of its friction if there is any.
 
-    def __init__(
-        self,
-        system: System,
-        contact: Contact,
-        geometry: FaceGeometry | CircleGeometry,
-        normal: int,
-    ) -> None:
+    `geometry` tells where the contact is; whoever inherits has one for its shape.
+    """
+
+    geometry: FaceGeometry | CircleGeometry
+
+    def __init__(self, system: System, contact: Contact, normal: int) -> None:
         assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
-        self._mbs, self._geometry, self._law = system.mbs, geometry, contact.law
+        self._mbs, self._law = system.mbs, contact.law
         self._items = [normal]
         self._friction = contact.friction
         if contact.friction is not None:
@@ -60,7 +59,7 @@ class Pressing:
         """Prepare for a step of a length (s) that begins at `touch`."""
         if self._friction is None:
             return
-        aim = self._geometry.aim(touch, step)
+        aim = self.geometry.aim(touch, step)
         places = ("localPosition0", aim.struck), ("localPosition1", aim.striking)
         for name, (x, y) in (*places, ("axis0", aim.along)):
             self._mbs.SetMarkerParameter(self._slip_marker, name, [x, y, 0.0])
@@ -72,18 +71,19 @@ class Pressing:
 class PressingFace(Pressing):
     """The force of a point against a face."""
 
-    def __init__(self, system: System, contact: FaceContact, geometry: FaceGeometry) -> None:
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+    geometry: FaceGeometry
+
+    def __init__(self, system: System, contact: FaceContact) -> None:
+        self.geometry = face = FaceGeometry(contact)
         side = contact.side or 1.0
         law = _law(system, contact.law, 1.0 if contact.side else 0.0, COORDINATE_SPRING)
-        normal = -side * geometry.ey, side * geometry.ex
+        normal = -side * face.ey, side * face.ex
         self._marker, item = _across(system, (contact.start, contact.point), normal, law)
-        super().__init__(system, contact, geometry, item)
-        self._face = geometry
+        super().__init__(system, contact, item)
 
     def aim(self, touch: Touch, step: float) -> None:
         """Prepare for a step of a length (s) that begins at `touch`."""
-        x, y = self._face.on_face(self._face.ahead(touch, step))
+        x, y = self.geometry.on_face(self.geometry.ahead(touch, step))
         self._mbs.SetMarkerParameter(self._marker, "localPosition0", [x, y, 0.0])
         super().aim(touch, step)
 
@@ -91,8 +91,8 @@ class PressingFace(Pressing):
 class PressingCircles(Pressing):
     """The force of two circles: that of a spring between their centres."""
 
-    def __init__(self, system: System, contact: CircleContact, geometry: CircleGeometry) -> None:
-        assert isinstance(contact.law, RestitutionPenalty)  # `run` refuses others
+    def __init__(self, system: System, contact: CircleContact) -> None:
+        self.geometry = CircleGeometry(contact)
         law = _law(system, contact.law, -1.0 if contact.inside else 1.0, SPRING)
         markers = [system.point_marker(contact.second), system.point_marker(contact.first)]
         item = system.mbs.AddObject(
@@ -103,11 +103,14 @@ class PressingCircles(Pressing):
                 activeConnector=False,
             )
         )
-        super().__init__(system, contact, geometry, int(item))
+        super().__init__(system, contact, int(item))
 
 
-def _law(system: System, law: RestitutionPenalty | Friction, free: float, kind: str) -> Any:
+def _law(
+    system: System, law: RestitutionPenalty | Impulse | Friction, free: float, kind: str
+) -> Any:
     """Return a symbolic function for items of a kind, one for all contacts of the same law."""
+    assert not isinstance(law, Impulse)  # `run` refuses it
     key = law, free, kind
     if key not in system.laws:
         force = _sliding(law) if isinstance(law, Friction) else _pressing(law, free)

@@ -21,6 +21,7 @@ from exudyn_flexlink.mechanism import (
     anchor_velocity,
     approach,
     force_at,
+    joint_residuals,
     motor_place,
     motor_speed,
     sizes_at,
@@ -72,7 +73,9 @@ class _Block:
 class Recorder:
     """Takes every step, keeps samples at `grid` (s, increasing) and at the times of events.
 
-    `motor_rows` are the multipliers that are torques, or forces, of speed motors.
+    `motor_rows` are the multipliers that are torques, or forces, of speed motors. Of every contact
+    `impulse` (N s) and `work` (J) are those so far, what it stores included, and `force` (N) is
+    that at the last step, in which it may have begun: (contacts,).
     """
 
     def __init__(
@@ -87,7 +90,7 @@ class Recorder:
         self.contacts = contacts = seeker.contacts  # of the scene, then its channels' pairs
         self.grid = grid
         self.seeker = seeker
-        self.motor_rows = [system.multipliers(item)[0] for item in system.motors.values()]
+        self.motor_rows = [system.multipliers(item)[0] for item in system.motors]
         self.samples = Samples()
         self.energy_residual = 0.0
         self.largest_kinetic_energy = 0.0
@@ -114,7 +117,7 @@ class Recorder:
         self.totals: list[tuple[float, float]] = []  # impulse and loss at every note
         self._sampled_to = -np.inf
         self._damped = self._supplied = 0.0
-        self._impulse, self._work, self._force = (np.zeros(count) for _ in range(3))
+        self.impulse, self.work, self.force = (np.zeros(count) for _ in range(3))
         self._start_energy: float | None = None
 
     def take(
@@ -152,14 +155,6 @@ class Recorder:
             self.flush()
         self._notes.append((self._count, contact))
 
-    def totals_of(self, contact: int) -> tuple[float, float]:
-        """Impulse (N s) and energy lost (J) of a contact so far; what it stores counts as lost."""
-        return float(self._impulse[contact]), float(self._work[contact])
-
-    def force_of(self, contact: int) -> float:
-        """Force (N) of a contact at the last step, in which it may have begun."""
-        return float(self._force[contact])
-
     def flush(self) -> None:
         """Work off the block; its last step stays as the first of the next."""
         n = self._count
@@ -170,8 +165,8 @@ class Recorder:
         self._balance(n)
         self._seek(time, self.coordinates.shown(q, v))
         forces, stored, power = self._contacts(poses, rates, self._pressed[:n])
-        impulses = self._impulse + _running_integral(time, forces)
-        work = self._work + _running_integral(time, power)
+        impulses = self.impulse + _running_integral(time, forces)
+        work = self.work + _running_integral(time, power)
         damping = self.coordinates.damping_power(q, v)
         supplied, supply = self._motors(time, poses, rates)
         block = _Block(
@@ -186,13 +181,13 @@ class Recorder:
             stored=stored,
             losses=work - stored,
         )
-        self._check(block)
+        self._check(block, poses)
         self._sample(block)
         self.totals += [
             (float(impulses[row, k]), float(block.losses[row, k])) for row, k in self._notes
         ]
         self._notes.clear()
-        self._impulse, self._work, self._force = impulses[-1], work[-1], forces[-1]
+        self.impulse, self.work, self.force = impulses[-1], work[-1], forces[-1]
         self._damped, self._supplied = block.damped[-1], block.supplied[-1]
         for rows in (self._time, self._q, self._v, self._raw, self._pressed, self._places):
             rows[0] = rows[n - 1]
@@ -265,14 +260,15 @@ class Recorder:
             power += pushed.sum(axis=1)
         return power
 
-    def _check(self, block: _Block) -> None:
+    def _check(self, block: _Block, poses: FloatArray) -> None:
+        """Note the largest errors of energies and joints; `poses` are those at joints."""
         kinetic = self.coordinates.kinetic(block.q, block.v)
         total = kinetic + self.coordinates.potential(block.q) + block.stored.sum(axis=1)
         if self._start_energy is None:
             self._start_energy = float(total[0])
         lost = block.damped + block.losses.sum(axis=1)
         residual = total - self._start_energy + lost - block.supplied
-        errors = self.coordinates.joint_errors(block.q, self._places[: len(block.q)])
+        errors = joint_residuals(self.mechanism, poses, self._places[: len(block.q)])
         self.energy_residual = max(self.energy_residual, float(np.abs(residual).max()))
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(kinetic.max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))

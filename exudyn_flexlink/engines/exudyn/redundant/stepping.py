@@ -21,10 +21,10 @@ from exudyn_flexlink.engines.diagnostics.walls import (
     COARSE_WALL_ADVICE,
     broken_wall,
 )
+from exudyn_flexlink.engines.exudyn.engine import Engine
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.events import end_on, first_zero
 from exudyn_flexlink.engines.exudyn.redundant.recording import Recorder
-from exudyn_flexlink.engines.exudyn.redundant.restart import start_anew
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.step_end import StepEnd
 from exudyn_flexlink.integrate.clock import instant
@@ -207,7 +207,7 @@ class Loop:
         if struck or len(self.events) > laps or self._worth_a_sample():
             self.recorder.mark(time)
         if self._jump is not None:
-            start_anew(mbs, self._jump)
+            _start_anew(mbs, self._jump)
             self._jump = None
         self.contacts.aim(step)
         self._solver.currentStepSize = step
@@ -289,3 +289,20 @@ class Loop:
             step = min(step, self.contacts.restart_step)
             self.chooser.restart_from(step)
         return step
+
+
+def _start_anew(mbs: Any, jump: FloatArray) -> None:
+    """Let the solver, between two of its steps, go on with accelerations that jump by `jump`.
+
+    Generalised-alpha carries accelerations from step to step, beside those of the state. Carried
+    over a jump of a force, they would leave an error in the velocities that lasts. Only what
+    initialises a run sets the accelerations that the solver keeps to itself.
+    """
+    data, solver = mbs.systemData, mbs.sys["dynamicSolver"]
+    initial = Engine.ConfigurationType.Initial
+    data.SetODE2Coordinates(data.GetODE2Coordinates(), initial)
+    data.SetODE2Coordinates_t(data.GetODE2Coordinates_t(), initial)
+    data.SetODE2Coordinates_tt(data.GetODE2Coordinates_tt() + jump, initial)
+    time = solver.it.currentTime
+    solver.InitializeSolverInitialConditions(mbs, mbs.sys["simulationSettings"])
+    solver.it.currentTime = time

@@ -43,16 +43,15 @@ class System:
     """
 
     coordinates: Coordinates
-    beams: tuple[BeamLink, ...] = ()
+    beams: tuple[BeamLink, ...]
     container: Any = field(default_factory=Engine.SystemContainer)
     mbs: Any = None
     nodes: list[int] = field(default_factory=list)
     bodies: list[int] = field(default_factory=list)
     ground: int = 0
     ground_node: int = 0
-    joints: dict[str, int] = field(default_factory=dict)  # revolute joints of the scene
-    slides: dict[str, int] = field(default_factory=dict)
-    motors: dict[str, int] = field(default_factory=dict)  # speed motors
+    joints: dict[str, int] = field(default_factory=dict)  # pins and slides
+    motors: list[int] = field(default_factory=list)  # speed motors, in their order
     window: Window = field(default_factory=Window)  # the time that drives are asked of
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
     # Of values that drives do not have: nothing may be raised through the solver.
@@ -98,7 +97,13 @@ class System:
         marker = items.MarkerBodyPosition(bodyNumber=body, localPosition=place)
         return int(self.mbs.AddMarker(marker))
 
-    def rigid_marker(self, anchor: Anchor, turn: float = 0.0) -> int:
+    def slide_markers(self, slide: Slide) -> list[int]:
+        """Markers of a slide's two anchors, both with the x-axis along its line."""
+        turns = slide.direction, slide.direction - slide.angle  # in the axes of either part
+        anchors = slide.first, slide.second
+        return [self._rigid_marker(*pair) for pair in zip(anchors, turns, strict=True)]
+
+    def _rigid_marker(self, anchor: Anchor, turn: float) -> int:
         """Marker of an anchor's position and orientation, turned by an angle (rad) on its part."""
         c, s = cos(turn), sin(turn)
         for beam in self.beams:
@@ -128,7 +133,7 @@ class System:
         return self.bodies[anchor.part], [anchor.x, anchor.y, 0.0]
 
 
-def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System:
+def build_system(assembly: Assembly, beams: tuple[BeamLink, ...]) -> System:
     """Create bodies, pins, welds, slides, springs, motors and weight; slots and contacts follow.
 
     Raises:
@@ -148,13 +153,13 @@ def build_system(assembly: Assembly, beams: tuple[BeamLink, ...] = ()) -> System
     for weld in mechanism.welds:
         _add_weld(system, weld)
     for slide in mechanism.slides:
-        system.slides[slide.name] = _add_slide(system, slide)
+        system.joints[slide.name] = _add_slide(system, slide)
     for spring in mechanism.springs:
         _add_spring(system, spring)
     for linear in mechanism.linear_springs:
         _add_linear_spring(system, linear)
     for motor in mechanism.speed_motors:
-        system.motors[motor.name] = _add_speed_motor(system, motor)
+        system.motors.append(_add_speed_motor(system, motor))
     if any(mechanism.gravity):
         _add_weight(system)
     return system
@@ -208,14 +213,12 @@ def _add_weld(system: System, weld: Weld) -> None:
 
 
 def _add_slide(system: System, slide: Slide) -> int:
-    markers = [system.rigid_marker(slide.first), system.rigid_marker(slide.second)]
-    along, back = slide.direction, slide.direction - slide.angle  # in the axes of either part
     return int(
         system.mbs.AddObject(
             items.ObjectJointPrismatic2D(
-                markerNumbers=markers,
-                axisMarker0=[cos(along), sin(along), 0.0],
-                normalMarker1=[-sin(back), cos(back), 0.0],
+                markerNumbers=system.slide_markers(slide),
+                axisMarker0=[1.0, 0.0, 0.0],
+                normalMarker1=[0.0, 1.0, 0.0],
                 constrainRotation=True,
             )
         )
@@ -254,14 +257,10 @@ def _add_linear_spring(system: System, spring: LinearSpring) -> None:
 
 def _add_spring_along(system: System, spring: LinearSpring, slide: Slide) -> None:
     """Let a spring act along the slide's line, which turns with the first part."""
-    markers = [
-        system.rigid_marker(slide.first, slide.direction),
-        system.rigid_marker(slide.second, slide.direction - slide.angle),
-    ]
     along = np.diag([1.0, 0, 0, 0, 0, 0])
     system.mbs.AddObject(
         items.ObjectConnectorRigidBodySpringDamper(
-            markerNumbers=markers,
+            markerNumbers=system.slide_markers(slide),
             stiffness=spring.stiffness * along,
             damping=spring.damping * along,
             offset=[spring.length or 0.0, 0, 0, 0, 0, 0],
@@ -301,14 +300,10 @@ def _add_slide_motor(system: System, slide: Slide, start: float, prescribed: Pre
     def speed(_mbs: Any, time: float, _item: int, _offset: Any) -> list[float]:
         return [prescribed.at(system.window.inside(time)), 0.0, 0.0, 0.0, 0.0, 0.0]
 
-    markers = [
-        system.rigid_marker(slide.first, slide.direction),
-        system.rigid_marker(slide.second, slide.direction - slide.angle),
-    ]
     return int(
         system.mbs.AddObject(
             items.ObjectJointGeneric(
-                markerNumbers=markers,
+                markerNumbers=system.slide_markers(slide),
                 constrainedAxes=[1, 0, 0, 0, 0, 0],
                 offsetUserFunctionParameters=[0.0] * 6,
                 offsetUserFunction=length,
