@@ -15,7 +15,7 @@ from drawing.parts import (
     add_walls,
     angle,
     body,
-    closed_spline,
+    closed_curve,
     law,
     number,
     spread,
@@ -78,11 +78,7 @@ def _tree(rng: np.random.Generator) -> Drawn:
 
 def _in_slot(rng: np.random.Generator) -> Drawn:
     """A point of a double pendulum runs along a closed curve."""
-    curve = closed_spline(rng)
-    start = curve["points"][0]
-    if rng.random() < 0.4:
-        axes = [within(rng, 0.08, 0.2), within(rng, 0.05, 0.2)]
-        curve, start = {"type": "ellipse", "centre": [0, 0], "semi_axes": axes}, [axes[0], 0.0]
+    curve, start = closed_curve(rng)
     ends = {"a": (0.0, 0.0), "b": (0.1, 0.0)}
     bars = ("bar_0", "bar_1")
     model = {
@@ -129,9 +125,13 @@ def _free(rng: np.random.Generator) -> Drawn:
 
 
 def _cam(rng: np.random.Generator) -> Drawn:
-    """A spline cam lifts a roller on a spring-loaded follower, which may jump."""
+    """A cam that turns or rocks lifts a roller on a spring-loaded follower, which may jump."""
+    curve, _ = closed_curve(rng)
+    speed = spread(rng, 2, 60)
+    turns = rng.random() < 0.5
+    rocking = f"{number(speed * rng.uniform(0.01, 0.8))} rad/s * cos({speed} rad/s * t)"
     model = {
-        "curves": {"rim": {**closed_spline(rng), "on": "cam"}},
+        "curves": {"rim": {**curve, "on": "cam"}},
         "bodies": {
             "cam": body(rng, {"hub": (0, 0), "mark": (0.1, 0)}),
             "follower": body(rng, {"roller": (0, 0), "top": (0, 0.1)}),
@@ -155,7 +155,11 @@ def _cam(rng: np.random.Generator) -> Drawn:
             }
         },
         "drives": {
-            "motor": {"type": "speed", "joint": "shaft", "value": f"{spread(rng, 2, 60)} rad/s"}
+            "motor": {
+                "type": "speed",
+                "joint": "shaft",
+                "value": f"{speed} rad/s" if turns else rocking,
+            }
         },
         "contacts": {
             "face": {

@@ -142,3 +142,30 @@ def closed_spline(rng: np.random.Generator) -> Model:
     far = 0.15 * (1 + 0.25 * rng.random() * rng.uniform(-1, 1, count))
     points = np.column_stack([far * np.cos(around), far * np.sin(around)]).tolist()
     return {"type": "spline", "points": [[number(x), number(y)] for x, y in points], "closed": True}
+
+
+def closed_curve(rng: np.random.Generator) -> tuple[Model, list[float]]:
+    """Draw a closed curve around the origin, some 0.15 m away, and a place on it.
+
+    A spline, an ellipse, or two half ellipses that meet at the height of the origin's y-axis with
+    one tangent and two curvatures.
+    """
+    kind = str(rng.choice(["spline", "ellipse", "halves"], p=[0.4, 0.2, 0.4]))
+    if kind == "spline":
+        curve = closed_spline(rng)
+        return curve, curve["points"][0]
+    right, left, height = (within(rng, 0.08, 0.2) for _ in range(3))
+    if kind == "ellipse":
+        curve = {"type": "ellipse", "centre": [0, 0], "semi_axes": [right, height]}
+        return curve, [right, 0.0]
+    pieces = [
+        {
+            "type": "ellipse",
+            "centre": [0, 0],
+            "semi_axes": [width, height],
+            "from": f"{begin} deg",
+            "to": f"{begin + 180} deg",
+        }
+        for width, begin in ((right, -90), (left, 90))
+    ]
+    return {"type": "joined", "pieces": pieces}, [right, 0.0]
