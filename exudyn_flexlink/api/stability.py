@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from exudyn_flexlink import engines, storage
+from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.showing import page
@@ -127,8 +128,7 @@ def stability_of(
 
     """
     asked = Asked(laps, after, lap, angle, tolerance, twice)
-    found = study(scene, _by(engine), asked, progress)
-    return Stability(**{field.name: getattr(found, field.name) for field in fields(found)})
+    return with_methods(Stability, study(scene, _by(engine), asked, progress))
 
 
 def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> Exponent:
