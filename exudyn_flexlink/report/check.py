@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf, isfinite
 
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -22,7 +23,6 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.drives import drive_lines
 from exudyn_flexlink.report.effects import effects_table
 from exudyn_flexlink.report.freedom import freedom_lines
 from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequencies
@@ -31,7 +31,9 @@ from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
     Body,
     ContactLaw,
+    Drive,
     FlexibleBody,
+    ForceDrive,
     Joint,
     Law,
     PrismaticJoint,
@@ -40,10 +42,13 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
+    Table,
     TorsionalSpring,
+    Value,
 )
 
 IDLE = "; its law is idle at clearance 0"
+WIDEST = 40  # letters of an expression that are shown
 
 
 def check_text(scene: Scene, assembly: Assembly) -> str:
@@ -53,7 +58,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _bodies(scene, assembly.mechanism),
         _joints(scene),
         _springs(scene, assembly.mechanism),
-        drive_lines(scene),
+        _drives(scene),
         _contacts(scene, assembly.mechanism),
         lines_of(effects_table(scene, assembly.mechanism)),
         freedom_lines(scene, assembly),
@@ -159,6 +164,34 @@ def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
         f"k {number(spring.stiffness)} {force}/{change}" if spring.stiffness else "no spring",
         f"c {number(spring.damping)} {force} s/{change}" if spring.damping else "no damper",
     ]
+
+
+def _drives(scene: Scene) -> list[str]:
+    rows = [[name, drive.type, *_drive(scene, drive)] for name, drive in scene.drives.items()]
+    return ["Drives", *table(rows)] if rows else []
+
+
+def _drive(scene: Scene, drive: Drive) -> tuple[str, str]:
+    """Where a drive acts, and what it does."""
+    if isinstance(drive, ForceDrive):
+        axes = f" in the axes of {drive.axes}" if drive.axes in scene.bodies else ""
+        x, y = (_value(value, "N") for value in drive.value)
+        return f"at {drive.point}", f"x: {x}, y: {y}{axes}"
+    turns = isinstance(scene.joints[drive.joint], RevoluteJoint)
+    units = {"speed": ("m/s", "rad/s"), "motion": ("m", "rad"), "torque": ("", "N m")}
+    unit = units[drive.type][turns]
+    ramp = getattr(drive, "ramp", 0.0)
+    within = f", reached within {number(ramp)} s" if ramp else ""
+    return f"at {drive.joint}", f"{_value(drive.value, unit)}{within}"
+
+
+def _value(value: Value, unit: str) -> str:
+    if isinstance(value, Expression):
+        text = str(value) if len(str(value)) <= WIDEST else str(value)[: WIDEST - 3] + "..."
+        return f"{text} ({unit})"
+    if isinstance(value, Table):
+        return f"table of {len(value.points or ())} rows, {value.rule} ({unit})"
+    return f"{number(value)} {unit}"
 
 
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 
-from exudyn_flexlink.report.text import in_blocks, number, table
+from exudyn_flexlink.report.tables import Table
+from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, SweepTable
 
 MOST_REASONS = 5
@@ -43,19 +44,14 @@ def _ranges(found: SweepTable) -> list[str]:
 def _reasons(found: SweepTable, kind: str) -> list[str]:
     """Why rows are as they are, the most frequent reasons first."""
     reasons = Counter(row.reason for row in found.rows if row.status == kind)
-    if not reasons:
-        return []
     first = {row.reason: row.number for row in reversed(found.rows) if row.status == kind}
     rows = [
         [str(count), f"run {first[reason]}", _short(reason)]
         for reason, count in reasons.most_common(MOST_REASONS)
     ]
     more = len(reasons) - MOST_REASONS
-    return [
-        f"{kind.capitalize()}: rows, the first of them, why",
-        *table(rows),
-        *([f"  and {more} reasons more"] if more > 0 else []),
-    ]
+    note = f"and {more} reasons more" if more > 0 else ""
+    return lines_of(Table(f"{kind.capitalize()}: rows, the first of them, why", rows, note=note))
 
 
 def _short(reason: str) -> str:
