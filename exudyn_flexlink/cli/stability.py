@@ -9,7 +9,7 @@ from pathlib import Path
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
-from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
     hint_at_numba,
     read_scene,
@@ -43,7 +43,7 @@ UNTOLD = "interrupted before the exponent was known; nothing was written"
 
 def stability_command(options: argparse.Namespace) -> int:
     """Study a model's motion, write and print how stable it is; returns the exit code."""
-    place = place_of(options, "-stability")
+    place = Place(options, "-stability")
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)

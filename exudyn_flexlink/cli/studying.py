@@ -24,7 +24,7 @@ from exudyn_flexlink.accuracy import (
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.cli.keeping import drawn
-from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.terminal import (
     DONE,
@@ -51,7 +51,7 @@ SAFETY = 2.0
 
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
-    place = place_of(options, "-accuracy")
+    place = Place(options, "-accuracy")
     scene = read_scene(options)
     require_length("--target", options.target, scene)
     try:
