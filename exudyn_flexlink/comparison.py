@@ -80,11 +80,6 @@ class Seen:
         """Kinds of the contacts' laws: penalty, impulse."""
         return tuple(dict.fromkeys(c.law.type for c in self.result.scene.contacts.values()))
 
-    @property
-    def first_strike(self) -> float | None:
-        """Instant of the first touch of any contact, s; None if nothing is struck."""
-        return min((s.begin for found in self.strikes.values() for s in found), default=None)
-
 
 @dataclass(frozen=True)
 class StrikePair:
@@ -182,8 +177,8 @@ class Comparison:
     @property
     def first_strike(self) -> float | None:
         """Instant of the first touch in either run, s; None if nothing is struck."""
-        found = [seen.first_strike for seen in (self.first, self.second)]
-        return min((time for time in found if time is not None), default=None)
+        found = (*self.first.strikes.values(), *self.second.strikes.values())
+        return min((strike.begin for each in found for strike in each), default=None)
 
     @property
     def before_strike(self) -> Deviation | None:

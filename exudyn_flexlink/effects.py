@@ -7,6 +7,7 @@ from typing import Any
 
 from exudyn_flexlink.scene import (
     GROUND,
+    Body,
     Contact,
     ContactLaw,
     FlexibleBody,
@@ -79,7 +80,7 @@ def _ideal(joint: Joint) -> Joint:
 
 
 def _without_flexibility(scene: Scene) -> dict[str, Any]:
-    return {"bodies": _each(scene.bodies, FlexibleBody, _rigid)}
+    return {"bodies": _each_flexible(scene, _rigid)}
 
 
 def _rigid(body: FlexibleBody) -> RodBody:
@@ -108,7 +109,7 @@ def _smooth(part: Any) -> Any:
 
 def _without_damping(scene: Scene) -> dict[str, Any]:
     return {
-        "bodies": _each(scene.bodies, FlexibleBody, _undamped),
+        "bodies": _each_flexible(scene, _undamped),
         "springs": {name: _lossless(spring) for name, spring in scene.springs.items()},
     }
 
@@ -129,11 +130,10 @@ def _lossless(spring: Spring) -> Spring:
     return spring.model_copy(update=update)
 
 
-def _each(
-    parts: Mapping[str, Any], kind: type | tuple[type, ...], change: Callable[[Any], Any]
-) -> dict[str, Any]:
-    """Change the parts of a kind, and keep the others."""
-    return {name: change(part) if isinstance(part, kind) else part for name, part in parts.items()}
+def _each_flexible(scene: Scene, change: Callable[[FlexibleBody], Body]) -> dict[str, Body]:
+    """Change the flexible bodies, and keep the others."""
+    bodies = scene.bodies.items()
+    return {name: change(b) if isinstance(b, FlexibleBody) else b for name, b in bodies}
 
 
 def _without_impact(scene: Scene) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -128,7 +129,8 @@ def stability_of(
 
     """
     asked = Asked(laps, after, lap, angle, tolerance, twice)
-    return with_methods(Stability, study(scene, _by(engine), asked, progress))
+    simulate = partial(engines.simulate, engine=engine, measure=False)
+    return with_methods(Stability, study(scene, simulate, asked, progress))
 
 
 def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> Exponent:
@@ -217,7 +219,3 @@ class _SectionRow:
 
         long = own_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
         return OneRun(row)(long, cast(Any, simulate))
-
-
-def _by(engine: str) -> Callable[[PlainScene], PlainResult]:
-    return lambda scene: engines.simulate(scene, engine, measure=False)

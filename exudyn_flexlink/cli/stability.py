@@ -25,7 +25,6 @@ from exudyn_flexlink.cli.terminal import (
 )
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
-from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.stability import (
     Asked,
@@ -74,10 +73,7 @@ def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
     asked = Asked(
         options.laps, options.after, options.lap, options.at, options.tolerance, options.twice
     )
-
-    def simulate(each: Scene) -> Result:
-        return engines.simulate(each, options.engine, measure=False)
-
+    simulate = partial(engines.simulate, engine=options.engine, measure=False)
     with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
         return study(scene, simulate, asked, bar)
 

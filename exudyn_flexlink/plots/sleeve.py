@@ -34,7 +34,7 @@ from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     forward,
-    horizon,
+    is_beyond,
     legend_outside,
     length_unit,
     letter,
@@ -168,8 +168,7 @@ def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
 def _title(result: Result, index: int, what: str) -> str:
     time = float(result.time[index])
     crank = f", crank {np.degrees(crank_angle(result)[index]):.1f}°" if turns(result) else ""
-    found = horizon(result)
-    beyond = ", beyond the horizon" if found is not None and time >= found[0] else ""
+    beyond = ", beyond the horizon" if is_beyond(result, time) else ""
     return f"{what}: t = {told_time(result, time)} s{crank}{beyond}"
 
 
