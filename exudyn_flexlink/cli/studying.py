@@ -69,12 +69,10 @@ def accuracy_command(options: argparse.Namespace) -> int:
         if runs.interrupted:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
-        return complain(f"{error}\n{_advice(options)}", FAILED)
+        budget = f"raise '--budget' ({options.budget:g} s)"
+        shorter = "shorten the run with '--set run.turns=...'"
+        return complain(f"{error}\n{budget}, or {shorter}", FAILED)
     return place.ended(_tell(found, place, place.code(code)))
-
-
-def _advice(options: argparse.Namespace) -> str:
-    return f"raise '--budget' ({options.budget:g} s), or shorten the run with '--set run.turns=...'"
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> Runs:

@@ -85,7 +85,7 @@ def contents_of(result: Result) -> Contents:
         Section("motion", "Motion", pictures=_of(pictures, "coordinates", "polar")),
         _strikes(result, pictures),
         _touches(result, pictures),
-        _forces(result, pictures),
+        Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
         Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
         _effects(result),
         _errors(result),
@@ -152,10 +152,6 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
         folded.append(touch_table(result, joint, MOST_TOUCHES))
     drawn = _of(pictures, "guide_contact")
     return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))
-
-
-def _forces(result: Result, pictures: Mapping[str, Picture]) -> Section:
-    return Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)]))
 
 
 def _effects(result: Result) -> Section:

@@ -162,8 +162,6 @@ def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
 
     Of series (N,) each, in one unit; `thin` is the width of a line that nothing lies on.
     """
-    if not series:
-        return []
     room = max(float(np.ptp(values)) for values in series) or 1.0
     step = BROADER * sized(1.0)
     return [

@@ -274,9 +274,10 @@ def _time(scene: Scene, duration: float | None) -> str:
 
 
 def _contact_duration(assembly: Assembly, contact: Contact) -> str:
-    mass = _mass_at(assembly, contact)
     if isinstance(contact.law, Impulse):
         return "impacts take no time: a rigid contact, by impulse"
+    state = assembly.state
+    mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
     half = contact.law.half_period(mass)
     return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
 
@@ -286,8 +287,3 @@ def _wall_duration(assembly: Assembly, channel: Channel) -> str:
     if channel.clearance > 0:
         return f"a contact with a wall lasts about {half} or longer, on the lightest node"
     return f"the lightest node swings on its axis with half a period of {half}"
-
-
-def _mass_at(assembly: Assembly, contact: Contact) -> float:
-    state = assembly.state
-    return contact_mass(assembly.mechanism, contact, state.q, state.places)

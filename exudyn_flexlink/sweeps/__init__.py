@@ -22,4 +22,4 @@ from exudyn_flexlink.sweeps.running import carried_out, executor_of, work_of
 from exudyn_flexlink.sweeps.study import read_study
 from exudyn_flexlink.sweeps.table import SweepTable
 from exudyn_flexlink.sweeps.values import in_si
-from exudyn_flexlink.sweeps.work import Work
+from exudyn_flexlink.sweeps.work import Work, shortened
