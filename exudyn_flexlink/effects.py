@@ -8,13 +8,11 @@ from typing import Any
 from exudyn_flexlink.scene import (
     GROUND,
     Body,
-    Contact,
     ContactLaw,
     FlexibleBody,
     ForceDrive,
     ImpulseLaw,
     Joint,
-    Law,
     LinearSpring,
     PointsJoint,
     RevoluteJoint,
@@ -225,7 +223,9 @@ def with_impact(scene: Scene, impact: str) -> Scene:
         raise ValueError(f"no impact '{impact}'; there is: {', '.join(IMPACTS)}")
     if impact == "penalty":
         _require_stiffness(scene)
-    contacts = {name: _changed(contact, impact) for name, contact in scene.contacts.items()}
+        return scene
+    laws = {n: ImpulseLaw(restitution=c.law.restitution) for n, c in scene.contacts.items()}
+    contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
     return scene.changed(contacts=contacts)
 
 
@@ -241,10 +241,3 @@ def _require_stiffness(scene: Scene) -> None:
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)
-
-
-def _changed(contact: Contact, impact: str) -> Contact:
-    law: Law = contact.law
-    if impact == "impulse":
-        law = ImpulseLaw(restitution=contact.law.restitution)
-    return contact.model_copy(update={"law": law})

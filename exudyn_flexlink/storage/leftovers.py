@@ -35,7 +35,7 @@ class Owned:
 
         """
         for _ in range(ATTEMPTS):
-            self.path = parent / _name()
+            self.path = parent / f"{_prefix()}{secrets.token_hex(DIGITS // 2)}"
             self.path.mkdir(parents=True)
             with suppress(BlockingIOError, FileNotFoundError):
                 self._lock = locked_folder(self.path)
@@ -67,10 +67,6 @@ def _remove_if_free(folder: Path) -> None:
         if lock is not None:
             shutil.rmtree(folder, ignore_errors=True)
             os.close(lock)
-
-
-def _name() -> str:
-    return f"{_prefix()}{secrets.token_hex(DIGITS // 2)}"
 
 
 def _prefix() -> str:
