@@ -19,7 +19,6 @@ from exudyn_flexlink.scene import (
     RodBody,
     Scene,
     SleeveJoint,
-    SlotJoint,
     Spring,
     sensed_by,
     split_point,
@@ -137,7 +136,7 @@ def _each_flexible(scene: Scene, change: Callable[[FlexibleBody], Body]) -> dict
 def _without_impact(scene: Scene) -> dict[str, Any]:
     """Take contacts out, and the bodies that only they reach, with what holds those."""
     gone = _only_struck(scene)
-    joints = {n: j for n, j in scene.joints.items() if not gone & set(_joined(j))}
+    joints = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
     initial = scene.initial
     kept = {
         key: {name: each for name, each in value.items() if name not in gone}
@@ -174,10 +173,8 @@ def _only_struck(scene: Scene) -> set[str]:
 
 def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     """Tell whether no other body, spring between bodies, drive or end of the run needs a body."""
-    mine = {name: joint for name, joint in scene.joints.items() if body in _joined(joint)}
-    alone = all(
-        isinstance(joint, PointsJoint) and GROUND in _joined(joint) for joint in mine.values()
-    )
+    mine = {name: joint for name, joint in scene.joints.items() if body in joint.bodies}
+    alone = all(isinstance(j, PointsJoint) and GROUND in j.points for j in mine.values())
     drives = scene.drives.values()
     turned = {drive.joint for drive in drives if not isinstance(drive, ForceDrive)}
     pushed = {split_point(drive.point)[0] for drive in drives if isinstance(drive, ForceDrive)}
@@ -191,15 +188,6 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
         for ends in [{split_point(text)[0] for text in spring.points or ()}]
     )
     return alone and not sprung and not needed & set(mine) and body not in seen
-
-
-def _joined(joint: Any) -> list[str]:
-    """Bodies of a joint, the ground among them."""
-    if isinstance(joint, SlotJoint):
-        return [split_point(joint.point)[0]]
-    if isinstance(joint, SleeveJoint):
-        return [joint.guide, joint.link]
-    return [split_point(text)[0] for text in joint.points]
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
