@@ -128,6 +128,11 @@ class Comparison:
     limit: float | None = None
     apart: float | None = None
 
+    @property
+    def both(self) -> tuple[Seen, Seen]:
+        """What is compared of each run."""
+        return self.first, self.second
+
     @cached_property
     def deviation(self) -> Deviation:
         """Distance of the point that is farthest, at every instant."""
@@ -205,9 +210,7 @@ class Comparison:
     def statistics(self, begin: float = 0.0) -> tuple[Statistics, Statistics]:
         """Statistics of both runs from an instant (s) on."""
         after = self.time >= begin
-        one, other = (
-            _statistics(seen, self.point, self.time, after) for seen in (self.first, self.second)
-        )
+        one, other = (_statistics(seen, self.point, self.time, after) for seen in self.both)
         return one, other
 
     def exceeds(self, tolerance: float) -> bool:

@@ -152,8 +152,7 @@ class Runs:
 
 def _write(compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool) -> int:
     """Write numbers, then figures if it is `whole`; returns the exit code, see `kept`."""
-    both = (compared.first, compared.second)
-    places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
+    places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
 
     def save_all() -> None:
         for result, place in places:
@@ -175,7 +174,7 @@ def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: in
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     place.tell(comparison_text(found))
     code = drew
-    for seen in (found.first, found.second):
+    for seen in found.both:
         for warning in seen.result.warnings:
             complain(f"warning: {seen.name}: {warning}")
         if not seen.result.outcome.completed:

@@ -17,7 +17,7 @@ MOST_STRIKES = 12  # more than that scroll the rest of the table away
 
 def comparison_text(comparison: Comparison) -> str:
     """Return the table of a comparison."""
-    both = comparison.first, comparison.second
+    both = comparison.both
     contacts = dict.fromkeys(pair.contact for pair in comparison.strikes)
     blocks = [
         [f"Comparison {_of(both[0])} and {both[1].name}: {both[1].result.scene.title}"],
@@ -124,9 +124,7 @@ def _levers(comparison: Comparison) -> list[str]:
         measure = comparison.measures[body]
         named, unit = f"{measure.word} of {body}", measure.unit
         for what in ("least", "greatest"):
-            (one, t1), (other, t2) = (
-                getattr(seen.levers[body], what) for seen in (comparison.first, comparison.second)
-            )
+            (one, t1), (other, t2) = (getattr(seen.levers[body], what) for seen in comparison.both)
             values = [f"{measure.told(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
             rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])
         largest = f"{abs(apart).max():.2g} {unit}"
@@ -148,7 +146,7 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
 
 def _clearances(comparison: Comparison) -> list[str]:
     """How links stood in guides and journals in bearings, up to the end of the shorter run."""
-    one, other = comparison.first, comparison.second
+    one, other = comparison.both
     rows = [
         row
         for joint in comparison.with_clearance
@@ -182,7 +180,7 @@ def _told(value: float, digits: str, unit: str, unknown: str = "not known") -> s
 
 
 def _runs(comparison: Comparison) -> list[str]:
-    both = comparison.first, comparison.second
+    both = comparison.both
     rows = [
         ["engine", *(seen.result.engine for seen in both)],
         ["accuracy", *(seen.accuracy for seen in both)],

@@ -77,9 +77,7 @@ def _springs_of_joints(
 ) -> dict[str, list[RotarySpring | LinearSpring]]:
     """Springs of the scene that act at a revolute joint, or along a prismatic one, by joint."""
     found: dict[str, list[RotarySpring | LinearSpring]] = {}
-    springs: tuple[RotarySpring | LinearSpring, ...]
-    springs = (*mechanism.springs, *mechanism.linear_springs)
-    for spring in springs:
+    for spring in mechanism.all_springs:
         spec = scene.springs.get(spring.name)  # hinges of flexible bodies have springs, too
         if spec is not None and spec.joint is not None:
             found.setdefault(spec.joint, []).append(spring)
