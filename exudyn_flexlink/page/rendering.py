@@ -10,6 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from exudyn_flexlink.page.contents import contents_of
+from exudyn_flexlink.page.figures import data_uri
 from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
@@ -44,7 +45,7 @@ def page_of(result: Result) -> str:
         generator=GENERATOR,
         policy=_policy(players),
         name_of_model=MODEL,
-        model_link=f"data:text/yaml;base64,{_base64((contents.model or '').encode('utf-8'))}",
+        model_link=data_uri("text/yaml", (contents.model or "").encode("utf-8")),
         program=f"{THIS} {version_of(THIS)}",
     )
 
@@ -52,13 +53,9 @@ def page_of(result: Result) -> str:
 def _policy(players: str) -> str:
     """Return what a browser lets a page do: load nothing, and run nothing but these players."""
     programs = [sha256(own.encode("utf-8")).digest() for own in PROGRAM.findall(players)]
-    hashes = " ".join(f"'sha256-{_base64(own)}'" for own in programs)
+    hashes = " ".join(f"'sha256-{b64encode(own).decode('ascii')}'" for own in programs)
     allowed = f"; script-src {hashes}" if hashes else ""
     return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'{allowed}"
-
-
-def _base64(content: bytes) -> str:
-    return b64encode(content).decode("ascii")
 
 
 def write_page(result: Result, file: Path, *, force: bool = False) -> None:

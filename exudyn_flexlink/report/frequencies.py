@@ -97,11 +97,10 @@ def _held_by(joint: str, mechanism: Mechanism) -> int | None:
 
 def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
     """Both anchors of every joint, with its name; of a slot that on the part."""
+    joints = (*mechanism.hinges, *mechanism.welds, *mechanism.slides)
     return [
-        *((j.name, a) for j in mechanism.hinges for a in (j.first, j.second)),
-        *((j.name, a) for j in mechanism.welds for a in (j.first, j.second)),
-        *((j.name, a) for j in mechanism.slides for a in (j.first, j.second)),
-        *((j.name, j.anchor) for j in mechanism.slots),
+        *((joint.name, anchor) for joint in joints for anchor in (joint.first, joint.second)),
+        *((slot.name, slot.anchor) for slot in mechanism.slots),
     ]
 
 
