@@ -20,8 +20,6 @@ from exudyn_flexlink.storage.errors import PROGRAM
 from exudyn_flexlink.sweeps import label_of
 from exudyn_flexlink.variables import Member, Variable, members
 
-_TYPES = {float: np.float64, int: np.int64, bool: np.bool_, str: np.str_}
-
 
 @dataclass(frozen=True)
 class Array:
@@ -162,10 +160,9 @@ class Records:
 
     def _taken(self, own: Variable, name: str, path: str) -> NDArray[Any]:
         """An array of the file, which has none of those without any element."""
-        kind = _TYPES[own.kind]
         if name in self.read.arrays:
-            return self.read.arrays[name].values.astype(kind, copy=False)
+            return self.read.arrays[name].values.astype(own.kind, copy=False)
         shape = [self.read.lengths[dimension] for dimension in _dimensions_of(own, path)]
         if 0 not in shape:
             raise KeyError(name)
-        return np.empty(shape, kind)
+        return np.empty(shape, own.kind)
