@@ -80,11 +80,6 @@ class Seen:
         """Kinds of the contacts' laws: penalty, impulse."""
         return tuple(dict.fromkeys(c.law.type for c in self.result.scene.contacts.values()))
 
-    @property
-    def first_strike(self) -> float | None:
-        """Instant of the first touch of any contact, s; None if nothing is struck."""
-        return min((s.begin for found in self.strikes.values() for s in found), default=None)
-
 
 @dataclass(frozen=True)
 class StrikePair:
@@ -132,6 +127,11 @@ class Comparison:
     horizon: float | None = None
     limit: float | None = None
     apart: float | None = None
+
+    @property
+    def both(self) -> tuple[Seen, Seen]:
+        """What is compared of each run."""
+        return self.first, self.second
 
     @cached_property
     def deviation(self) -> Deviation:
@@ -182,8 +182,8 @@ class Comparison:
     @property
     def first_strike(self) -> float | None:
         """Instant of the first touch in either run, s; None if nothing is struck."""
-        found = [seen.first_strike for seen in (self.first, self.second)]
-        return min((time for time in found if time is not None), default=None)
+        found = (*self.first.strikes.values(), *self.second.strikes.values())
+        return min((strike.begin for each in found for strike in each), default=None)
 
     @property
     def before_strike(self) -> Deviation | None:
@@ -210,9 +210,7 @@ class Comparison:
     def statistics(self, begin: float = 0.0) -> tuple[Statistics, Statistics]:
         """Statistics of both runs from an instant (s) on."""
         after = self.time >= begin
-        one, other = (
-            _statistics(seen, self.point, self.time, after) for seen in (self.first, self.second)
-        )
+        one, other = (_statistics(seen, self.point, self.time, after) for seen in self.both)
         return one, other
 
     def exceeds(self, tolerance: float) -> bool:

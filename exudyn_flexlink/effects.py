@@ -7,20 +7,18 @@ from typing import Any
 
 from exudyn_flexlink.scene import (
     GROUND,
-    Contact,
+    Body,
     ContactLaw,
     FlexibleBody,
     ForceDrive,
     ImpulseLaw,
     Joint,
-    Law,
     LinearSpring,
     PointsJoint,
     RevoluteJoint,
     RodBody,
     Scene,
     SleeveJoint,
-    SlotJoint,
     Spring,
     sensed_by,
     split_point,
@@ -79,7 +77,7 @@ def _ideal(joint: Joint) -> Joint:
 
 
 def _without_flexibility(scene: Scene) -> dict[str, Any]:
-    return {"bodies": _each(scene.bodies, FlexibleBody, _rigid)}
+    return {"bodies": _each_flexible(scene, _rigid)}
 
 
 def _rigid(body: FlexibleBody) -> RodBody:
@@ -108,7 +106,7 @@ def _smooth(part: Any) -> Any:
 
 def _without_damping(scene: Scene) -> dict[str, Any]:
     return {
-        "bodies": _each(scene.bodies, FlexibleBody, _undamped),
+        "bodies": _each_flexible(scene, _undamped),
         "springs": {name: _lossless(spring) for name, spring in scene.springs.items()},
     }
 
@@ -129,17 +127,16 @@ def _lossless(spring: Spring) -> Spring:
     return spring.model_copy(update=update)
 
 
-def _each(
-    parts: Mapping[str, Any], kind: type | tuple[type, ...], change: Callable[[Any], Any]
-) -> dict[str, Any]:
-    """Change the parts of a kind, and keep the others."""
-    return {name: change(part) if isinstance(part, kind) else part for name, part in parts.items()}
+def _each_flexible(scene: Scene, change: Callable[[FlexibleBody], Body]) -> dict[str, Body]:
+    """Change the flexible bodies, and keep the others."""
+    bodies = scene.bodies.items()
+    return {name: change(b) if isinstance(b, FlexibleBody) else b for name, b in bodies}
 
 
 def _without_impact(scene: Scene) -> dict[str, Any]:
     """Take contacts out, and the bodies that only they reach, with what holds those."""
     gone = _only_struck(scene)
-    joints = {n: j for n, j in scene.joints.items() if not gone & set(_joined(j))}
+    joints = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
     initial = scene.initial
     kept = {
         key: {name: each for name, each in value.items() if name not in gone}
@@ -176,10 +173,8 @@ def _only_struck(scene: Scene) -> set[str]:
 
 def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     """Tell whether no other body, spring between bodies, drive or end of the run needs a body."""
-    mine = {name: joint for name, joint in scene.joints.items() if body in _joined(joint)}
-    alone = all(
-        isinstance(joint, PointsJoint) and GROUND in _joined(joint) for joint in mine.values()
-    )
+    mine = {name: joint for name, joint in scene.joints.items() if body in joint.bodies}
+    alone = all(isinstance(j, PointsJoint) and GROUND in j.points for j in mine.values())
     drives = scene.drives.values()
     turned = {drive.joint for drive in drives if not isinstance(drive, ForceDrive)}
     pushed = {split_point(drive.point)[0] for drive in drives if isinstance(drive, ForceDrive)}
@@ -193,15 +188,6 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
         for ends in [{split_point(text)[0] for text in spring.points or ()}]
     )
     return alone and not sprung and not needed & set(mine) and body not in seen
-
-
-def _joined(joint: Any) -> list[str]:
-    """Bodies of a joint, the ground among them."""
-    if isinstance(joint, SlotJoint):
-        return [split_point(joint.point)[0]]
-    if isinstance(joint, SleeveJoint):
-        return [joint.guide, joint.link]
-    return [split_point(text)[0] for text in joint.points]
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
@@ -225,7 +211,9 @@ def with_impact(scene: Scene, impact: str) -> Scene:
         raise ValueError(f"no impact '{impact}'; there is: {', '.join(IMPACTS)}")
     if impact == "penalty":
         _require_stiffness(scene)
-    contacts = {name: _changed(contact, impact) for name, contact in scene.contacts.items()}
+        return scene
+    laws = {n: ImpulseLaw(restitution=c.law.restitution) for n, c in scene.contacts.items()}
+    contacts = {n: c.model_copy(update={"law": laws[n]}) for n, c in scene.contacts.items()}
     return scene.changed(contacts=contacts)
 
 
@@ -241,10 +229,3 @@ def _require_stiffness(scene: Scene) -> None:
     ]
     if mistakes:
         raise SceneError(scene.document, mistakes)
-
-
-def _changed(contact: Contact, impact: str) -> Contact:
-    law: Law = contact.law
-    if impact == "impulse":
-        law = ImpulseLaw(restitution=contact.law.restitution)
-    return contact.model_copy(update={"law": law})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 from typing import Annotated, Any, Literal
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IntArray
-from exudyn_flexlink.variables import Variable
+from exudyn_flexlink.variables import Variable, members
 
 ContactEvent = Literal["contact begins", "contact ends", "leaves the face"]
 """What happens to a contact; it leaves a face at its end."""
@@ -56,14 +56,6 @@ class Interval:
         return not isfinite(self.peak_force)
 
 
-COLUMN_TYPES: Mapping[Any, type[np.generic]] = {
-    "float": np.float64,
-    "bool": np.bool_,
-    "int": np.int64,
-}
-"""Types of columns by those of the fields of `Interval`."""
-
-
 @dataclass(frozen=True)
 class Intervals:
     """Every contact of one contact of the scene, or of all pairs of one sleeve.
@@ -90,14 +82,12 @@ class Intervals:
     def of(cls, found: Iterable[Interval] = ()) -> Intervals:
         """Return intervals as columns, in order of their begins."""
         rows = sorted(found, key=lambda row: (row.begin, row.pair))
-        return cls(
-            **{
-                column.name: np.array(
-                    [getattr(row, column.name) for row in rows], COLUMN_TYPES[column.type]
-                )
-                for column in fields(Interval)
-            }
-        )
+        kinds = {own.name: own.variable.kind for own in members(cls) if own.variable}
+        columns: dict[str, NDArray[Any]] = {
+            name: np.array([getattr(row, name) for row in rows], kind)
+            for name, kind in kinds.items()
+        }
+        return cls(**columns)
 
     def __len__(self) -> int:
         return len(self.begin)

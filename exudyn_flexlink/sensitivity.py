@@ -61,8 +61,8 @@ class Sensitivity:
     @cached_property
     def vibrations(self) -> tuple[Vibration, Vibration]:
         """Vibrations of both runs, up to the end of the shorter one."""
-        both, end = (self.compared.first, self.compared.second), self.compared.time[-1]
-        one, other = (vibration(seen.result, end=end) for seen in both)
+        end = self.compared.time[-1]
+        one, other = (vibration(seen.result, end=end) for seen in self.compared.both)
         return one, other
 
 

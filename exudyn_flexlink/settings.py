@@ -72,7 +72,7 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
     made: dict[KeyPath, str] = {}  # sections that only this setting speaks of
     for step in path[:-1]:
         real = _step(document, holder, real, str(step), text)
-        there = _has(holder, real[-1])
+        there = isinstance(real[-1], int) or real[-1] in holder
         inner = holder[real[-1]] if there else {}
         if not there:
             made[real] = text
@@ -82,12 +82,8 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
         del holder[real[-1]]
     else:
         holder[real[-1]] = value
-    kept = _without(replace(document, data=data), real, keep_data=True)
+    kept = _without_places(replace(document, data=data), real)
     return replace(kept, settings={**kept.settings, **made, real: text})
-
-
-def _has(holder: Any, step: str | int) -> bool:
-    return isinstance(step, int) or step in holder
 
 
 def _step(  # noqa: PLR0913
@@ -130,24 +126,26 @@ def _is_of_file(document: Document, path: KeyPath) -> bool:
     return path[0] in document.data
 
 
-def _without(document: Document, path: KeyPath, *, keep_data: bool = False) -> Document:
-    """Forget a value and its places; with `keep_data` only the places."""
+def _without(document: Document, path: KeyPath) -> Document:
+    """Forget a value and its places."""
+    data = dict(document.data)
+    holder: Any = data
+    for step in path[:-1]:
+        if not isinstance(holder, dict) or not isinstance(holder.get(str(step)), dict):
+            return document
+        holder[str(step)] = holder = dict(holder[str(step)])
+    holder.pop(str(path[-1]), None)
+    return _without_places(replace(document, data=data), path)
+
+
+def _without_places(document: Document, path: KeyPath) -> Document:
+    """Forget where the file has a value and all below it, and by which settings they were given."""
 
     def outside(table: dict[KeyPath, Any]) -> dict[KeyPath, Any]:
         return {key: value for key, value in table.items() if key[: len(path)] != path}
 
-    data = document.data
-    if not keep_data:
-        data = dict(data)
-        holder: Any = data
-        for step in path[:-1]:
-            if not isinstance(holder, dict) or not isinstance(holder.get(str(step)), dict):
-                return document
-            holder[str(step)] = holder = dict(holder[str(step)])
-        holder.pop(str(path[-1]), None)
     return replace(
         document,
-        data=data,
         places=outside(document.places),
         key_places=outside(document.key_places),
         settings=outside(document.settings),

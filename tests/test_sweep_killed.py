@@ -138,13 +138,13 @@ def test_of_two_sweeps_begun_together_none_works_under_the_plan_of_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The other one writes its plan after this one did, before this one locks the folder."""
-    folder, locked = tmp_path / "swept", stored.lock
+    folder, locked = tmp_path / "swept", stored.keep_out
 
     def late(*arguments: Any) -> None:
         (folder / "sweep.json").write_text(json.dumps(stored._plan(plan_of(COUNT + 1))))
         locked(*arguments)
 
-    monkeypatch.setattr(stored, "lock", late)
+    monkeypatch.setattr(stored, "keep_out", late)
     with (
         pytest.raises(fl.StorageError, match="another process began a sweep"),
         stored.open_journal(folder, plan_of(COUNT)),

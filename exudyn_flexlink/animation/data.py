@@ -94,7 +94,7 @@ def _touching(take: Take, own: Touching, times: FloatArray) -> dict[str, Any]:
     ``first[i]`` to ``first[i + 1]`` are the places of those of instant i in ``pair`` and ``force``.
     """
     touches = own.touches
-    force = np.stack([np.interp(times, take.result.time, one) for one in own.force.T], axis=1)
+    force = own.forces(take, times)
     instant, pair = np.nonzero(force > 0)
     return {
         "name": own.name,

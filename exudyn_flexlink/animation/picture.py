@@ -23,7 +23,7 @@ from exudyn_flexlink.animation.actors import (
 )
 from exudyn_flexlink.animation.film import Film
 from exudyn_flexlink.animation.look import INK, PALE, thickness
-from exudyn_flexlink.animation.shots import Shots, largest_of
+from exudyn_flexlink.animation.shots import Largest, Shots, largest_of
 from exudyn_flexlink.animation.speed import Frames
 from exudyn_flexlink.animation.timeline import Timeline
 from exudyn_flexlink.animation.zoom_panel import ZoomPanel
@@ -59,15 +59,14 @@ class Picture:
             warnings.filterwarnings("ignore", MISSING)
             self.axes = self._room(bottom, self.height - bottom - head)
             self._words(head)
-            self._actors = self._mechanism()
-            self._line = Timeline(self._room(0, line), self._thick, self._shots, film, frames)
             largest = largest_of(self._shots)
+            self._actors = self._mechanism(largest)
             for i, name in enumerate(names):
                 place = Place(self._room(line + sum(zooms[i + 1 :]), zooms[i]), self._thick)
-                panel = ZoomPanel(place, self._shots, name, largest, self._scale)
-                self._actors.append((place.axes, panel))
-            self._actors.append((self._line.axes, self._line))
-            for _, actor in self._actors:
+                self._actors.append(ZoomPanel(place, self._shots, name, largest, self._scale))
+            place = Place(self._room(0, line), self._thick)
+            self._actors.append(Timeline(place, self._shots, largest))
+            for actor in self._actors:
                 actor.show(0)
                 for artist in actor.artists:
                     artist.set_animated(True)
@@ -88,11 +87,11 @@ class Picture:
         self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
         self._told.set_text(self._text(frame))
         self._figure.draw_artist(self._told)
-        for axes, actor in self._actors:
+        for actor in self._actors:
             actor.show(frame)
             for artist in actor.artists:
                 if artist.get_visible():
-                    axes.draw_artist(artist)
+                    self._figure.draw_artist(artist)
 
     def _room(self, bottom: float, height: float) -> Axes:
         """Axes as wide as the picture, by places in pixels."""
@@ -101,7 +100,7 @@ class Picture:
         axes.set_autoscale_on(False)
         return axes
 
-    def _mechanism(self) -> list[tuple[Axes, Actor]]:
+    def _mechanism(self, largest: Largest) -> list[Actor]:
         """The actors of all runs, those in front last."""
         self._fit()
         both = len(self._shots) > 1
@@ -111,9 +110,8 @@ class Picture:
         for place, shots in zip(places, self._shots, strict=False):
             found += mechanism_actors(place, shots)
         found.append(PointsActor(places[0], self._shots[0], self._film.size))
-        largest = largest_of(self._shots)
         found += [GlowsActor(p, s, largest) for p, s in zip(places, self._shots, strict=False)]
-        return [(self.axes, actor) for actor in found]
+        return found
 
     def _fit(self) -> None:
         """Show the film's box in the middle, and a length to read sizes by."""

@@ -89,12 +89,13 @@ class Shots:
     def _spots(self) -> list[FloatArray]:
         return [own.spots(self.take, self.frames.times) for own in self.touching]
 
+    @cached_property
+    def _forces(self) -> dict[str, FloatArray]:
+        return {own.name: own.forces(self.take, self.frames.times) for own in self.touching}
+
     def forces(self, own: Touching, frame: int) -> FloatArray:
         """Forces (pairs,) N of what touches, at a frame."""
-        at, time = self.frames.times[frame], self.take.result.time
-        i = int(np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2))
-        part = np.clip((at - time[i]) / (time[i + 1] - time[i]), 0.0, 1.0)
-        return np.asarray(own.force[i] + part * (own.force[i + 1] - own.force[i]))
+        return np.asarray(self._forces[own.name][frame])
 
     def glows(self, frame: int, largest: Largest) -> list[Glow]:
         """Touches that a frame shows: those that touch, and for a while those that did."""

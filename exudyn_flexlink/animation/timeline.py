@@ -6,14 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from exudyn_flexlink.animation.actors import POINTS
-from exudyn_flexlink.animation.film import Film
+from exudyn_flexlink.animation.actors import Place
 from exudyn_flexlink.animation.look import INK, PALE, TOUCH
-from exudyn_flexlink.animation.shots import Shots, largest_of
-from exudyn_flexlink.animation.speed import Frames
+from exudyn_flexlink.animation.shots import Largest, Shots
 from exudyn_flexlink.animation.touches import strength
 from exudyn_flexlink.plots.panels import BEYOND
 from exudyn_flexlink.plots.style import BLUE
@@ -26,10 +23,8 @@ TOP, BOTTOM = 0.9, 0.25  # of the height
 class Timeline:
     """Touches as high as their force, and a mark at the frame."""
 
-    def __init__(
-        self, axes: Axes, thick: float, takes: Sequence[Shots], film: Film, frames: Frames
-    ) -> None:
-        self.axes, self._frames = axes, frames
+    def __init__(self, place: Place, takes: Sequence[Shots], largest: Largest) -> None:
+        axes, film, self._frames = place.axes, takes[0].film, takes[0].frames
         span = film.end - film.begin
         margin = EDGE * span / (1 - 2 * EDGE)
         axes.set_xlim(film.begin - margin, film.end + margin)
@@ -42,7 +37,6 @@ class Timeline:
             axes.fill_between(
                 [slow.begin, slow.end], BOTTOM, TOP, color=BLUE, alpha=0.2, linewidth=0
             )
-        largest = largest_of(takes)
         for shots in takes:
             for touching in shots.touching:
                 touches = touching.touches
@@ -54,12 +48,12 @@ class Timeline:
                     for begin, end, top in zip(touches.begin, ends, tops, strict=True)
                 ]
                 own = PolyCollection(
-                    bars, facecolors=TOUCH, edgecolors=TOUCH, linewidths=POINTS * thick,
+                    bars, facecolors=TOUCH, edgecolors=TOUCH, linewidths=place.points(1),
                     alpha=0.9 if touching.places is None else 0.5,
                 )  # fmt: skip
                 axes.add_collection(own, autolim=False)
-        self._mark = axes.plot([], [], color=INK, linewidth=2 * POINTS * thick)[0]
-        self._dot = axes.plot([], [], "o", color=INK, markersize=9 * POINTS * thick)[0]
+        self._mark = axes.plot([], [], color=INK, linewidth=place.points(2))[0]
+        self._dot = axes.plot([], [], "o", color=INK, markersize=place.points(9))[0]
         self.artists: list[Artist] = [self._mark, self._dot]
 
     def show(self, frame: int) -> None:

@@ -44,6 +44,11 @@ class Touching:
         assert self.contact is not None
         return spot_of(self.contact, poses)[:, None]
 
+    def forces(self, take: Take, times: FloatArray) -> FloatArray:
+        """Forces (K, pairs) N of its pairs at instants (K,) s."""
+        own = take.result.time
+        return np.stack([np.interp(times, own, force) for force in self.force.T], axis=1)
+
 
 def touching_of(film: Film, take: Take) -> list[Touching]:
     """All that can touch in a take: contacts of the scene, bearings, guides with clearance."""

@@ -122,12 +122,11 @@ def video(film: Film, filming: Filming, progress: Progress | None = None) -> byt
     """Return a film as the content of an MP4.
 
     Raises:
-        FilmError: there is no ffmpeg, or it failed.
+        FilmError: ffmpeg failed.
 
     """
     program = ffmpeg()
-    if program is None:
-        raise FilmError(NO_FFMPEG)
+    assert program is not None  # see `Filming.mistakes`
     rate = filming.fps or VIDEO_FPS
     frames = frames_of(film, rate, filming.speed or usual_speed(film))
     picture = Picture(film, frames, filming.width or VIDEO_WIDTH)

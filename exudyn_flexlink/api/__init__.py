@@ -4,3 +4,19 @@
 those can't know: values by path, observables, figures, tables, files. `exudyn_flexlink` itself
 names them all.
 """
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, TypeVar
+
+Own = TypeVar("Own")
+
+
+def with_methods(own: type[Own], plain: Any, **instead: Any) -> Own:
+    """Return a dataclass of a room below as that of this room, `own`, which adds methods alone.
+
+    `instead` are fields that get other values.
+    """
+    given = {field.name: getattr(plain, field.name) for field in fields(plain)}
+    return own(**(given | instead))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.showing import page
 from exudyn_flexlink.comparison import Comparison as PlainComparison
@@ -67,5 +68,4 @@ def compare(
         ValueError: the runs have nothing in common, or without names are not of one scene.
 
     """
-    found = compare_runs(first, second, again, names=names)
-    return Comparison(**{field.name: getattr(found, field.name) for field in fields(found)})
+    return with_methods(Comparison, compare_runs(first, second, again, names=names))

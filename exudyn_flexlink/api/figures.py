@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from exudyn_flexlink.plots import Style
 
-NAMES = ("coordinates", "polar", "lever", "mechanism", "guide_contact", "energy", "forces")
-
 
 class Plots:
     """Figures of one run: each a method that returns a matplotlib figure.
@@ -27,14 +25,18 @@ class Plots:
         self._result = result
 
     def __dir__(self) -> list[str]:
-        return [*NAMES, "all"]
+        from exudyn_flexlink import plots
+
+        return [*plots.FIGURES, "all"]
 
     def __repr__(self) -> str:
         return f"<Plots: {', '.join(dir(self))}>"
 
     def __getattr__(self, name: str) -> Callable[..., Figure]:
-        if name not in NAMES:
-            raise AttributeError(f"no figure '{name}'; there are: {', '.join(NAMES)}")
+        from exudyn_flexlink import plots
+
+        if name not in plots.FIGURES:
+            raise AttributeError(f"no figure '{name}'; there are: {', '.join(plots.FIGURES)}")
         return partial(_drawn, self._result, name)
 
     def all(self, style: str = "screen") -> dict[str, Figure]:
@@ -53,7 +55,8 @@ def _drawn(result: Result, name: str, *arguments: Any, style: str = "screen") ->
     """
     from exudyn_flexlink import plots
 
-    figure: Figure | None = getattr(plots, name)(result, *arguments, style=style_of(style))
+    draw: Any = plots.FIGURES[name]
+    figure: Figure | None = draw(result, *arguments, style=style_of(style))
     if figure is None:
         raise ValueError(f"this run has nothing to show in the figure '{name}'")
     return figure

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exudyn_flexlink import engines, observables, storage
+from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.animations import Animation
 from exudyn_flexlink.api.figures import Plots
 from exudyn_flexlink.api.scenes import Scene, own_scene
@@ -278,8 +279,7 @@ def load(folder: str | PathLike[str]) -> Result:
 
 def own_result(found: PlainResult) -> Result:
     """Return a result with the methods of this room."""
-    given = {field.name: getattr(found, field.name) for field in fields(PlainResult)}
-    return Result(**{**given, "scene": own_scene(found.scene)})
+    return with_methods(Result, found, scene=own_scene(found.scene))
 
 
 def _names(known: Iterable[str]) -> str:

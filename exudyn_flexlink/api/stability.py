@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from exudyn_flexlink import engines, storage
+from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.scenes import Scene, own_scene
 from exudyn_flexlink.api.showing import page
@@ -127,8 +129,8 @@ def stability_of(
 
     """
     asked = Asked(laps, after, lap, angle, tolerance, twice)
-    found = study(scene, _by(engine), asked, progress)
-    return Stability(**{field.name: getattr(found, field.name) for field in fields(found)})
+    simulate = partial(engines.simulate, engine=engine, measure=False)
+    return with_methods(Stability, study(scene, simulate, asked, progress))
 
 
 def lyapunov(scene: PlainScene, engine: str = "exudyn", **more: Any) -> Exponent:
@@ -217,7 +219,3 @@ class _SectionRow:
 
         long = own_scene(scene.changed(run=Run(duration=self.laps * rhythm.lap)))
         return OneRun(row)(long, cast(Any, simulate))
-
-
-def _by(engine: str) -> Callable[[PlainScene], PlainResult]:
-    return lambda scene: engines.simulate(scene, engine, measure=False)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, is_dataclass
 from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from exudyn_flexlink import engines, storage
+from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import style_of
 from exudyn_flexlink.api.results import Result, own_result
 from exudyn_flexlink.api.scenes import Scene, own_scene
@@ -183,7 +184,7 @@ def sweep(
                 storage.save_table(plan, table, staged)
     if not table.whole:
         raise KeyboardInterrupt
-    return own_table(table)
+    return with_methods(SweepTable, table)
 
 
 def load_sweep(folder: str | PathLike[str]) -> SweepTable:
@@ -193,12 +194,7 @@ def load_sweep(folder: str | PathLike[str]) -> SweepTable:
         StorageError: the folder holds no sweep, or a file of it is damaged.
 
     """
-    return own_table(storage.load_sweep(Path(folder)))
-
-
-def own_table(found: PlainTable) -> SweepTable:
-    """Return a table with the methods of this room."""
-    return SweepTable(**{field.name: getattr(found, field.name) for field in fields(PlainTable)})
+    return with_methods(SweepTable, storage.load_sweep(Path(folder)))
 
 
 @dataclass(frozen=True)

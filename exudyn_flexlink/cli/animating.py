@@ -27,7 +27,8 @@ def animate_command(options: argparse.Namespace) -> int:
     mistakes += why
     if film is None or mistakes:
         return complain("\n".join(mistakes), BAD_INPUT)
-    files = {name: f"{_stem(options)}.{name}" for name in formats}
+    over = "" if options.other is None else f"_with_{options.other.resolve().name}"
+    files = {name: f"animation{over}.{name}" for name in formats}
 
     def write() -> None:
         with staged_files(folder, force=options.force) as staged:
@@ -74,8 +75,3 @@ def _content(film: Film, name: str, filming: Filming, *, quiet: bool) -> bytes:
             return film_bytes(film, name, filming, progress)
     except FilmError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
-
-
-def _stem(options: argparse.Namespace) -> str:
-    """Name of the files, without their endings."""
-    return f"animation_with_{options.other.resolve().name}" if options.other else "animation"

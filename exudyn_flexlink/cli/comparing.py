@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
-from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
     changed,
     hint_at_numba,
@@ -33,59 +32,45 @@ JUDGE = 0.01  # of the scene's tolerance: what the judge of a comparison may be 
 NEEDED = 2  # runs of a comparison, samples of a run
 LOOSER = 10.0  # times the Lagrangian's tolerances: the run that finds the horizon
 FINER = 0.5  # times the tolerances, or the errors of steps, of a variant: likewise
+UNTOLD = "interrupted before there were two runs to compare; nothing was written"
 
 
 def compare_command(options: argparse.Namespace) -> int:
     """Run both scenes or engines, write both and what they differ in; returns the exit code."""
-    place = place_of(options, "-compare")
+    place = Place(options, "-compare")
     if options.engine is not None and not options.without:
         return complain("'--engine' belongs to '--without'; else both engines run", BAD_INPUT)
     if options.without:
         refuse_idle_integrator(options, options.engine or "exudyn")
+    runs, made = Runs(options), _without_effects if options.without else _both_engines
     try:
         # The folder is staged first: one that can't be written is no news for the end of a run.
         with place.written() as folder:
-            found = _without_effects(options) if options.without else _both_engines(options)
-            drew = _write(found, folder, options)
-    except NothingToCompareError as error:
-        return complain(str(error), INTERRUPTED)
-    drew = place.code(drew) if found.whole else INTERRUPTED
-    return place.ended(_tell(found.comparison, place, options, drew))
+            found = made(options, runs)
+            drew = _write(found, folder, options, whole=runs.whole)
+    except KeyboardInterrupt:
+        return complain(UNTOLD, INTERRUPTED)
+    drew = place.code(drew) if runs.whole else INTERRUPTED
+    return place.ended(_tell(found, place, options, drew))
 
 
-class NothingToCompareError(Exception):
-    """The user had enough before there were two runs."""
-
-    def __init__(self) -> None:
-        super().__init__("interrupted before there were two runs to compare; nothing was written")
-
-
-@dataclass(frozen=True)
-class Found:
-    """A comparison, and whether it is of all runs: the user may have interrupted the later ones."""
-
-    comparison: Comparison
-    whole: bool
-
-
-def _both_engines(options: argparse.Namespace) -> Found:
+def _both_engines(options: argparse.Namespace, runs: Runs) -> Comparison:
     """Compare Exudyn with the Lagrangian.
 
     Raises:
         ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
-        NothingToCompareError: interrupted before there was anything of both.
+        KeyboardInterrupt: the user had enough before there was anything of both.
 
     """
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     hint_at_numba("lagrangian", options)
     # The Lagrangian first: it represents less, and what it refuses should cost no time.
-    runs = Runs(options)
     judge = runs.run(_tightened(scene), "lagrangian", "lagrangian")
     exudyn = runs.run(scene, "exudyn", "exudyn")
     loose = retuned(scene, judge, LOOSER)
     again = runs.for_horizon(loose, "lagrangian", "lagrangian, for the horizon")
-    return Found(compare(exudyn, judge, again), runs.whole)
+    return compare(exudyn, judge, again)
 
 
 def _tightened(scene: Scene) -> Scene:
@@ -97,13 +82,13 @@ def _tightened(scene: Scene) -> Scene:
     return scene.changed(accuracy=accuracy.model_copy(update={"tolerance": tolerance}))
 
 
-def _without_effects(options: argparse.Namespace) -> Found:
+def _without_effects(options: argparse.Namespace, runs: Runs) -> Comparison:
     """Compare the scene without some effects, the paper's (a), with the scene itself, its (b).
 
     Raises:
         ArgumentTypeError: there is nothing to compare.
         ImpossibleLengthError: no two runs can agree to the tolerance of the command line.
-        NothingToCompareError: interrupted before there was anything of both.
+        KeyboardInterrupt: the user had enough before there was anything of both.
 
     """
     engine = options.engine or "exudyn"
@@ -120,17 +105,15 @@ def _without_effects(options: argparse.Namespace) -> Found:
         told = f"can't compare: the point watched is {point}, but {other} without {what}"
         raise argparse.ArgumentTypeError(told)
     hint_at_numba(engine, options)
-    runs = Runs(options)
     first = runs.run(ideal, engine, f"without {what}")
     second = runs.run(whole, engine, f"with {what}")
     near = retuned(whole, second, FINER)
     again = runs.for_horizon(near, engine, f"with {what}, for the horizon")
-    names = f"without {what}", f"with {what}"
-    return Found(compare(first, second, again, names=names), runs.whole)
+    return compare(first, second, again, names=(f"without {what}", f"with {what}"))
 
 
 class Runs:
-    """The runs of a comparison, which ends early once the user has had enough of a later one."""
+    """The runs of a comparison; `whole` as long as the user has not had enough of one of them."""
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
@@ -141,16 +124,13 @@ class Runs:
         """Run one of the two that are compared; of the second a part will do.
 
         Raises:
-            NothingToCompareError: the user had enough before there was anything of both.
+            KeyboardInterrupt: the user had enough before there was anything of both.
 
         """
-        try:
-            result = self._run(scene, engine, what)
-        except KeyboardInterrupt:
-            raise NothingToCompareError from None
+        result = self._run(scene, engine, what)
         self._made += 1
         if not self.whole and (self._made < NEEDED or len(result.time) < NEEDED):
-            raise NothingToCompareError
+            raise KeyboardInterrupt
         return result
 
     def for_horizon(self, scene: Scene, engine: str, what: str) -> Result | None:
@@ -170,16 +150,14 @@ class Runs:
         return result
 
 
-def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
-    """Write numbers, then figures; returns the exit code, see `kept`."""
-    compared = found.comparison
-    both = (compared.first, compared.second)
-    places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in both]
+def _write(compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool) -> int:
+    """Write numbers, then figures if it is `whole`; returns the exit code, see `kept`."""
+    places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
 
     def save_all() -> None:
         for result, place in places:
             save(result, place)
-        save_comparison(compared, folder, options.tolerance, whole=found.whole)
+        save_comparison(compared, folder, options.tolerance, whole=whole)
 
     def draw() -> None:
         from exudyn_flexlink.plots import comparison
@@ -189,14 +167,14 @@ def _write(found: Found, folder: Path, options: argparse.Namespace) -> int:
             look.save_run(result, place)
         look.save(comparison, compared, folder, "comparison")
 
-    return kept(save_all, draw if found.whole and not options.no_plots else None, folder)
+    return kept(save_all, draw if whole and not options.no_plots else None, folder)
 
 
 def _tell(found: Comparison, place: Place, options: argparse.Namespace, drew: int) -> int:
     """Print the table; warnings, failures and an excess also where the table is not wanted."""
     place.tell(comparison_text(found))
     code = drew
-    for seen in (found.first, found.second):
+    for seen in found.both:
         for warning in seen.result.warnings:
             complain(f"warning: {seen.name}: {warning}")
         if not seen.result.outcome.completed:

@@ -43,19 +43,26 @@ class DeferrableInterrupt:
 
 
 @contextmanager
-def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
-    """Let Ctrl-C do what it did before, until `defer` is called on the handler."""
+def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Let a handler take Ctrl-C inside."""
     before = getsignal(SIGINT)
-    handler = DeferrableInterrupt(before)
     try:
         signal(SIGINT, handler)
     except ValueError:  # not the main thread: Ctrl-C is not ours
-        yield handler
+        yield
         return
     try:
-        yield handler
+        yield
     finally:
         signal(SIGINT, SIG_DFL if before is None else before)
+
+
+@contextmanager
+def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
+    """Let Ctrl-C do what it did before, until `defer` is called on the handler."""
+    handler = DeferrableInterrupt(getsignal(SIGINT))
+    with _handled_by(handler):
+        yield handler
 
 
 @contextmanager
@@ -72,17 +79,12 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
         if number != SIGINT or not ignored:
             end()
 
-    try:
-        signal(SIGINT, handle)
-    except ValueError:  # not the main thread: Ctrl-C is not ours
-        yield
-        return
-    try:
-        yield
-    finally:
-        if isinstance(before, DeferrableInterrupt):
-            before.defer()
-        signal(SIGINT, SIG_DFL if before is None else before)
+    with _handled_by(handle):
+        try:
+            yield
+        finally:
+            if isinstance(before, DeferrableInterrupt):
+                before.defer()
 
 
 @contextmanager

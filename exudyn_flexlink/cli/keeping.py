@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts
 from exudyn_flexlink.cli.figures import FIGURE_FORMATS
-from exudyn_flexlink.cli.refusing import REFUSALS
 from exudyn_flexlink.cli.terminal import DONE, FAILED, INTERRUPTED, complain
+from exudyn_flexlink.loading import ImpossibleLengthError
+from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import StorageError, replace_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+REFUSALS = (ArgumentTypeError, ImpossibleLengthError, SceneError, StorageError)
+"""Errors by which a command refuses what it is asked for, and ends with exit code 2.
+
+Options that can't be, models with mistakes, places that can't be read or written.
+"""
 
 
 def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) -> int:

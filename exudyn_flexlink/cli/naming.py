@@ -17,8 +17,9 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     """Return the name of the folder for a run of a model with the options of the command line.
 
     Such as ``no_clearance-lagrangian-turns=2``. Only what changes the motion is in the name: the
-    engine if it is not Exudyn, the kind of impact, effects left out, and settings in the order of
-    their names. A name that is too long, or has lost characters, ends in a digest of all of it.
+    engine if it is not Exudyn, the kind of impact, effects left out, and settings, with what is
+    varied, in the order of their names. A name that is too long, or has lost characters, ends in a
+    digest of all of it.
     """
     model: Path = options.model
     # The stem of '..yaml' is '.', which would be the folder above.
@@ -29,7 +30,8 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     parts += [options.impact] if options.impact else []
     without = sorted(set(options.without))
     parts += [f"without_{'_'.join(without)}"] if without else []
-    settings = dict(setting.partition("=")[::2] for setting in options.settings)
+    given = [*options.settings, *getattr(options, "vary", [])]
+    settings = dict(setting.partition("=")[::2] for setting in given)
     told = [(_setting(path, value), f"{path}={value}") for path, value in sorted(settings.items())]
     parts += [name for name, _ in told]
     short = "-".join([whole, *parts])

@@ -161,7 +161,7 @@ def _carried_out(module: str, function: str, options: argparse.Namespace) -> int
     try:
         code: int = getattr(import_module(f"exudyn_flexlink.cli.{module}"), function)(options)
     except Exception as error:
-        from exudyn_flexlink.cli.refusing import REFUSALS
+        from exudyn_flexlink.cli.keeping import REFUSALS
 
         if isinstance(error, REFUSALS):
             return refuse(error)

@@ -18,8 +18,10 @@ from exudyn_flexlink.storage import KeptBesideError, own_files, staged_folder
 class Place:
     """The folder a result shall end in, `target`; after writing, the one it did end in."""
 
-    def __init__(self, target: Path, *, force: bool, quiet: bool) -> None:
-        self.target, self._force, self._quiet = target, force, quiet
+    def __init__(self, options: argparse.Namespace, suffix: str = "") -> None:
+        """Take the place that was asked for, or a folder in `runs` named as the run is."""
+        self.target: Path = options.out or Path("runs") / run_name(options, suffix)
+        self._force, self._quiet = options.force, options.quiet
         self._replaces: bool | None = None  # an earlier run; known when writing begins
         self._why: KeptBesideError | None = None
         self._pressed = False
@@ -67,9 +69,3 @@ def _contents(folder: Path) -> str:
     inside = Counter(path.partition("/")[0] for path in paths if "/" in path)
     told = [path for path in paths if "/" not in path]
     return ", ".join([*told, *(f"{name}/ ({number} files)" for name, number in inside.items())])
-
-
-def place_of(options: argparse.Namespace, suffix: str = "") -> Place:
-    """Return the place that was asked for, or a folder in `runs` named as the run is."""
-    target = options.out or Path("runs") / run_name(options, suffix)
-    return Place(target, force=options.force, quiet=options.quiet)

@@ -11,7 +11,7 @@ from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli.ctrl_c import ends_runs
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
-from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.reporting import reported
 from exudyn_flexlink.cli.running import hint_at_numba, read_scene, refuse_idle_integrator, run
 from exudyn_flexlink.cli.terminal import (
@@ -31,7 +31,7 @@ from exudyn_flexlink.sensitivity import sensitivity
 
 def simulate_command(options: argparse.Namespace) -> int:
     """Simulate a model, write its folder, print its summary; returns the exit code."""
-    place = place_of(options)
+    place = Place(options)
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
     if options.impact is not None and not scene.contacts:

@@ -9,7 +9,7 @@ from pathlib import Path
 from exudyn_flexlink import engines
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import kept
-from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import (
     hint_at_numba,
     read_scene,
@@ -25,7 +25,6 @@ from exudyn_flexlink.cli.terminal import (
 )
 from exudyn_flexlink.loading import require_length
 from exudyn_flexlink.report import stability_text
-from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.stability import (
     Asked,
@@ -43,7 +42,7 @@ UNTOLD = "interrupted before the exponent was known; nothing was written"
 
 def stability_command(options: argparse.Namespace) -> int:
     """Study a model's motion, write and print how stable it is; returns the exit code."""
-    place = place_of(options, "-stability")
+    place = Place(options, "-stability")
     refuse_idle_integrator(options, options.engine)
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
@@ -74,10 +73,7 @@ def _studied(scene: Scene, options: argparse.Namespace) -> Stability:
     asked = Asked(
         options.laps, options.after, options.lap, options.at, options.tolerance, options.twice
     )
-
-    def simulate(each: Scene) -> Result:
-        return engines.simulate(each, options.engine, measure=False)
-
+    simulate = partial(engines.simulate, engine=options.engine, measure=False)
     with refusals(scene, options.engine, options), progress_bar(options.quiet, "stability") as bar:
         return study(scene, simulate, asked, bar)
 

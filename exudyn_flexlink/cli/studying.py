@@ -24,7 +24,7 @@ from exudyn_flexlink.accuracy import (
 from exudyn_flexlink.cli.ctrl_c import deferrable_interrupts, ends_runs
 from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.cli.keeping import drawn
-from exudyn_flexlink.cli.placing import Place, place_of
+from exudyn_flexlink.cli.placing import Place
 from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.terminal import (
     DONE,
@@ -51,7 +51,7 @@ SAFETY = 2.0
 
 def accuracy_command(options: argparse.Namespace) -> int:
     """Study a model, write and print what accuracy costs; returns the exit code."""
-    place = place_of(options, "-accuracy")
+    place = Place(options, "-accuracy")
     scene = read_scene(options)
     require_length("--target", options.target, scene)
     try:
@@ -69,12 +69,10 @@ def accuracy_command(options: argparse.Namespace) -> int:
         if runs.interrupted:
             told = "interrupted before there were two runs to compare; nothing was written"
             return complain(told, INTERRUPTED)
-        return complain(f"{error}\n{_advice(options)}", FAILED)
+        budget = f"raise '--budget' ({options.budget:g} s)"
+        shorter = "shorten the run with '--set run.turns=...'"
+        return complain(f"{error}\n{budget}, or {shorter}", FAILED)
     return place.ended(_tell(found, place, place.code(code)))
-
-
-def _advice(options: argparse.Namespace) -> str:
-    return f"raise '--budget' ({options.budget:g} s), or shorten the run with '--set run.turns=...'"
 
 
 def _runs(scene: Scene, options: argparse.Namespace) -> Runs:

@@ -67,18 +67,12 @@ def sweep_command(options: argparse.Namespace) -> int:
         return refuse(error)
     plan = _planned(options)
     refuse_idle_integrator(options, plan.engine)
-    folder: Path = options.out or Path("runs") / _name(options)
+    folder: Path = options.out or Path("runs") / run_name(options, "-sweep")
     try:
         table, code = _swept(plan, executor, folder, options)
     except CannotStartError as error:
         return refuse(error)
     return _tell(table, folder, options, code)
-
-
-def _name(options: argparse.Namespace) -> str:
-    """Name of the folder for a sweep's result."""
-    settings = [*options.settings, *options.vary]
-    return run_name(argparse.Namespace(**{**vars(options), "settings": settings}), "-sweep")
 
 
 def _planned(options: argparse.Namespace) -> Sweep:

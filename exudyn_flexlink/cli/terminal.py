@@ -135,7 +135,8 @@ class Lines:
         self._began = time.monotonic()
         self._next = self._began + LONG
         self._first: tuple[float, float] | None = None
-        self._waits: Waiting | None = None
+        self._waits: Thread | None = None
+        self._moves = Event()
 
     def __call__(self, done: float) -> None:
         """Tell the part that is done, 0 to 1, if it is time to."""
@@ -161,8 +162,15 @@ class Lines:
         Nothing is called in the meantime: the lines come from a thread.
         """
         self.close()
-        self._waits = Waiting(what)
+        self._moves.clear()
+        self._waits = Thread(target=self._tell_waiting, args=(what,), daemon=True)
         self._waits.start()
+
+    def _tell_waiting(self, what: str) -> None:
+        began, pause = time.monotonic(), LONG
+        while not self._moves.wait(pause):
+            pause = BETWEEN_LINES
+            complain(f"{what}, for {time.monotonic() - began:.0f} s now")
 
     def say(self, what: str) -> None:
         """Say from now on that `what` is going on."""
@@ -171,25 +179,9 @@ class Lines:
     def close(self) -> None:
         """End the waiting."""
         if self._waits is not None:
-            self._waits.ended.set()
+            self._moves.set()
             self._waits.join()
             self._waits = None
-
-
-class Waiting(Thread):
-    """Tells that something goes on, first after `LONG`, until it has `ended`."""
-
-    def __init__(self, what: str) -> None:
-        super().__init__(daemon=True)
-        self._what = what
-        self.ended = Event()
-
-    def run(self) -> None:
-        """Tell it."""
-        began, pause = time.monotonic(), LONG
-        while not self.ended.wait(pause):
-            pause = BETWEEN_LINES
-            complain(f"{self._what}, for {time.monotonic() - began:.0f} s now")
 
 
 class Bar:

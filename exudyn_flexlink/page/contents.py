@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from exudyn_flexlink.animation import film_of, player
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables import joints_with_play
 from exudyn_flexlink.page.figures import Picture, pictures_of
-from exudyn_flexlink.page.moving import player_of
 from exudyn_flexlink.page.reproducing import command_of, model_text
 from exudyn_flexlink.report import (
     Table,
@@ -56,20 +56,17 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Ending:
-    """How the run ended: in a word, and if it stopped why, and what to try."""
-
-    word: str
-    why: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Contents:
-    """All that a page tells. `model` is the scene as a model file, None if it is too long."""
+    """All that a page tells.
+
+    `ending` is how the run ended, in a word, and `why` if it stopped, with what to try. `model` is
+    the scene as a model file, None if it is too long.
+    """
 
     title: str
     source: str
-    ending: Ending
+    ending: str
+    why: Sequence[str]
     warnings: Sequence[str]
     facts: Table
     sections: Sequence[Section]
@@ -84,11 +81,11 @@ def contents_of(result: Result) -> Contents:
     pictures = pictures_of(result)
     sections = [
         Section("mechanism", "Mechanism", pictures=_of(pictures, "mechanism")),
-        Section("animation", "Animation", player=player_of(result)),
+        Section("animation", "Animation", player=_player(result)),
         Section("motion", "Motion", pictures=_of(pictures, "coordinates", "polar")),
         _strikes(result, pictures),
         _touches(result, pictures),
-        _forces(result, pictures),
+        Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)])),
         Section("energy", "Energy", (), _of(pictures, "energy"), [energy_table(result)]),
         _effects(result),
         _errors(result),
@@ -97,6 +94,7 @@ def contents_of(result: Result) -> Contents:
         result.scene.title,
         result.scene.source,
         _ending(result),
+        [] if result.outcome.completed else failure_text(result).split("\n"),
         result.warnings,
         _facts(result),
         [section for section in sections if section],
@@ -107,12 +105,17 @@ def contents_of(result: Result) -> Contents:
     )
 
 
-def _ending(result: Result) -> Ending:
-    outcome = result.outcome
-    if outcome.completed:
-        return Ending("Completed")
-    word = "Interrupted" if outcome.reason == INTERRUPTED else "Stopped before its end"
-    return Ending(word, failure_text(result).split("\n"))
+def _ending(result: Result) -> str:
+    if result.outcome.completed:
+        return "Completed"
+    return "Interrupted" if result.outcome.reason == INTERRUPTED else "Stopped before its end"
+
+
+def _player(result: Result) -> str:
+    """The player of the run's animation; empty if the run has one instant only."""
+    if not result.time[0] < result.time[-1]:
+        return ""
+    return player(film_of(result))
 
 
 def _facts(result: Result) -> Table:
@@ -149,10 +152,6 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
         folded.append(touch_table(result, joint, MOST_TOUCHES))
     drawn = _of(pictures, "guide_contact")
     return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))
-
-
-def _forces(result: Result, pictures: Mapping[str, Picture]) -> Section:
-    return Section("forces", "Forces", (), _of(pictures, "forces"), _filled([peak_table(result)]))
 
 
 def _effects(result: Result) -> Section:

@@ -14,7 +14,6 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.report import listed
 from exudyn_flexlink.result import Extremes, Result
-from exudyn_flexlink.scene import Scene
 
 
 def described(result: Result, figure: str) -> str:
@@ -47,7 +46,9 @@ def _lever(result: Result) -> str:
 
 
 def _mechanism(result: Result) -> str:
-    return f"Drawings at some instants: {_parts(result.scene)}."
+    scene = result.scene
+    curves = f"; curves {listed(list(scene.curves))}" if scene.curves else ""
+    return f"Drawings at some instants: bodies {listed(list(scene.bodies))}{curves}."
 
 
 def _guide(result: Result) -> str:
@@ -68,12 +69,6 @@ def _forces(result: Result) -> str:
     told = [f"{name} {peak.value:.4g} {peak.unit}" for name, peak in peaks.items()]
     unbound = [name for name in forces_of(result) if name not in peaks]
     return f"Lines over the run, with the largest of each: {', '.join([*told, *unbound])}."
-
-
-def _parts(scene: Scene) -> str:
-    """Bodies, and the curves that something runs on."""
-    curves = f"; curves {listed(list(scene.curves))}" if scene.curves else ""
-    return f"bodies {listed(list(scene.bodies))}{curves}"
 
 
 def _range(own: Extremes, unit: str) -> str:

@@ -55,9 +55,10 @@ def _uri(figure: Figure) -> str:
     """Return a figure as a data URI: lines, which stay sharp, unless they take too much room."""
     svg = COORDINATES.sub(lambda own: DECIMALS.sub(rb"\1", own[0]), figure_bytes(figure, "svg"))
     if len(svg) <= MOST_SVG:
-        return _encoded("image/svg+xml", svg)
-    return _encoded("image/png", figure_bytes(figure, "png"))
+        return data_uri("image/svg+xml", svg)
+    return data_uri("image/png", figure_bytes(figure, "png"))
 
 
-def _encoded(kind: str, content: bytes) -> str:
+def data_uri(kind: str, content: bytes) -> str:
+    """Return the content of a file of a kind as what a page takes for its address."""
     return f"data:{kind};base64,{b64encode(content).decode('ascii')}"

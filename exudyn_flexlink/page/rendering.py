@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
+from hashlib import sha256
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from exudyn_flexlink.page.contents import contents_of
-from exudyn_flexlink.page.moving import policy_of
+from exudyn_flexlink.page.figures import data_uri
 from exudyn_flexlink.page.reproducing import MODEL
 from exudyn_flexlink.report.text import UNITS
 from exudyn_flexlink.result import Result
@@ -22,6 +23,7 @@ PAGE = "report.html"
 GENERATOR = "exudyn-flexlink report"
 """How a page says that this program wrote it."""
 
+PROGRAM = re.compile(r"<script>(.*?)</script>", re.DOTALL)  # others hold data
 NUMBER = re.compile(rf"([-+]?\d[\d.]*(?:e[-+]?\d+)?(?: (?:{UNITS})(?![\w/]))?)")
 
 
@@ -38,15 +40,22 @@ def page_of(result: Result) -> str:
     environment.filters["numbers_apart"] = NUMBER.split  # every second piece is a number
     contents = contents_of(result)
     players = "".join(section.player for section in contents.sections)
-    model = (contents.model or "").encode("utf-8")
     return environment.get_template("page.html").render(
         page=contents,
         generator=GENERATOR,
-        policy=policy_of(players),
+        policy=_policy(players),
         name_of_model=MODEL,
-        model_link=f"data:text/yaml;base64,{b64encode(model).decode('ascii')}",
+        model_link=data_uri("text/yaml", (contents.model or "").encode("utf-8")),
         program=f"{THIS} {version_of(THIS)}",
     )
+
+
+def _policy(players: str) -> str:
+    """Return what a browser lets a page do: load nothing, and run nothing but these players."""
+    programs = [sha256(own.encode("utf-8")).digest() for own in PROGRAM.findall(players)]
+    hashes = " ".join(f"'sha256-{b64encode(own).decode('ascii')}'" for own in programs)
+    allowed = f"; script-src {hashes}" if hashes else ""
+    return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'{allowed}"
 
 
 def write_page(result: Result, file: Path, *, force: bool = False) -> None:

@@ -23,7 +23,7 @@ from exudyn_flexlink.plots.sweep import sweep
 from exudyn_flexlink.plots.verification import differences
 from exudyn_flexlink.result import Result
 
-_FIGURES = {
+FIGURES = {
     "coordinates": coordinates,
     "polar": polar,
     "lever": lever,
@@ -32,11 +32,12 @@ _FIGURES = {
     "energy": energy,
     "forces": forces,
 }
+"""Figures of a run by name; each is None where it would have nothing to show."""
 
 
 def figures(result: Result, style: Style = SCREEN) -> dict[str, Figure]:
     """Draw every figure that makes sense for this result, by name."""
-    drawn = {name: draw(result, style=style) for name, draw in _FIGURES.items()}
+    drawn = {name: draw(result, style=style) for name, draw in FIGURES.items()}
     return {name: figure for name, figure in drawn.items() if figure is not None}
 
 

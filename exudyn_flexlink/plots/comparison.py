@@ -50,7 +50,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
     """
     if len(compared.time) < 2:
         return None
-    runs = compared.first, compared.second
+    runs = compared.both
     subject = f"{compared.point}: {runs[0].name} and {runs[1].name}, and their difference"
     notes = [f"{s.name}: {s.result.outcome.told}" for s in runs if not s.result.outcome.completed]
     title = runs[1].result.scene.title
@@ -73,7 +73,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
 
 def _caption(compared: Comparison) -> list[tuple[str, str]]:
     """Lines with their colours: the links, then the settings of both runs."""
-    runs = compared.first, compared.second
+    runs = compared.both
     links = ["; ".join(links_of(seen.result.scene)) for seen in runs]
     alike = links[0] == links[1]
     told = [(links[0], GREY)] if alike else []
@@ -105,7 +105,7 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
     """Draw both coordinates and the motions of struck bodies, of both runs."""
     factor, unit = length_unit(float(np.max(np.abs(compared.first.position))))
     scales = {body: _scale(compared, body) for body in compared.levers}
-    for seen, style in zip((compared.first, compared.second), _styles(compared), strict=True):
+    for seen, style in zip(compared.both, _styles(compared), strict=True):
         answers = (scales[body][0] * values for body, values in seen.answers.items())
         shown = [*(factor * seen.position.T), *answers]
         for axes, values in zip(rows, shown, strict=False):
@@ -164,7 +164,7 @@ def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> N
     """Mark the first touch of every strike, and the horizon; `named` once, for the legend."""
     begins = [
         strike.begin
-        for seen in (compared.first, compared.second)
+        for seen in compared.both
         for found in seen.strikes.values()
         for strike in found
         if strike.begin <= compared.time[-1]

@@ -24,7 +24,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
-from exudyn_flexlink.plots.panels import horizon, legend_outside, letter
+from exudyn_flexlink.plots.panels import is_beyond, legend_outside, letter
 from exudyn_flexlink.plots.sketch import Sketch
 from exudyn_flexlink.plots.style import BLACK, SCREEN, Style, styled
 from exudyn_flexlink.result import Result
@@ -188,8 +188,7 @@ def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
     words = [f"t = {told_time(result, time)} s"]
     if turns(result):
         words.append(f"crank {np.degrees(crank_angle(result)[index]):.0f}°".replace("-", "\u2212"))
-    found = horizon(result)
-    beyond = ["beyond the horizon"] if found is not None and time >= found[0] else []
+    beyond = ["beyond the horizon"] if is_beyond(result, time) else []
     # A narrow panel has room for one line beside its letter.
     between = ",\n" if style.narrow and not what else ", "
     return "\n".join([*([what] if what else []), between.join(words), *beyond])

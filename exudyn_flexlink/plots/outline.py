@@ -21,6 +21,8 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     Mechanism,
     Slot,
+    left_of,
+    turned,
 )
 from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
@@ -58,8 +60,7 @@ class Line:
         # The ground is the part -1: a row behind all others.
         pose = np.concatenate([poses, np.zeros_like(poses[..., :1, :])], axis=-2)
         own = pose[..., self.parts, :]
-        c, s, (x, y) = np.cos(own[..., 2]), np.sin(own[..., 2]), self.places.T
-        return np.stack([own[..., 0] + c * x - s * y, own[..., 1] + s * x + c * y], axis=-1)
+        return np.asarray(own[..., :2] + turned(self.places, own[..., 2]))
 
 
 @dataclass(frozen=True)
@@ -223,8 +224,7 @@ def coil(ends: FloatArray) -> FloatArray:
     across = np.zeros(len(along))
     across[2:-2] = 0.06 * (-1.0) ** np.arange(2 * COILS)
     first, way = ends[..., :1, :], ends[..., 1:, :] - ends[..., :1, :]
-    left = np.stack([-way[..., 1], way[..., 0]], axis=-1)
-    return np.asarray(first + along[:, None] * way + across[:, None] * left)
+    return np.asarray(first + along[:, None] * way + across[:, None] * left_of(way))
 
 
 def pivots(model: Mechanism) -> list[Anchor]:

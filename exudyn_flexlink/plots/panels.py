@@ -142,6 +142,12 @@ def horizon(result: Result) -> tuple[float, str] | None:
     return None
 
 
+def is_beyond(result: Result, time: float) -> bool:
+    """Whether an instant (s) lies beyond the horizon."""
+    found = horizon(result)
+    return found is not None and time >= found[0]
+
+
 def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = True) -> None:
     """Shade what lies beyond the horizon; `x` (N,) are the places of the samples."""
     found = horizon(result)
@@ -156,8 +162,6 @@ def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
 
     Of series (N,) each, in one unit; `thin` is the width of a line that nothing lies on.
     """
-    if not series:
-        return []
     room = max(float(np.ptp(values)) for values in series) or 1.0
     step = BROADER * sized(1.0)
     return [

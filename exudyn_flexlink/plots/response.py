@@ -26,7 +26,7 @@ from exudyn_flexlink.plots.digits import position_error, told
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     engine_colour,
-    horizon,
+    is_beyond,
     legend_outside,
     length_unit,
     letter,
@@ -221,7 +221,6 @@ def _strike_by_strike(
     axes: Axes, result: Result, response: LeverResponse, found: list[Strike]
 ) -> None:
     """Lay the first strikes over each other, from their first touch on."""
-    trusted = horizon(result)
     factor, ylabel = _scale(response)
     thin = float(mpl.rcParams["lines.linewidth"])
     count = min(len(found), STRIKES_SHOWN)
@@ -231,7 +230,7 @@ def _strike_by_strike(
         time = np.linspace(strike.begin - 0.005, min(until, response.time[-1]), 1000)
         since, colour = 1e3 * (time - strike.begin), _COLOURS[i]
         label = f"strike {i + 1}" + ("" if strike.lap is None else f" (lap {strike.lap})")
-        if trusted is not None and strike.begin >= trusted[0]:
+        if is_beyond(result, strike.begin):
             label += ",\nbeyond the horizon"
         # Strikes alike lie on each other: the earlier ones are broader.
         alpha = 1.0 if i == count - 1 else 0.6

@@ -16,8 +16,10 @@ from exudyn_flexlink.mechanism import (
     Channel,
     Mechanism,
     anchor_position,
+    angle_of,
     build_mechanism,
     pairs,
+    turned,
 )
 from exudyn_flexlink.observables import (
     TWO_POINTS,
@@ -34,7 +36,7 @@ from exudyn_flexlink.plots.digits import told_time
 from exudyn_flexlink.plots.frame import new_figure
 from exudyn_flexlink.plots.panels import (
     forward,
-    horizon,
+    is_beyond,
     legend_outside,
     length_unit,
     letter,
@@ -168,8 +170,7 @@ def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
 def _title(result: Result, index: int, what: str) -> str:
     time = float(result.time[index])
     crank = f", crank {np.degrees(crank_angle(result)[index]):.1f}°" if turns(result) else ""
-    found = horizon(result)
-    beyond = ", beyond the horizon" if found is not None and time >= found[0] else ""
+    beyond = ", beyond the horizon" if is_beyond(result, time) else ""
     return f"{what}: t = {told_time(result, time)} s{crank}{beyond}"
 
 
@@ -179,8 +180,7 @@ def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index:
     for side in (1, -1):
         y = side * channel.clearance * factor
         axes.plot([0, channel.length * factor], [y, y], color=GREY, linewidth=3, label="walls")
-    places = [_from_guide(channel, q, anchor_position(node, q)) for node in channel.nodes]
-    line = np.array(places)
+    line = _from_guide(channel, q, np.array([anchor_position(node, q) for node in channel.nodes]))
     axes.plot(*(factor * line).T, color=BLUE, marker=".", markersize=4, label="link, its nodes")
     if channel.nodes[0] in [slot.anchor for slot in model.slots]:
         style: dict[str, Any] = {"color": BLACK, "mfc": "white", "markersize": 7, "zorder": 5}
@@ -194,13 +194,13 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
     history, q = result.sleeves[channel.name], result.poses[index]
     factor, _ = length_unit(channel.length)
     force = history.force[index]
-    points = [anchor_position(contact.point, q) for contact in pairs(channel)]
+    points = np.array([anchor_position(contact.point, q) for contact in pairs(channel)])
+    places = factor * _from_guide(channel, q, points)
     for side in (1.0, -1.0):
         pressing = [k for k in np.flatnonzero(force > 0).tolist() if history.sides[k] == side]
-        at = {k: factor * _from_guide(channel, q, points[k]) for k in pressing}
-        last = max(pressing, key=lambda k: float(at[k][0]), default=None)
+        last = max(pressing, key=lambda k: float(places[k, 0]), default=None)
         for k in pressing:
-            x, y = at[k]
+            x, y = places[k]
             tail = y + side * ARROW * channel.clearance * factor
             arrow = {"arrowstyle": "-|>", "color": RED, "linewidth": 1.6, "shrinkA": 0}
             axes.annotate("", (x, y), (x, tail), arrowprops=arrow, zorder=6)
@@ -219,8 +219,7 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
             axes.plot(x, y, "D", color=ORANGE, markersize=4, label=label, zorder=7)
 
 
-def _from_guide(channel: Channel, q: FloatArray, point: FloatArray) -> FloatArray:
-    """Place of a global point along and across the guide, (2,) m."""
-    away = point - anchor_position(channel.guide, q)
-    c, s = np.cos(q[channel.guide.part, 2]), np.sin(q[channel.guide.part, 2])
-    return np.array([c * away[0] + s * away[1], c * away[1] - s * away[0]])
+def _from_guide(channel: Channel, q: FloatArray, points: FloatArray) -> FloatArray:
+    """Places (n, 2) m of points of the ground along and across the guide."""
+    away = points - anchor_position(channel.guide, q)
+    return turned(away, -angle_of(channel.guide.part, q))

@@ -47,7 +47,8 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
         ValueError: there is no such column.
 
     """
-    chosen = list(names) or _telling(table)
+    # Those that differ to the eye, if there are any.
+    chosen = list(names) or _differing(table, NOTICEABLE) or _differing(table, ROUNDING)
     unknown = [name for name in chosen if name not in table.observables]
     if unknown:
         near = did_you_mean(unknown[0], table.observables)
@@ -63,26 +64,21 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
     return draw(table, along, seen[: max(most, len(names))], style)
 
 
-def _telling(table: SweepTable) -> list[str]:
-    """Observables that are numbers and not the same in all rows, to the eye if there are any."""
-    return _differing(table, NOTICEABLE) or _differing(table, ROUNDING)
-
-
 def _differing(table: SweepTable, part: float) -> list[str]:
-    """Observables that are numbers and differ from row to row by more than a part of them."""
+    """Observables that are numbers and differ from row to row by more than a part of them.
+
+    What differs by nearly nothing in SI does not.
+    """
     columns = table.columns()
     found = []
     for name in table.observables:
         values = [value for value in columns[name] if value is not None]
         numbers = [float(value) for value in values if isinstance(value, float | int)]
-        if values and len(numbers) == len(values) and _differ(numbers, part):
+        if not numbers or len(numbers) < len(values):
+            continue
+        if np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST):
             found.append(name)
     return found
-
-
-def _differ(numbers: Sequence[float], part: float) -> bool:
-    """Tell whether numbers differ by more than a part of them, and than what is nothing in SI."""
-    return bool(np.ptp(numbers) > max(part * float(np.max(np.abs(numbers))), LEAST))
 
 
 def _along(table: SweepTable, i: int) -> Scale:

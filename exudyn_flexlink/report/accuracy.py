@@ -142,7 +142,8 @@ def _cost(source: Source) -> str:
 def notes(study: Study) -> list[str]:
     """Say which causes of error the scene does not have, and which were not looked at, and why."""
     kinds = {source.kind for source in study.sources}
-    found = [_other_model(study, method) for method in _other_models(study)]
+    others = dict.fromkeys(point.method for point in study.points if not point.method.of_rods)
+    found = [_other_model(study, method) for method in others]
     if "time" not in kinds:
         found.append(
             "time steps: not told, the model's own settings were not run, or are the judge"
@@ -154,10 +155,6 @@ def notes(study: Study) -> list[str]:
     elif "contact" not in kinds:
         found.append("contact compliance: not told, there was no time to vary it")
     return found
-
-
-def _other_models(study: Study) -> list[Method]:
-    return list(dict.fromkeys(p.method for p in study.points if not p.method.of_rods))
 
 
 def _other_model(study: Study, method: Method) -> str:

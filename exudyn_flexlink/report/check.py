@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import (
     Assembly,
@@ -22,16 +23,16 @@ from exudyn_flexlink.mechanism import (
     turn_goal,
 )
 from exudyn_flexlink.observables import judged_points, name_of, watched_point
-from exudyn_flexlink.report.drives import drive_lines
 from exudyn_flexlink.report.effects import effects_table
-from exudyn_flexlink.report.freedom import freedom_lines
 from exudyn_flexlink.report.frequencies import link_frequencies, sprung_frequencies
-from exudyn_flexlink.report.start import start_lines
+from exudyn_flexlink.report.start import freedom_lines, start_lines
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 from exudyn_flexlink.scene import (
     Body,
     ContactLaw,
+    Drive,
     FlexibleBody,
+    ForceDrive,
     Joint,
     Law,
     PrismaticJoint,
@@ -40,10 +41,13 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
+    Table,
     TorsionalSpring,
+    Value,
 )
 
 IDLE = "; its law is idle at clearance 0"
+WIDEST = 40  # letters of an expression that are shown
 
 
 def check_text(scene: Scene, assembly: Assembly) -> str:
@@ -53,7 +57,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
         _bodies(scene, assembly.mechanism),
         _joints(scene),
         _springs(scene, assembly.mechanism),
-        drive_lines(scene),
+        _drives(scene),
         _contacts(scene, assembly.mechanism),
         lines_of(effects_table(scene, assembly.mechanism)),
         freedom_lines(scene, assembly),
@@ -161,6 +165,34 @@ def _spring_numbers(spring: RotarySpring | LinearSpring) -> list[str]:
     ]
 
 
+def _drives(scene: Scene) -> list[str]:
+    rows = [[name, drive.type, *_drive(scene, drive)] for name, drive in scene.drives.items()]
+    return ["Drives", *table(rows)] if rows else []
+
+
+def _drive(scene: Scene, drive: Drive) -> tuple[str, str]:
+    """Where a drive acts, and what it does."""
+    if isinstance(drive, ForceDrive):
+        axes = f" in the axes of {drive.axes}" if drive.axes in scene.bodies else ""
+        x, y = (_value(value, "N") for value in drive.value)
+        return f"at {drive.point}", f"x: {x}, y: {y}{axes}"
+    turns = isinstance(scene.joints[drive.joint], RevoluteJoint)
+    units = {"speed": ("m/s", "rad/s"), "motion": ("m", "rad"), "torque": ("", "N m")}
+    unit = units[drive.type][turns]
+    ramp = getattr(drive, "ramp", 0.0)
+    within = f", reached within {number(ramp)} s" if ramp else ""
+    return f"at {drive.joint}", f"{_value(drive.value, unit)}{within}"
+
+
+def _value(value: Value, unit: str) -> str:
+    if isinstance(value, Expression):
+        text = str(value) if len(str(value)) <= WIDEST else str(value)[: WIDEST - 3] + "..."
+        return f"{text} ({unit})"
+    if isinstance(value, Table):
+        return f"table of {len(value.points or ())} rows, {value.rule} ({unit})"
+    return f"{number(value)} {unit}"
+
+
 def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
     rows = [[name, str(c), *_law(c.law)] for name, c in scene.contacts.items()]
     for name, joint in scene.joints.items():
@@ -241,9 +273,10 @@ def _time(scene: Scene, duration: float | None) -> str:
 
 
 def _contact_duration(assembly: Assembly, contact: Contact) -> str:
-    mass = _mass_at(assembly, contact)
     if isinstance(contact.law, Impulse):
         return "impacts take no time: a rigid contact, by impulse"
+    state = assembly.state
+    mass = contact_mass(assembly.mechanism, contact, state.q, state.places)
     half = contact.law.half_period(mass)
     return f"a contact lasts about {number(half)} s or longer (pi sqrt(m/k), m {number(mass)} kg)"
 
@@ -253,8 +286,3 @@ def _wall_duration(assembly: Assembly, channel: Channel) -> str:
     if channel.clearance > 0:
         return f"a contact with a wall lasts about {half} or longer, on the lightest node"
     return f"the lightest node swings on its axis with half a period of {half}"
-
-
-def _mass_at(assembly: Assembly, contact: Contact) -> float:
-    state = assembly.state
-    return contact_mass(assembly.mechanism, contact, state.q, state.places)

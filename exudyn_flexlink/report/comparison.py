@@ -6,13 +6,10 @@ from collections.abc import Callable
 from math import isfinite
 
 from exudyn_flexlink.comparison import Comparison, Seen, StrikePair
-from exudyn_flexlink.observables import (
-    Deviation,
-    Strike,
-    name_of,
-)
+from exudyn_flexlink.observables import Deviation, Strike, name_of
 from exudyn_flexlink.report.contacts import contact_rows
 from exudyn_flexlink.report.forces import force_error_table
+from exudyn_flexlink.report.tables import Table, left_out
 from exudyn_flexlink.report.text import in_blocks, lines_of, number, table
 
 MOST_STRIKES = 12  # more than that scroll the rest of the table away
@@ -20,7 +17,7 @@ MOST_STRIKES = 12  # more than that scroll the rest of the table away
 
 def comparison_text(comparison: Comparison) -> str:
     """Return the table of a comparison."""
-    both = comparison.first, comparison.second
+    both = comparison.both
     contacts = dict.fromkeys(pair.contact for pair in comparison.strikes)
     blocks = [
         [f"Comparison {_of(both[0])} and {both[1].name}: {both[1].result.scene.title}"],
@@ -127,15 +124,13 @@ def _levers(comparison: Comparison) -> list[str]:
         measure = comparison.measures[body]
         named, unit = f"{measure.word} of {body}", measure.unit
         for what in ("least", "greatest"):
-            (one, t1), (other, t2) = (
-                getattr(seen.levers[body], what) for seen in (comparison.first, comparison.second)
-            )
+            (one, t1), (other, t2) = (getattr(seen.levers[body], what) for seen in comparison.both)
             values = [f"{measure.told(x)} at {t:.4f} s" for x, t in ((one, t1), (other, t2))]
             rows.append([f"{named}, {what}", *values, f"{one - other:+.2g} {unit}"])
         largest = f"{abs(apart).max():.2g} {unit}"
         rows.append([f"{named}, largest difference at one instant", "", "", largest])
     names = ["", comparison.first.name, comparison.second.name, "difference"]
-    return ["Struck bodies", *table([names, *rows])] if rows else []
+    return lines_of(Table("Struck bodies", rows, names))
 
 
 def _strikes(comparison: Comparison, contact: str) -> list[str]:
@@ -145,23 +140,19 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
     rows = [["lap" if turns else "", "", *names]]
     for pair in pairs[:MOST_STRIKES]:
         rows += [row if turns else ["", *row[1:]] for row in _strike(pair)]
-    more = len(pairs) - MOST_STRIKES
-    return [
-        f"Strikes of contact '{contact}'",
-        *table(rows),
-        *([f"  and {more} more"] if more > 0 else []),
-    ]
+    note = left_out(len(pairs), MOST_STRIKES)
+    return lines_of(Table(f"Strikes of contact '{contact}'", rows, note=note))
 
 
 def _clearances(comparison: Comparison) -> list[str]:
     """How links stood in guides and journals in bearings, up to the end of the shorter run."""
-    one, other = comparison.first, comparison.second
+    one, other = comparison.both
     rows = [
         row
         for joint in comparison.with_clearance
         for row in contact_rows(joint, one.contact.get(joint), other.contact.get(joint))
     ]
-    return ["Joints with clearance", *table([["", one.name, other.name], *rows])] if rows else []
+    return lines_of(Table("Joints with clearance", rows, ["", one.name, other.name]))
 
 
 _OF_A_STRIKE: dict[str, tuple[Callable[[Strike], float], str, str]] = {
@@ -189,20 +180,15 @@ def _told(value: float, digits: str, unit: str, unknown: str = "not known") -> s
 
 
 def _runs(comparison: Comparison) -> list[str]:
-    both = comparison.first, comparison.second
-    return [
-        "Runs",
-        *table(
-            [
-                ["", *(seen.name for seen in both)],
-                ["engine", *(seen.result.engine for seen in both)],
-                ["accuracy", *(seen.accuracy for seen in both)],
-                ["energy balance, off by", *(_energy(seen) for seen in both)],
-                ["steps", *(number(seen.result.checks.steps) for seen in both)],
-                ["solver time", *(_time(seen) for seen in both)],
-            ]
-        ),
+    both = comparison.both
+    rows = [
+        ["engine", *(seen.result.engine for seen in both)],
+        ["accuracy", *(seen.accuracy for seen in both)],
+        ["energy balance, off by", *(_energy(seen) for seen in both)],
+        ["steps", *(number(seen.result.checks.steps) for seen in both)],
+        ["solver time", *(_time(seen) for seen in both)],
     ]
+    return lines_of(Table("Runs", rows, ["", *(seen.name for seen in both)]))
 
 
 def _energy(seen: Seen) -> str:

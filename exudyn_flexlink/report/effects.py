@@ -16,37 +16,25 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     Losses of impacts are told apart from damping, the viscous one of hinges and springs.
     """
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
-    walled = _walled(scene)
-    sleeves = {n: j for n, j in scene.joints.items() if isinstance(j, SleeveJoint)}
-    laws = _laws(scene)
+    # Joints that may have a clearance; laws of all that can touch, by its name.
+    kinds = (SleeveJoint, RevoluteJoint)
+    walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
+    sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
+    laws: dict[str, Law] = {n: j.acting for n, j in walled.items() if j.acting is not None}
+    laws |= {name: contact.law for name, contact in scene.contacts.items()}
+    rough = [n for n, law in laws.items() if isinstance(law, ContactLaw) and law.friction > 0]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
         _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
         _effect("impact", list(scene.contacts)),
-        _effect("friction", [n for n, law in laws.items() if _rough(law)]),
+        _effect("friction", rough),
         _effect("damping", _damped(mechanism)),
         _effect("restitution below 1", [n for n, law in laws.items() if law.restitution < 1]),
         _effect("gravity", gravity if any(scene.gravity) else []),
     ]
     return Table("Effects", rows)
-
-
-def _laws(scene: Scene) -> dict[str, Law]:
-    """Laws of all that can touch, by the name of the joint or the contact."""
-    laws: dict[str, Law] = {n: j.acting for n, j in _walled(scene).items() if j.acting is not None}
-    return laws | {name: contact.law for name, contact in scene.contacts.items()}
-
-
-def _walled(scene: Scene) -> dict[str, SleeveJoint | RevoluteJoint]:
-    """Joints that may have a clearance."""
-    kinds = (SleeveJoint, RevoluteJoint)
-    return {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
-
-
-def _rough(law: Law) -> bool:
-    return isinstance(law, ContactLaw) and law.friction > 0
 
 
 def _damped(mechanism: Mechanism) -> list[str]:

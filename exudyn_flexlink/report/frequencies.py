@@ -77,9 +77,7 @@ def _springs_of_joints(
 ) -> dict[str, list[RotarySpring | LinearSpring]]:
     """Springs of the scene that act at a revolute joint, or along a prismatic one, by joint."""
     found: dict[str, list[RotarySpring | LinearSpring]] = {}
-    springs: tuple[RotarySpring | LinearSpring, ...]
-    springs = (*mechanism.springs, *mechanism.linear_springs)
-    for spring in springs:
+    for spring in mechanism.all_springs:
         spec = scene.springs.get(spring.name)  # hinges of flexible bodies have springs, too
         if spec is not None and spec.joint is not None:
             found.setdefault(spec.joint, []).append(spring)
@@ -99,11 +97,10 @@ def _held_by(joint: str, mechanism: Mechanism) -> int | None:
 
 def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
     """Both anchors of every joint, with its name; of a slot that on the part."""
+    joints = (*mechanism.hinges, *mechanism.welds, *mechanism.slides)
     return [
-        *((j.name, a) for j in mechanism.hinges for a in (j.first, j.second)),
-        *((j.name, a) for j in mechanism.welds for a in (j.first, j.second)),
-        *((j.name, a) for j in mechanism.slides for a in (j.first, j.second)),
-        *((j.name, j.anchor) for j in mechanism.slots),
+        *((joint.name, anchor) for joint in joints for anchor in (joint.first, joint.second)),
+        *((slot.name, slot.anchor) for slot in mechanism.slots),
     ]
 
 

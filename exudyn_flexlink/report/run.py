@@ -1,8 +1,10 @@
-"""What the program says after a run: how it ended, strikes, how far to trust it."""
+"""What the program says after a run: how it ended, strikes, energy, how far to trust it."""
 
 from __future__ import annotations
 
 from math import isfinite
+
+import numpy as np
 
 from exudyn_flexlink.measured_error import NOT_MEASURED, MeasuredError
 from exudyn_flexlink.observables import (
@@ -22,6 +24,19 @@ from exudyn_flexlink.report.text import in_blocks, lines_of, number
 from exudyn_flexlink.result import Result
 
 MOST_STRIKES = 20  # more than that scroll the rest of the summary away
+_ENERGIES = {
+    "kinetic": "kinetic",
+    "stored": "stored in springs, weight and contacts",
+    "dissipated": "dissipated since the start",
+    "supplied": "supplied by drives since the start",
+}
+_REDUNDANT = ("redundant", "beam")
+_USED_BY = {
+    "steps_per_contact": _REDUNDANT,
+    "spectral_radius": _REDUNDANT,
+    "integrator": ("lagrangian",),
+}
+"""Which formulations, or engine, use a setting of the solver that others do not."""
 
 
 def run_text(result: Result) -> str:
@@ -44,6 +59,23 @@ def failure_text(result: Result) -> str:
     return "\n".join(lines + ([f"try: {outcome.advice}"] if outcome.advice else []))
 
 
+def idle_settings(result: Result) -> list[str]:
+    """Say which settings of how to solve the model had no use in this run.
+
+    Nobody shall look for their effect. What has its default counts as not given: saved scenes say
+    everything.
+    """
+    way = str(result.settings.get("formulation", result.engine))
+    by = "the engine 'lagrangian'" if way == "lagrangian" else f"the formulation '{way}'"
+    solver = result.scene.solver
+    usual = type(solver).model_fields
+    return [
+        f"'solver.{name}' changes nothing: {by} has no use for it"
+        for name, users in _USED_BY.items()
+        if way not in users and getattr(solver, name) != usual[name].default
+    ]
+
+
 def _ending(result: Result) -> str:
     outcome = result.outcome
     word = "Completed" if outcome.completed else "Stopped before its end"
@@ -60,6 +92,17 @@ def cost_table(result: Result) -> Table:
     if "compile" in result.timings:
         rows.append(["compiling before", f"{result.timings['compile']:.2f} s"])
     return Table("", [*rows, ["steps", steps]])
+
+
+def energy_table(result: Result) -> Table:
+    """Return energies where the run begins and ends, and the largest by size at any sample."""
+    rows = []
+    for name, told in _ENERGIES.items():
+        values = getattr(result.energy, name)
+        largest = values[int(np.argmax(np.abs(values)))]
+        rows.append([told, *(f"{value:.4g}" for value in (values[0], values[-1], largest))])
+    head, units = ["", "at the start", "at the end", "largest"], ["", "J", "J", "J"]
+    return Table("Energies of all parts together", rows, head, units)
 
 
 def _strikes(result: Result, contact: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""What `check` says of the start: where the bodies stand, and other ways in which joints close."""
+"""What `check` says of a mechanism as it is put together: its freedoms, and where it starts."""
 
 from __future__ import annotations
 
@@ -7,12 +7,40 @@ from math import degrees
 import numpy as np
 
 from exudyn_flexlink.loading import other_ways
-from exudyn_flexlink.mechanism import Assembly, idle_at_start, length_along
+from exudyn_flexlink.mechanism import Assembly, idle_at_start, length_along, moved_by_forces
 from exudyn_flexlink.report.text import listed, number, table
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import FlexibleBody, Scene
 
 NOTICEABLE = 1e-6  # rad: by more than this a body stands otherwise
 DECIMALS = 9  # of degrees and metres that are told: what is smaller is rounding of the assembly
+
+
+def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
+    """Return the degrees of freedom, what decides each, and joints that hold twice."""
+    drives = [motor.name for motor in assembly.mechanism.speed_motors]
+    left = assembly.degrees_of_freedom
+    rows = []
+    if drives:
+        rows.append(["prescribed", f"{len(drives)}, by {listed(drives)}"])
+    if left:
+        rows.append(["left to forces", f"{left}: {_moved(scene, assembly)}"])
+    if assembly.surplus:  # which minimal coordinates leave out
+        names = listed(list(assembly.surplus))
+        told = f"what {names} would hold, other joints hold already, in every position"
+        rows.append(["held twice", told])
+    count = left + len(drives)
+    fixed = "" if count else ", nothing can move"
+    return [f"Degrees of freedom: {count}{fixed}", *table(rows)]
+
+
+def _moved(scene: Scene, assembly: Assembly) -> str:
+    """What forces move, and what they bend."""
+    moved = moved_by_forces(assembly)
+    bodies = scene.bodies.items()
+    bent = [name for name, body in bodies if isinstance(body, FlexibleBody) and body.rods > 1]
+    told = [f"they move {listed(moved)}"] if moved else []
+    told += [f"they bend {listed(bent)}"] if bent else []
+    return "; ".join(told)
 
 
 def start_lines(scene: Scene, assembly: Assembly) -> list[str]:

@@ -40,15 +40,13 @@ def verification_markdown(runs: Sequence[VerifiedRun]) -> str:
 def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
     """Return plain data; null stands for a number that the run did not come to."""
     return [
-        plain(one)
-        | {"fine": one.fine}
-        | {"numbers": [plain(number) | _judged(number) for number in one.numbers]}
+        plain(one) | {"fine": one.fine, "numbers": [_number(own) for own in one.numbers]}
         for one in runs
     ]
 
 
-def _judged(number: Compared) -> dict[str, Any]:
-    return {"difference": plain(number.difference), "fine": number.fine}
+def _number(own: Compared) -> dict[str, Any]:
+    return {**plain(own), "difference": plain(own.difference), "fine": own.fine}
 
 
 def _row(number: Compared) -> tuple[str, ...]:

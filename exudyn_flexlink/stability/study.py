@@ -170,15 +170,14 @@ def study(
         least = ceil((after + least_time(rhythm)) / rhythm.lap - 1e-9)
         raise TooShortError(f"too few laps to tell an exponent: at least {least}")
     scene = long_scene(scene, rhythm, asked.laps, asked.tolerance)
+    tolerance = float(scene.accuracy.tolerance or inf)
     parts = 2 if asked.twice else 1
     run = _whole(simulate, scene)
     exponent = exponent_of(run, simulate, rhythm, after, _part(progress, 0, parts))
     tighter = None
     if asked.twice:
-        accuracy = Accuracy(tolerance=TIGHTER * float(scene.accuracy.tolerance or inf))
-        again = _whole(simulate, scene.changed(accuracy=accuracy))
+        again = _whole(simulate, scene.changed(accuracy=Accuracy(tolerance=TIGHTER * tolerance)))
         tighter = exponent_of(again, simulate, rhythm, after, _part(progress, 1, parts))
-    tolerance = float(scene.accuracy.tolerance or inf)
     horizon = exponent.horizon(tolerance, parting_limit(run)) if exponent.sign > 0 else inf
     laps = lap_distances(run, rhythm.lap, after=after)
     return Stability(

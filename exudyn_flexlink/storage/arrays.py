@@ -1,7 +1,8 @@
-"""The arrays of a result by name, with dimensions and units: the names of the file and of tables.
+"""The arrays of a result by name, with dimensions and units, and the result of such arrays.
 
-A name is the path to the array in Python with dots: ``contacts.strike.touches.begin``. Names of a
-scene have no dots. Which fields are arrays stands at the dataclasses.
+A name, in the file and in tables, is the path to the array in Python with dots:
+``contacts.strike.touches.begin``. Names of a scene have no dots. Which fields are arrays stands at
+the dataclasses.
 """
 
 from __future__ import annotations
@@ -27,6 +28,14 @@ class Array:
     dimensions: tuple[str, ...]
     values: NDArray[Any]
     attributes: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Read:
+    """What a file holds: arrays, without their attributes, and the `lengths` of dimensions."""
+
+    arrays: Mapping[str, Array]
+    lengths: Mapping[str, int]
 
 
 def arrays_of(result: Result) -> dict[str, Array]:
@@ -67,18 +76,18 @@ def _holds_arrays(member: Member) -> bool:
     )
 
 
-def name_of(member: Member, path: str) -> str:
+def _name_of(member: Member, path: str) -> str:
     """Name of a field of the dataclass at `path`."""
     own = member.variable.name if member.variable else ""
-    return join(path, own or member.name)
+    return _join(path, own or member.name)
 
 
-def join(path: str, name: str) -> str:
+def _join(path: str, name: str) -> str:
     """Return the path to what has a name at `path`, which is empty at the top."""
     return f"{path}.{name}" if path else name
 
 
-def dimensions_of(own: Variable, path: str) -> tuple[str, ...]:
+def _dimensions_of(own: Variable, path: str) -> tuple[str, ...]:
     """Names of the dimensions of a variable that belongs to the dataclass at `path`."""
     names = own.dimensions.split()
     return tuple(f"{path}{name}".rstrip(".") if name.startswith(".") else name for name in names)
@@ -87,10 +96,10 @@ def dimensions_of(own: Variable, path: str) -> tuple[str, ...]:
 def _arrays(record: Any, kind: type[Any], path: str) -> Iterator[tuple[str, Array]]:
     """Those of a dataclass, and of all dataclasses in it."""
     for member in members(kind):
-        value, name = getattr(record, member.name), name_of(member, path)
+        value, name = getattr(record, member.name), _name_of(member, path)
         named = {name: value}
         if isinstance(value, Mapping):
-            named = {join(name, key): item for key, item in value.items()}
+            named = {_join(name, key): item for key, item in value.items()}
         for where, item in named.items():
             if member.variable is not None:
                 yield from _array(item, member.variable, where, path)
@@ -100,10 +109,10 @@ def _arrays(record: Any, kind: type[Any], path: str) -> Iterator[tuple[str, Arra
 
 def _array(value: Any, own: Variable, name: str, path: str) -> Iterator[tuple[str, Array]]:
     """The array of a variable, or one for each of its components."""
-    dimensions = dimensions_of(own, path)
+    dimensions = _dimensions_of(own, path)
     for i, (component, units) in enumerate(own.components.items()):
         told = _told(units, f"{own.long_name}: {component}")
-        yield join(name, component), Array(dimensions, value[..., i], told)
+        yield _join(name, component), Array(dimensions, value[..., i], told)
     if not own.components:
         units = label_of(path)[1] if own.units is None else own.units
         yield name, Array(dimensions, np.asarray(value, own.kind), _told(units, own.long_name))
@@ -111,3 +120,49 @@ def _array(value: Any, own: Variable, name: str, path: str) -> Iterator[tuple[st
 
 def _told(units: str, long_name: str) -> dict[str, str]:
     return ({"units": units} if units else {}) | {"long_name": long_name}
+
+
+@dataclass(frozen=True)
+class Records:
+    """What was `read`; `names` are those of the fields that are by the scene's names."""
+
+    read: Read
+    names: Mapping[str, tuple[str, ...]]
+
+    def record(self, kind: type[Any], path: str = "", **given: Any) -> Any:
+        """Return a dataclass with its arrays, and the dataclasses in it; other fields are given.
+
+        Raises:
+            KeyError: `names` lack a field, or there is no such array.
+
+        """
+        own = (member for member in members(kind) if member.name not in given)
+        return kind(**given, **{member.name: self._member(member, path) for member in own})
+
+    def _member(self, member: Member, path: str) -> Any:
+        name = _name_of(member, path)
+        if get_origin(member.type) is not Mapping:
+            return self._value(member.variable, member.type, name, path)
+        kind = get_args(member.type)[1]
+        keys = self.names[member.name]
+        return {key: self._value(member.variable, kind, _join(name, key), path) for key in keys}
+
+    def _value(self, own: Variable | None, kind: Any, name: str, path: str) -> Any:
+        if own is None:
+            return self.record(kind, name)
+        if own.components:
+            parts = [self._taken(own, _join(name, part), path) for part in own.components]
+            return np.stack(parts, axis=-1)
+        values = self._taken(own, name, path)
+        if get_origin(kind) is tuple:
+            return tuple(values.tolist())
+        return values if own.dimensions else values.item()
+
+    def _taken(self, own: Variable, name: str, path: str) -> NDArray[Any]:
+        """An array of the file, which has none of those without any element."""
+        if name in self.read.arrays:
+            return self.read.arrays[name].values.astype(own.kind, copy=False)
+        shape = [self.read.lengths[dimension] for dimension in _dimensions_of(own, path)]
+        if 0 not in shape:
+            raise KeyError(name)
+        return np.empty(shape, own.kind)

@@ -29,8 +29,8 @@ def save_comparison(
         StorageError: the folder can't be written.
 
     """
-    runs = (comparison.first.result, comparison.second.result)
-    completed = {"completed": whole and all(run.outcome.completed for run in runs)}
+    ended = all(seen.result.outcome.completed for seen in comparison.both)
+    completed = {"completed": whole and ended}
     data = comparison_data(comparison) | completed | _verdict(comparison, tolerance)
     write_document(folder, COMPARISON, data, {"comparison.csv": comparison_columns(comparison)})
 
@@ -38,7 +38,7 @@ def save_comparison(
 def comparison_columns(comparison: Comparison) -> dict[str, FloatArray]:
     """Instants, deviation, the watched point and the levers of both runs, by name and unit."""
     columns = {"t_s": comparison.time, "deviation_m": comparison.deviation.distance}
-    for seen in (comparison.first, comparison.second):
+    for seen in comparison.both:
         name = seen.name.replace(" ", "_")
         columns |= {f"{name}_{axis}_m": seen.position[:, i] for i, axis in enumerate("xy")}
         columns |= {
@@ -76,7 +76,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "beyond_the_horizon": _beyond(comparison),
         "strikes": [_strikes(comparison, pair) for pair in comparison.strikes],
         "clearances": {joint: _contacts(comparison, joint) for joint in comparison.with_clearance},
-        "runs": {seen.name: _run(seen) for seen in (comparison.first, comparison.second)},
+        "runs": {seen.name: _run(seen) for seen in comparison.both},
     }
 
 
@@ -108,10 +108,9 @@ def _force(own: ForceDeviation) -> dict[str, Any]:
 def _beyond(comparison: Comparison) -> dict[str, Any] | None:
     if comparison.beyond is None:
         return None
-    names = comparison.first.name, comparison.second.name
     return {
-        n: _statistics(part, comparison.measures)
-        for n, part in zip(names, comparison.beyond, strict=True)
+        seen.name: _statistics(part, comparison.measures)
+        for seen, part in zip(comparison.both, comparison.beyond, strict=True)
     }
 
 
@@ -136,8 +135,7 @@ def _strike(seen: Seen, strike: Strike | None) -> dict[str, Any] | None:
 
 def _contacts(comparison: Comparison, joint: str) -> dict[str, Any]:
     """Contacts of a link with its guide in both runs; None in one without clearance."""
-    runs = comparison.first, comparison.second
-    found = {seen.name: seen.contact.get(joint) for seen in runs}
+    found = {seen.name: seen.contact.get(joint) for seen in comparison.both}
     return {name: None if own is None else contact_data(own) for name, own in found.items()}
 
 

@@ -14,14 +14,11 @@ import platform
 import re
 import secrets
 import shutil
-import sys
 from contextlib import suppress
 from pathlib import Path
 
+from exudyn_flexlink.storage.locking import locked_folder
 from exudyn_flexlink.storage.manifest import PREFIX
-
-if sys.platform != "win32":
-    import fcntl
 
 ATTEMPTS = 20
 DIGITS = 12  # of the random part of a name
@@ -38,10 +35,10 @@ class Owned:
 
         """
         for _ in range(ATTEMPTS):
-            self.path = parent / _name()
+            self.path = parent / f"{_prefix()}{secrets.token_hex(DIGITS // 2)}"
             self.path.mkdir(parents=True)
             with suppress(BlockingIOError, FileNotFoundError):
-                self._lock = _locked(self.path)
+                self._lock = locked_folder(self.path)
                 if self.path.is_dir():
                     return
                 self.release()
@@ -66,36 +63,10 @@ def remove_leftovers(parent: Path) -> None:
 
 def _remove_if_free(folder: Path) -> None:
     with suppress(OSError):  # someone owns it, or it is gone
-        lock = _locked(folder)
+        lock = locked_folder(folder)
         if lock is not None:
             shutil.rmtree(folder, ignore_errors=True)
             os.close(lock)
-
-
-def _locked(folder: Path) -> int | None:
-    """Descriptor that holds a lock on a folder; None where folders can't be locked.
-
-    Raises:
-        BlockingIOError: another process holds it.
-        OSError: the folder can't be opened, or is gone.
-
-    """
-    if sys.platform == "win32":
-        return None
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
-
-
-def _name() -> str:
-    return f"{_prefix()}{secrets.token_hex(DIGITS // 2)}"
 
 
 def _prefix() -> str:

@@ -12,7 +12,7 @@ import json
 import os
 import stat
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -83,13 +83,11 @@ def seal(folder: Path, earlier: Manifest | None = None) -> Manifest:
     for entry in folders:
         seal(entry)
     files = {e.name: digest(e) for e in entries if is_regular(e) and e.name != MANIFEST}
-    manifest = earlier or Manifest(*_content(folder), {})
-    manifest = Manifest(
-        manifest.what,
-        manifest.title,
-        manifest.completed,
-        {**manifest.files, **files},
-        tuple(dict.fromkeys((*manifest.folders, *(entry.name for entry in folders)))),
+    before = earlier or Manifest(*_content(folder), {})
+    manifest = replace(
+        before,
+        files={**before.files, **files},
+        folders=tuple(dict.fromkeys((*before.folders, *(entry.name for entry in folders)))),
     )
     text = json.dumps({"program": PROGRAM, **vars(manifest)}, indent=2, ensure_ascii=False)
     (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")

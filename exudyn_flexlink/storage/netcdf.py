@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.storage.arrays import Array
+from exudyn_flexlink.storage.arrays import Array, Read
 from exudyn_flexlink.storage.errors import StorageError
 
 LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
@@ -93,14 +92,6 @@ def _encoded(name: str) -> str:
 
 def _decoded(name: str) -> str:
     return name.encode("latin-1").decode("utf-8")
-
-
-@dataclass(frozen=True)
-class Read:
-    """What a file holds: arrays, without their attributes, and the `lengths` of dimensions."""
-
-    arrays: Mapping[str, Array]
-    lengths: Mapping[str, int]
 
 
 def read_netcdf(file: Path) -> Read:

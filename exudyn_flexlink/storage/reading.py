@@ -9,13 +9,12 @@ from typing import Any
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, parse_scene
 from exudyn_flexlink.source import SceneError, parse_document
-from exudyn_flexlink.storage.arrays import told_fields
+from exudyn_flexlink.storage.arrays import Read, Records, told_fields
 from exudyn_flexlink.storage.documents import AGAIN, check_readable, read_document
 from exudyn_flexlink.storage.errors import ARRAYS, SUMMARY, SWEEP, StorageError
 from exudyn_flexlink.storage.manifest import digest, digest_of
-from exudyn_flexlink.storage.netcdf import Read, read_netcdf
+from exudyn_flexlink.storage.netcdf import read_netcdf
 from exudyn_flexlink.storage.plain import from_plain
-from exudyn_flexlink.storage.records import Records
 from exudyn_flexlink.storage.replacing import turn
 
 

@@ -24,12 +24,12 @@ import json
 import os
 import shutil
 import stat
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from exudyn_flexlink.storage.errors import MANIFEST, StorageError
+from exudyn_flexlink.storage.locking import locked_folder
 from exudyn_flexlink.storage.manifest import (
     PREFIX,
     is_folder,
@@ -38,9 +38,6 @@ from exudyn_flexlink.storage.manifest import (
     own_files,
     read_manifest,
 )
-
-if sys.platform != "win32":
-    import fcntl
 
 WORK = f"{PREFIX}replacing"
 GOING = "going.json"
@@ -90,10 +87,8 @@ def turn(folder: Path) -> Iterator[None]:
 
     """
     descriptor: int | None = None
-    if sys.platform != "win32":
-        with suppress(OSError):  # there is no folder, or its disk has no locks
-            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)  # a pipe would wait
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+    with suppress(OSError):  # there is no folder
+        descriptor = locked_folder(folder, wait=True)
     try:
         _finish(Path(folder) / WORK, Path(folder))
         yield

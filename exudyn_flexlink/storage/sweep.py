@@ -18,7 +18,7 @@ from typing import Any
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.storage.documents import read_document, write_csv
 from exudyn_flexlink.storage.errors import FORMAT, PROGRAM, SWEEP, StorageError, cannot_write
-from exudyn_flexlink.storage.journal import JOURNAL, Journal, lock, rows_in, rows_kept
+from exudyn_flexlink.storage.journal import JOURNAL, Journal, keep_out, rows_in, rows_kept
 from exudyn_flexlink.storage.manifest import read_manifest
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.staging import staged_folder
@@ -72,7 +72,7 @@ def open_journal(
     except OSError as error:
         raise StorageError(cannot_write(folder / JOURNAL, error)) from error
     with stream:
-        lock(stream, folder)
+        keep_out(stream, folder)
         _require_own(folder, sweep)
         known = {} if there is None else rows_kept(stream, sweep)
         if series:
@@ -250,7 +250,7 @@ def _require_free(folder: Path) -> None:
 
     """
     with suppress(OSError), (folder / JOURNAL).open("rb") as stream:
-        lock(stream, folder)
+        keep_out(stream, folder)
 
 
 def _require_own(folder: Path, sweep: Sweep) -> None:

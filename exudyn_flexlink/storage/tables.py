@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.intervals import Intervals
 from exudyn_flexlink.observables import (
     crank_angle,
     crank_column,
@@ -17,6 +18,11 @@ from exudyn_flexlink.observables import (
     watched_point,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.sweeps import column_of
+from exudyn_flexlink.variables import members
+
+UNITS = {own.name: own.variable.units or "" for own in members(Intervals) if own.variable}
+"""Of what is told of touches, and of the strikes that are made of them."""
 
 
 def trajectory_columns(result: Result, point: str) -> dict[str, FloatArray]:
@@ -57,16 +63,10 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
     angle = crank_column(result.scene)
     if angle is not None:
         columns[f"{angle}_rad"] = np.interp(touches.begin, result.time, crank_angle(result))
-    return columns | {
-        "pair": np.asarray(touches.pair + 1, dtype=np.float64),
-        "impulse_N_s": touches.impulse,
-        "energy_lost_J": touches.energy_lost,
-        "peak_force_N": touches.peak_force,
-        "approach_speed_m_per_s": touches.approach_speed,
-        "place_m": touches.place,
-        "penetration_m": touches.penetration,
-        "ended": np.isfinite(touches.end).astype(np.float64),
-    }
+    told = ("impulse", "energy_lost", "peak_force", "approach_speed", "place", "penetration")
+    columns["pair"] = np.asarray(touches.pair + 1, dtype=np.float64)
+    columns |= {column_of(name, UNITS[name]): getattr(touches, name) for name in told}
+    return columns | {"ended": np.isfinite(touches.end).astype(np.float64)}
 
 
 def _instants(result: Result) -> dict[str, FloatArray]:

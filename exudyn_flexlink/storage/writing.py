@@ -26,18 +26,8 @@ from exudyn_flexlink.storage.manifest import digest, digest_of
 from exudyn_flexlink.storage.netcdf import write_netcdf
 from exudyn_flexlink.storage.plain import plain
 from exudyn_flexlink.storage.replacing import check_regular
-from exudyn_flexlink.storage.tables import tables_of
-
-_UNITS = {
-    "begin": "_s",
-    "end": "_s",
-    "crank_angle": "_rad",
-    "approach_speed": "_m_per_s",
-    "place": "_m",
-    "impulse": "_N_s",
-    "energy_lost": "_J",
-    "peak_force": "_N",
-}
+from exudyn_flexlink.storage.tables import UNITS, tables_of
+from exudyn_flexlink.sweeps import column_of
 
 
 def save(result: Result, folder: Path) -> None:
@@ -99,10 +89,10 @@ def _summary(result: Result) -> dict[str, Any]:
 def strike_data(strike: Strike, scene: Scene) -> dict[str, Any]:
     """Fields of a strike by name and unit; without laps and angle where nothing turns."""
     absent = [key for key in ("lap", "crank_angle") if getattr(strike, key) is None]
-    names = {"crank_angle": crank_column(scene)}
+    names, units = {"crank_angle": crank_column(scene)}, UNITS | {"crank_angle": "rad"}
     told: dict[str, Any] = plain(strike)
     return {
-        f"{names.get(key, key)}{_UNITS.get(key, '')}": value
+        column_of(names.get(key) or key, units.get(key, "")): value
         for key, value in told.items()
         if key not in absent
     }

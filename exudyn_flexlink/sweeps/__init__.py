@@ -3,9 +3,8 @@
 No engine here: whoever starts a sweep hands in what runs a scene, and who makes the runs.
 """
 
-from exudyn_flexlink.sweeps.choosing import executor_of
 from exudyn_flexlink.sweeps.designs import Design, grid, latin_hypercube, listed, random
-from exudyn_flexlink.sweeps.dimensions import label_of
+from exudyn_flexlink.sweeps.dimensions import column_of, label_of
 from exudyn_flexlink.sweeps.executors import CannotStartError, Executor, InThisProcess
 from exudyn_flexlink.sweeps.plan import Sweep, Varied, planned, versions
 from exudyn_flexlink.sweeps.processes import LocalProcesses
@@ -19,8 +18,8 @@ from exudyn_flexlink.sweeps.rows import (
     Simulate,
     standard_row,
 )
-from exudyn_flexlink.sweeps.running import carried_out, work_of
+from exudyn_flexlink.sweeps.running import carried_out, executor_of, work_of
 from exudyn_flexlink.sweeps.study import read_study
 from exudyn_flexlink.sweeps.table import SweepTable
 from exudyn_flexlink.sweeps.values import in_si
-from exudyn_flexlink.sweeps.work import Work
+from exudyn_flexlink.sweeps.work import Work, shortened

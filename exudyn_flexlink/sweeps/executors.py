@@ -10,8 +10,6 @@ from exudyn_flexlink.sweeps.plan import Point
 from exudyn_flexlink.sweeps.rows import FAILED, Row
 from exudyn_flexlink.sweeps.work import Work
 
-MOST_TRIES = 2  # of a point whose process ends: once more, then it is a failed row
-
 
 class CannotStartError(Exception):
     """No process of an executor can do the work at all; the text says why, and what to do."""

@@ -20,13 +20,14 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from exudyn_flexlink.sweeps.executors import MOST_TRIES, CannotStartError, ended_row
+from exudyn_flexlink.sweeps.executors import CannotStartError, ended_row
 from exudyn_flexlink.sweeps.plan import Point
 from exudyn_flexlink.sweeps.rows import Row
 from exudyn_flexlink.sweeps.work import Work
 
 AHEAD = 2  # points that a process has: one it runs, and the next, so that it never waits
 READY = "ready"
+MOST_TRIES = 2  # of a point whose process ends: once more, then it is a failed row
 MOST_UNBORN = 2
 SECONDS_TO_END = 5.0
 

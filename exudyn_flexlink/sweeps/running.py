@@ -1,20 +1,52 @@
-"""Carries a sweep out: every point once, each row kept as soon as it is there."""
+"""Carries a sweep out: every point once, each row kept as soon as it is there.
+
+This process makes the runs, or processes of this machine, or a cluster.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
 from dataclasses import replace
 
 from exudyn_flexlink.loading import document_of_data
-from exudyn_flexlink.sweeps.executors import Executor
+from exudyn_flexlink.sweeps.cluster import DaskCluster
+from exudyn_flexlink.sweeps.executors import Executor, InThisProcess
 from exudyn_flexlink.sweeps.plan import Sweep
+from exudyn_flexlink.sweeps.processes import LocalProcesses
 from exudyn_flexlink.sweeps.rows import Observe, Row, Simulate
 from exudyn_flexlink.sweeps.table import SweepTable, table_of
 from exudyn_flexlink.sweeps.work import Keep, Work
 
 Told = Callable[[Row, int], None]
 """Called with each row, and the number of rows that are there."""
+
+
+def executor_of(workers: int | None = None, scheduler: str | None = None) -> Executor:
+    """Return who makes the runs: `workers` processes, by default one for every core.
+
+    One is this process itself. With the address of Dask's `scheduler`, its workers are.
+
+    Raises:
+        ValueError: both are given, or less than one worker.
+
+    """
+    if scheduler is not None:
+        if workers is not None:
+            raise ValueError("a scheduler has its own workers: give one of both")
+        return DaskCluster(scheduler)
+    count = _cores() if workers is None else workers
+    if count < 1:
+        raise ValueError(f"needs at least one worker, got {count}")
+    return InThisProcess() if count == 1 else LocalProcesses(count)
+
+
+def _cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def work_of(sweep: Sweep, simulate: Simulate, observe: Observe, keep: Keep | None = None) -> Work:

@@ -67,8 +67,13 @@ class Work:
         status = FAILED if why else DOUBTFUL if runs.told else DONE
         reason = why or "; ".join(dict.fromkeys(runs.told))
         wall = perf_counter() - began
-        short = reason if len(reason) <= LONGEST_REASON else reason[: LONGEST_REASON - 4] + " ..."
-        return Row(point.number, point.id, status, short, len(runs.told), wall, numbers)
+        told = shortened(reason, LONGEST_REASON)
+        return Row(point.number, point.id, status, told, len(runs.told), wall, numbers)
+
+
+def shortened(text: str, most: int) -> str:
+    """Return a text of no more than so many characters, with dots for what is left out."""
+    return text if len(text) <= most else f"{text[: most - 4]} ..."
 
 
 @dataclass

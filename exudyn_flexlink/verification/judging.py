@@ -9,7 +9,7 @@ from math import isfinite, nan
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism import build_mechanism
+from exudyn_flexlink.mechanism import build_mechanism, turned
 from exudyn_flexlink.observables import between_samples, path
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.source import Mistake, SceneError
@@ -134,9 +134,8 @@ def _(number: PublishedPosition, result: Result) -> float:
     k = _sample(number.at, result)
     place = path(result, number.point).position[k]
     if number.seen_from is not None:
-        x, y, angle = result.poses[k, _part(number.seen_from, result)]
-        c, s = np.cos(angle), np.sin(angle)
-        place = np.array([[c, s], [-s, c]]) @ (place - (x, y))
+        pose = result.poses[k, _part(number.seen_from, result)]
+        place = turned(place - pose[:2], -pose[2])
     return float(place[AXES[number.axis]])
 
 

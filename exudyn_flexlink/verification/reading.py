@@ -111,12 +111,14 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
 
 def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[Mistake]:
     """Names of parts that the scene does not have."""
+    joints = scene.joints.items()
+    with_clearance = [name for name, joint in joints if getattr(joint, "clearance", 0.0) > 0]
     known = {
         "point": point_names(scene),
         "body": list(scene.bodies),
         "relative_to": list(scene.bodies),
         "seen_from": list(scene.bodies),
-        "contact": [*scene.contacts, *_with_clearance(scene)],
+        "contact": [*scene.contacts, *with_clearance],
     }
     for key, names in known.items():
         given = getattr(number, key, None)
@@ -125,9 +127,3 @@ def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[M
             what = "point" if key == "point" else "contact" if key == "contact" else "body"
             message = f"the model has no {what} '{given}'{did_you_mean(given, names)}"
             yield Mistake((*path, key), message, hint)
-
-
-def _with_clearance(scene: Scene) -> list[str]:
-    """Joints with clearance, whose touches are known."""
-    joints = scene.joints.items()
-    return [name for name, joint in joints if getattr(joint, "clearance", 0.0) > 0]
