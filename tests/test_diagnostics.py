@@ -184,6 +184,31 @@ def test_a_strike_deeper_than_its_overlap_is_told_with_both(run: Result) -> None
     assert "1 of the 0.0001 m by which it overlaps the face" in told
 
 
+DOME = """
+title: a ball on a dome
+curves: {dome: {type: circle, centre: [0, -0.1], radius: 0.1}}
+bodies: {ball: {type: rigid, mass: 1, inertia: 0}}
+contacts: {top: {type: point_on_curve, point: ball.centre, curve: dome, side: right, radius: 0.02,
+                 law: {stiffness: STIFFNESS, restitution: 1}}}
+initial: {positions: {ball: [0, 0.02]}, velocities: {ball: [0, -2]}}
+run: {duration: 0.2}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.mark.parametrize(("stiffness", "told"), [(1600, "0.05 m deep, 0.42 of"), (1e5, "")])
+def test_a_strike_deep_in_what_is_round_is_told_with_its_radius(
+    stiffness: float, told: str
+) -> None:
+    """A ball of 1 kg at 2 m/s sinks v sqrt(m/k) deep: into 0.1 + 0.02 m, half of that or less."""
+    result = simulate(results.scene_from(DOME.replace("STIFFNESS", str(stiffness))), measure=False)
+    warnings = [warning for warning in result.warnings if "m deep" in warning]
+    assert len(warnings) == bool(told)
+    assert all(f"{told} the radius of 0.12 m there" in warning for warning in warnings)
+    depth = result.contacts["top"].touches.penetration[0]
+    assert depth == pytest.approx(2 / np.sqrt(stiffness), rel=1e-6)
+
+
 @pytest.mark.parametrize(("formulation", "right"), [("minimal", True), ("redundant", False)])
 def test_a_row_of_bounces_is_told_where_it_is_off(formulation: str, right: bool) -> None:
     """By formulation `minimal` the 24 bounces keep even to 1e-9 m."""

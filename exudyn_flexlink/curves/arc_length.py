@@ -29,6 +29,10 @@ class ArcLength:
         i = np.clip(np.searchsorted(self._u, u, side="right") - 1, 0, len(self._u) - 2)
         return np.asarray(self._lengths[i] + self._between(self._u[i], u))
 
+    def place(self, length: FloatArray) -> FloatArray:
+        """Places (...) at lengths from the start, as near as the curve's samples tell."""
+        return np.interp(length, self._lengths, self._u)
+
     def _between(self, low: FloatArray, high: FloatArray) -> FloatArray:
         half = 0.5 * (high - low)
         inside = low[..., None] + half[..., None] * (1 + NODES)

@@ -5,7 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from exudyn_flexlink.engines.diagnostics.consistency import doubts, refusal
-from exudyn_flexlink.engines.diagnostics.contacts import few_steps, idle_contacts, thin_overlaps
+from exudyn_flexlink.engines.diagnostics.contacts import (
+    deep_strikes,
+    few_steps,
+    idle_contacts,
+    thin_overlaps,
+)
 from exudyn_flexlink.engines.diagnostics.effort import many_iterations, tiny_steps
 from exudyn_flexlink.engines.diagnostics.sampling import few_samples
 from exudyn_flexlink.engines.diagnostics.walls import finer_than_asked, soft_walls
@@ -24,6 +29,7 @@ def diagnosed(result: Result) -> Result:
         *tiny_steps(result),
         *few_samples(result),
         *thin_overlaps(result),
+        *deep_strikes(result),
         *idle_contacts(result),
     )
     failed = refusal(result) if result.outcome.completed else None

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 
 import numpy as np
 
+from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import (
+    CircleContact,
+    CurveContact,
     FaceContact,
     approach,
     build_mechanism,
@@ -15,7 +19,9 @@ from exudyn_flexlink.mechanism import (
 from exudyn_flexlink.result import Result
 
 ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 1 %
-THIN = 0.25  # of the overlap of point and face: a deeper strike depends on how soft the face is
+# Of the overlap of point and face, or of the radius of what is round: what a deeper strike does
+# depends on how soft the contact is.
+THIN = 0.25
 
 
 def struck(result: Result) -> bool:
@@ -60,6 +66,36 @@ def thin_overlaps(result: Result) -> Iterator[str]:
                 f"into the face, {share:.2g} of the {overlap:.2g} m by which it overlaps the face: "
                 "how long it stays there depends on the contact's stiffness; raise it and compare"
             )
+
+
+def deep_strikes(result: Result) -> Iterator[str]:
+    """Say of each round contact where it sank deepest, against the radius of what is round there.
+
+    At that depth no direction is the nearest way out any more.
+    """
+    for contact in build_mechanism(result.scene).contacts:
+        if isinstance(contact, FaceContact):
+            continue
+        worst = (0.0, 0.0, 0.0, 0.0)
+        for touch in result.contacts[contact.name].touches:
+            radius = _round(contact, np.array([touch.place, touch.end_place]))
+            worst = max(worst, (touch.penetration / radius, touch.penetration, radius, touch.begin))
+        share, depth, radius, at = worst
+        if share > THIN:
+            yield (
+                f"after t = {at:.6g} s contact '{contact.name}' is {depth:.2g} m deep, {share:.2g} "
+                f"of the radius of {radius:.2g} m there: what follows depends on the contact's "
+                "stiffness; raise it and compare"
+            )
+
+
+def _round(contact: CircleContact | CurveContact, places: FloatArray) -> float:
+    """Smallest radius (m) of what touches at places (n,) m; of a curve as it bends to the point."""
+    if isinstance(contact, CircleContact):
+        return min(radius for radius in contact.radii if radius > 0)
+    curve = contact.curve
+    bend = float((-contact.side * curve.curvature(curve.arc_length.place(places))).max())
+    return contact.radius + (1 / bend if bend > 0 else inf)
 
 
 def idle_contacts(result: Result) -> Iterator[str]:
