@@ -40,18 +40,6 @@ def kind_of(mechanism: Mechanism) -> Kind:
     return Kind(bool(mechanism.channels), mechanism.has_play, knots)
 
 
-def own_functions(kind: Kind) -> list[Callable[..., Any]]:
-    """Functions that not every mechanism has compiled."""
-    own: list[Callable[..., Any]] = []
-    if kind.walls:
-        own += [walls.add_wall_forces, change_within]
-    if not kind.play:
-        own.append(cross)
-    if kind.knots:
-        own.append(before_step)
-    return own
-
-
 @cache
 def equation_functions_for(kind: Kind) -> list[Callable[..., Any]]:
     """Functions of equations of motion: the last fields of a `Mode`."""

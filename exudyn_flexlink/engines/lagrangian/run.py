@@ -14,14 +14,14 @@ from time import perf_counter
 
 import numpy as np
 
+from exudyn_flexlink.engines import Compilation
 from exudyn_flexlink.engines.coasting import coasting, keeping
 from exudyn_flexlink.engines.diagnostics.walls import resolving
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
 from exudyn_flexlink.engines.interrupts import interrupts
-from exudyn_flexlink.engines.lagrangian.addresses import equations_with, kind_of, own_functions
+from exudyn_flexlink.engines.lagrangian.addresses import equations_with, kind_of, steps_with
 from exudyn_flexlink.engines.lagrangian.advance import advance
 from exudyn_flexlink.engines.lagrangian.compiled import (
-    Compilation,
     compilation,
     hearing_interrupts,
     one_at_a_time,
@@ -128,9 +128,9 @@ def compiles(scene: Scene) -> Compilation:
 
 
 def _compilation(mechanism: Mechanism, by_explicit: bool) -> Compilation:
-    if by_explicit:
-        return compilation(motions_at, *equations_with(kind_of(mechanism)))
-    return compilation(advance, *own_functions(kind_of(mechanism)))
+    kind = kind_of(mechanism)
+    steps = [] if by_explicit else [advance, *steps_with(kind)]
+    return compilation(motions_at, *equations_with(kind), *steps)
 
 
 def _compile(prepared: Prepared) -> None:
