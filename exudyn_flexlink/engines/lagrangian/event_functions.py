@@ -13,7 +13,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
-from exudyn_flexlink.engines.lagrangian.faces import fill_gaps
+from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, coordinates_at
 from exudyn_flexlink.engines.lagrangian.track_point import END, START
 
@@ -40,7 +40,7 @@ class EventData(NamedTuple):
     lengths: FloatArray  # (c,) of their faces, m
     goal: FloatArray  # (4,) coordinates of the turning joint's parts (-1: ground), start, turns
     # (2, 3 + 4 c) at the two ends of the last step: time, rate of the track's coordinate, way to
-    # the end of its piece; gap, its rate, place and its rate of each contact
+    # the end of its piece; gap, place and their rates of each contact
     seen: FloatArray
 
 
@@ -65,7 +65,10 @@ def _look(at: Instant, mode: Mode, goal: FloatArray, row: FloatArray) -> float:
     row[0], row[1] = at.t, v[int(c.track_coordinate)]
     row[2] = min(mode.piece[END] - u, u - mode.piece[START])
     if len(mode.acting) > 0:
-        fill_gaps(q, v, point, c, row[SEEN:])
+        states, _, _ = touches(q, v, point, c)
+        for k in range(len(states)):
+            for m in range(4):
+                row[SEEN + 4 * k + m] = states[k, m]
     return turns_left(q, goal)
 
 
@@ -105,13 +108,13 @@ def _no_event_between(begin: Instant, end: Instant, mode: Mode, event_data: Even
 def _beyond(before: FloatArray, after: FloatArray, done: float, length: float) -> bool:
     """Tell that a point was beyond the same end of its face all through a step of `done` (s)."""
     way = done * max(abs(before[3]), abs(after[3]))
-    return bool(max(before[2], after[2]) < -way or min(before[2], after[2]) > length + way)
+    return bool(max(before[1], after[1]) < -way or min(before[1], after[1]) > length + way)
 
 
 @inlined
 def _far(before: FloatArray, after: FloatArray, done: float) -> bool:
     """Tell that a point was on one side of its face's line all through a step of `done` (s)."""
-    way = done * max(abs(before[1]), abs(after[1]))
+    way = done * max(abs(before[2]), abs(after[2]))
     return bool(min(abs(before[0]), abs(after[0])) > way and before[0] * after[0] > 0)
 
 
@@ -124,12 +127,12 @@ def _fallen(before: FloatArray, now: FloatArray, event_data: EventData) -> bool:
     fallen = now[2] < -NOTHING
     for k in range(len(event_data.sides)):
         i, side = SEEN + 4 * k, event_data.sides[k]
-        gap, place = now[i], now[i + 2]
+        gap, place = now[i], now[i + 1]
         if side == PRESSED:
             fallen = fallen or min(place, event_data.lengths[k] - place, -gap) < -NOTHING
         else:
             way = 1.0 if side == APART else -1.0
-            fallen = fallen or way * gap < -NOTHING or way * before[i + 1] < 0.0 < way * now[i + 1]
+            fallen = fallen or way * gap < -NOTHING or way * before[i + 2] < 0.0 < way * now[i + 2]
     return bool(fallen)
 
 
