@@ -32,6 +32,15 @@ SEEN = 3  # of a row of `EventData.seen`: where gaps begin
 NOTHING = 1e-13  # m: an event function this little below zero is there by rounding
 
 
+class Step(NamedTuple):
+    """A step of length h (s): its beginning, its changes (s, size), the method's powers."""
+
+    begin: Instant
+    h: float
+    changes: FloatArray
+    powers: FloatArray
+
+
 class EventData(NamedTuple):
     """What the event functions need besides the equations."""
 
@@ -153,25 +162,23 @@ def interpolate(
                 at[j] += weight * changes[m, j]
 
 
-def uneventful(
-    begin: Instant,
-    end: Instant,
-    inside: tuple[FloatArray, FloatArray],
-    mode: Mode,
-    event_data: EventData,
-) -> bool:
-    """Tell that no event function has fallen below zero in a step.
+@inlined
+def within(sigma: float, step: Step) -> Instant:
+    """Instant at the part sigma of a step."""
+    begin, h, changes, powers = step
+    y = np.empty(len(begin.y))
+    interpolate(sigma, begin.y, changes, powers, y)
+    return Instant(begin.t + sigma * h, y, begin.near)
 
-    `inside` are the step's changes and the method's powers.
-    """
-    if _no_event_between(begin, end, mode, event_data):
+
+def uneventful(step: Step, end: Instant, mode: Mode, event_data: EventData) -> bool:
+    """Tell that no event function has fallen below zero in a step."""
+    if _no_event_between(step.begin, end, mode, event_data):
         return True
-    y, rows = np.empty(len(begin.y)), event_data.seen.copy()  # the first is that of the start
+    rows = event_data.seen.copy()  # the first is that of the start
     for k in range(1, LOOKS + 1):
-        sigma = k / LOOKS
-        interpolate(sigma, begin.y, inside[0], inside[1], y)
-        at, now = Instant(begin.t + sigma * (end.t - begin.t), y, begin.near), rows[k % 2]
-        left = _look(at, mode, event_data.goal, now)
+        now = rows[k % 2]
+        left = _look(within(k / LOOKS, step), mode, event_data.goal, now)
         if left < -NOTHING or _fallen(rows[(k + 1) % 2], now, event_data):
             return False
     return True

@@ -15,7 +15,7 @@ from exudyn_flexlink.engines.lagrangian.advance import Means, MeansByReference
 from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.constants import Constants, ConstantsByReference
 from exudyn_flexlink.engines.lagrangian.equations import Drive, State
-from exudyn_flexlink.engines.lagrangian.event_functions import EventData
+from exudyn_flexlink.engines.lagrangian.event_functions import EventData, Step
 from exudyn_flexlink.engines.lagrangian.lengths import Scale, ScaleByReference
 from exudyn_flexlink.engines.lagrangian.mode import Instant, Mode, ModeByReference
 from exudyn_flexlink.engines.lagrangian.radau import Aim
@@ -26,7 +26,6 @@ from exudyn_flexlink.engines.lagrangian.step_arrays import (
     work_for,
 )
 from exudyn_flexlink.engines.lagrangian.step_control import Buffer, Control
-from exudyn_flexlink.engines.lagrangian.wall_events import Step
 from exudyn_flexlink.integrate.collocation import RADAU, Collocation
 
 
@@ -67,11 +66,11 @@ def step_signatures() -> tuple[Any, ...]:
         number,
         _tuple(line, number, line),
         _tuple(mode, scale),
-        _tuple(line, square),
+        method,
     )
-    squares = numba.types.UniTuple(square, 2)
+    step = _record(Step, instant, number, square, square)
     return (
-        changed(whole, _record(Step, instant, number, square, square), mode),
+        changed(whole, step, mode),
         numba.types.none(number, square, square, method, work),
         _tuple(whole, whole, number)(
             instant,
@@ -81,13 +80,11 @@ def step_signatures() -> tuple[Any, ...]:
             _tuple(method, scale, work, numba.types.FunctionType(rate_at)),
         ),
         rate_at,
-        squares(instant, square, mode),
-        _tuple(square, line)(
-            instant, number, square, mode, _tuple(square, line, line, square, square)
-        ),
+        numba.types.UniTuple(square, 2)(instant, square, mode),
+        _tuple(square, line)(instant, number, square, mode, _tuple(method, work)),
         number(instant, *at_knots),
         number(numba.types.UniTuple(instant, 2), *at_knots),
-        numba.types.boolean(instant, instant, squares, mode, _event_data()),
+        numba.types.boolean(step, instant, mode, _event_data()),
     )
 
 
