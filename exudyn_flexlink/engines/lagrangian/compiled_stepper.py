@@ -167,7 +167,13 @@ class CompiledStepper:
         b, system = self._buffer, self.problem.system
         functions = system.way_event_functions if idle else system.point_event_functions
         begin, end = float(b.times[last]), float(b.times[last + 1])
-        dense = Dense(begin, end, b.states[last].copy(), b.changes[last].copy(), self.method)
+        y, changes = b.states[last].copy(), b.changes[last].copy()
+
+        def dense(t: float) -> FloatArray:
+            state, part = np.empty(len(y)), (t - begin) / (end - begin)
+            interpolate(part, y, changes, self.method.powers, state)
+            return state
+
         event = self.problem.locate(functions, begin, end, dense)
         if event is None:
             self._take(last, last + 1, mode)
@@ -188,19 +194,3 @@ class CompiledStepper:
         if not system.trouble:
             system.rate(self.time + JUST_AHEAD, self.problem.state)
         raise NoConvergenceError("required step size is less than spacing between numbers")
-
-
-class Dense:
-    """The collocation polynomial of one step."""
-
-    def __init__(
-        self, begin: float, end: float, y: FloatArray, changes: FloatArray, method: Collocation
-    ) -> None:
-        self._begin, self._length = begin, end - begin
-        self._y, self._changes, self._powers = y, changes, method.powers
-
-    def __call__(self, t: float) -> FloatArray:
-        """State at t."""
-        at = np.empty(len(self._y))
-        interpolate((t - self._begin) / self._length, self._y, self._changes, self._powers, at)
-        return at

@@ -87,7 +87,7 @@ class System:
     def begin(self) -> None:
         """Take in what touches at time 0."""
         for walls in self.walls:
-            walls.start(*self.coordinates(0.0, self.start))
+            walls.settle(0.0, self.coordinates(0.0, self.start))
 
     @property
     def over(self) -> bool:
@@ -274,9 +274,10 @@ class System:
 
     def touch(self, t: float, y: FloatArray, k: int) -> None:
         """Pair k of link and guide begins or ceases to touch, and whichever do with it."""
-        q, v, point = self.coordinates(t, y)
+        at = self.coordinates(t, y)
         for walls in self.walls:
-            walls.change(t, k, q, v, point)
+            walls.change(t, k, at)
+            walls.settle(t, at)
 
     def _end_of_piece(self, t: float, y: FloatArray, way: int) -> FloatArray:
         slot = self.model.mechanism.slots[0].name

@@ -80,10 +80,6 @@ class Walls:
         wall_work(*motion, self.touching, self.constants)
         wall_forces(*motion, self.constants)
 
-    def start(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
-        """Take in which pairs touch at time 0."""
-        self._change_all(0.0, (q, v, point))
-
     def event_functions(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> list[float]:
         """Values at whose fall below zero a pair begins or ceases to touch, m."""
         seen = look(q, v, point, self.constants).pairs
@@ -101,20 +97,17 @@ class Walls:
         """What was seen last is no end of a step any more."""
         self._seen = None
 
-    def change(self, t: float, k: int, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
-        """Pair k begins to touch, or ceases to; likewise whichever do at the same time."""
-        self._change(t, k, (q, v, point))
-        self._change_all(t, (q, v, point))
-
-    def _change_all(self, t: float, at: At) -> None:
+    def settle(self, t: float, at: At) -> None:
+        """Take in which pairs begin to touch at t (s), or cease to."""
         seen = look(*at, self.constants).pairs
         for _ in seen:
             k = first_changed(seen, self.touching, self._two_sided)
             if k == NONE:
                 return
-            self._change(t, int(k), at)
+            self.change(t, int(k), at)
 
-    def _change(self, t: float, k: int, at: At) -> None:
+    def change(self, t: float, k: int, at: At) -> None:
+        """Pair k begins to touch, or ceases to."""
         self.touching[k] = 1 - self.touching[k]
         q, v, point = at
         poses, rates = self.poses(q[None], v[None], np.array([point]))
