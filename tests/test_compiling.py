@@ -58,7 +58,7 @@ import sys
 from exudyn_flexlink.engines.lagrangian import addresses, track_point, walls
 has = sys.argv[1:]
 addresses.equation_functions_for(addresses.Kind("walls" in has, "play" in has, knots=False))
-print(len(walls.look.signatures), len(track_point.crossing.signatures))
+print(len(walls.look.signatures), len(track_point._newton.signatures))
 """
 
 AFTERWARDS = """

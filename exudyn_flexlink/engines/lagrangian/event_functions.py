@@ -70,7 +70,7 @@ def turns_left(q: FloatArray, goal: FloatArray) -> float:
 def _look(at: Instant, mode: Mode, goal: FloatArray, row: FloatArray) -> float:
     """Fill in a row of `EventData.seen`; return the angle that is still to turn."""
     c = mode.constants
-    q, v, point, u = coordinates_at(at, mode)
+    q, v, point, u, _ = coordinates_at(at, mode)
     row[0], row[1] = at.t, v[int(c.track_coordinate)]
     row[2] = min(mode.piece[END] - u, u - mode.piece[START])
     if len(mode.acting) > 0:

@@ -55,12 +55,12 @@ def _missed(at: Instant, h: float, mode: Mode, method: Method, work: Work) -> Fl
     c = mode.constants
     stages = len(work.states)
     rows = np.empty((stages + 1, len(mode.acting), 2))  # gaps and their rates
-    q, v, point, _ = coordinates_at(at, mode)
+    q, v, point, _, _ = coordinates_at(at, mode)
     first, gradients, _ = touches(q, v, point, c)
     for k in range(len(first)):
         rows[0, k, 0], rows[0, k, 1] = first[k, 0], first[k, 2]
     for i in range(stages):
-        q1, v1, point1, _ = coordinates_at(_stage(i, at, h, method, work), mode)
+        q1, v1, point1, _, _ = coordinates_at(_stage(i, at, h, method, work), mode)
         later, _, _ = touches(q1, v1, point1, c)
         for k in range(len(later)):
             rows[i + 1, k, 0], rows[i + 1, k, 1] = later[k, 0], later[k, 2]

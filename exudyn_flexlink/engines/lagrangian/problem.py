@@ -102,9 +102,9 @@ class LagrangianProblem:
         """dy/dt."""
         return self.system.rate(t, y)
 
-    def longest(self, t: float, y: FloatArray) -> float:
+    def longest(self, t: float, y: FloatArray) -> float:  # noqa: ARG002
         """Limit of the next step, s."""
-        return self.system.longest_step(t, y)
+        return self.system.longest_step(y)
 
     def first_event(self, begin: float, end: float, dense: Dense) -> Event | None:
         """Locate what happens first in a step between two instants."""

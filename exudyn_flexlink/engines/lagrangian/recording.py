@@ -25,7 +25,7 @@ from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
 Dense = Callable[[float], FloatArray]
-_Motion = tuple[FloatArray, FloatArray, TrackPoint]
+_Motion = tuple[FloatArray, FloatArray, TrackPoint | FloatArray]
 
 BLOCK = 1024
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1 .. 1
@@ -103,11 +103,10 @@ class Recorder:
         if due or (crossed and len(self.system.events) > self._events):
             self._keep(t, y)
         self._events = len(self.system.events)
-        q, v, point = self.system.coordinates(t, y)
-        self._start = t, (q, v, point)
-        place = np.array([*point, self.system.track.place])
-        row = self._row(t, y)
-        self._checked.append((q[None], v[None], place[None], row[None]))
+        now = self.system.motion(t, y)
+        self._start = t, (now.q[0], now.v[0], now.point[0])
+        places = np.column_stack([now.point, now.place])
+        self._checked.append((now.q, now.v, places, self._rows(y[None], now.pressed)))
         self._waiting += 1
         if self._waiting >= BLOCK:
             self.flush()
@@ -241,18 +240,12 @@ class Recorder:
         kept = self.samples
         if kept.time and kept.time[-1] >= t:
             kept.drop_last()  # several events at one instant: the state after the last
+        now = self.system.motion(t, y)
         kept.time.append(t)
-        kept.motion.append(self.system.motion(t, y))
-        kept.totals.append(self._row(t, y))
+        kept.motion.append(now)
+        kept.totals += list(self._rows(y[None], now.pressed))
         while self._next < len(self.grid) and self.grid[self._next] <= t:
             self._next += 1
-
-    def _row(self, t: float, y: FloatArray) -> FloatArray:
-        """As `_rows`, of one state."""
-        pressed = np.zeros(1)
-        for walls in self.system.walls:
-            pressed[0] = walls.pressed_at(*self.system.coordinates(t, y))
-        return np.asarray(self._rows(y[None], pressed)[0])
 
     def flush(self) -> None:
         """Work off the block: extremes within its steps, and checks of their ends."""

@@ -95,7 +95,7 @@ def motions_at(
     )
     for i in range(size):
         t, y = times[i], states[i]
-        q, v, point, u = coordinates_at(Instant(t, y, places[i]), mode)
+        q, v, point, u, _ = coordinates_at(Instant(t, y, places[i]), mode)
         found.place[i] = u
         for j in range(count):
             found.q[i, j], found.v[i, j] = q[j], v[j]

@@ -14,7 +14,9 @@ from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, 
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
 from exudyn_flexlink.engines.lagrangian.mode import (
+    Instant,
     Mode,
+    coordinates_at,
     drive_numbers,
     mode_made,
     motor_numbers,
@@ -23,8 +25,8 @@ from exudyn_flexlink.engines.lagrangian.mode import (
 from exudyn_flexlink.engines.lagrangian.model import Model, turning_row
 from exudyn_flexlink.engines.lagrangian.sampling import Motions, motions_at
 from exudyn_flexlink.engines.lagrangian.touching import Walls
-from exudyn_flexlink.engines.lagrangian.track import Track
-from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
+from exudyn_flexlink.engines.lagrangian.track import TROUBLES, Track
+from exudyn_flexlink.engines.lagrangian.track_point import FINE, TrackPoint, place_on
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.mechanism import GROUND, TOUCHING, TurnGoal, approach
 from exudyn_flexlink.result import Event
@@ -44,27 +46,17 @@ class System:
         self.reached = False
         mechanism, state = model.mechanism, model.assembly.state
         self.kind = kind_of(mechanism)
-        curve, centre = mechanism.slots[0].curve, model.layout.guide.at
-        self.track = Track(curve, float(state.places[0]), state.laps[0], centre)
+        curve = mechanism.slots[0].curve
+        self.track = Track(curve, float(state.places[0]), state.laps[0])
         self.contacts = [Contact(face, self.events) for face in model.layout.faces]
         for contact in self.contacts:
             if approach(contact.face, state.q, state.v).gap < -TOUCHING:
                 contact.side = Side.BEHIND
         self.acting = np.zeros(len(self.contacts), dtype=np.int64)
         count = len(model.constants.inertias)
-        self._motors = [
-            (ramp, turning_row(model.layout, motor.first, motor.second))
-            for motor, ramp in model.layout.torques
-        ]
-        self._still = np.zeros(count)
         self.trouble = ""
         self.first = model.first
         self.free = count - model.first
-        self._theta, self._way = float(model.start[0][0]), 1.0
-        motor = model.layout.motor
-        if motor is not None and motor.second == GROUND:
-            self._way = -1.0
-        self._ramp = model.layout.ramp
         self._turning = 0.0
         self._track_coordinate = model.layout.track_coordinate
         self.constants = model.machine_constants
@@ -72,10 +64,14 @@ class System:
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
         self._modes: dict[int, Mode] = {}  # by the piece of the track
         layout = model.layout
+        way = -1.0 if layout.motor is not None and layout.motor.second == GROUND else 1.0
+        motors = [
+            (ramp, turning_row(layout, motor.first, motor.second)) for motor, ramp in layout.torques
+        ]
         # A mode borrows its arrays.
         self._centre = np.array(layout.guide.at, dtype=float)
-        self._drive = drive_numbers(self._ramp, self._way, self._theta, layout.play)
-        self._motor_numbers = motor_numbers(self._motors, count)
+        self._drive = drive_numbers(layout.ramp, way, float(model.start[0][0]), layout.play)
+        self._motor_numbers = motor_numbers(motors, count)
 
     @property
     def start(self) -> FloatArray:
@@ -105,19 +101,6 @@ class System:
             self.motion(0.0, self.start)
 
     # --- equations ----------------------------------------------------------------------------
-
-    def _guide(self, t: float, y: FloatArray) -> tuple[float, float, float]:
-        """Angle, speed and prescribed acceleration of the guide."""
-        if self._ramp is None:
-            return float(y[0]), float(y[self.free]), 0.0
-        ramp, way = self._ramp, self._way
-        return self._theta + way * ramp.integral(t), way * ramp.at(t), way * ramp.rate(t)
-
-    def _torques(self, t: float) -> FloatArray:
-        torques = self._still
-        for ramp, row in self._motors:
-            torques = torques + ramp.at(t) * row
-        return torques
 
     def mode(self) -> Mode:
         """The present equations, for machine code."""
@@ -153,31 +136,23 @@ class System:
 
     def rate(self, t: float, y: FloatArray) -> FloatArray:
         """dy/dt."""
-        guide = self._guide(t, y)
-        try:
-            point = self._track_point(guide[0], y)
-            return state_rate(y, guide, point, self._torques(t), self.mode())
-        except (ValueError, ArithmeticError) as error:
-            # A trial step too far; where no step is short enough, this is what is wrong.
-            self.trouble = str(error)
-            return np.full_like(y, np.nan)
+        rate, ended = state_rate(Instant(t, y, self.track.home), self.mode())
+        if ended == FINE:
+            return rate
+        # A trial step too far; where no step is short enough, this is what is wrong.
+        self.trouble = TROUBLES[ended]
+        return np.full_like(y, np.nan)
 
     def coordinates(self, t: float, y: FloatArray) -> tuple[FloatArray, FloatArray, TrackPoint]:
-        """All coordinates and speeds, and P."""
-        theta, omega, _ = self._guide(t, y)
-        first, free = self.first, self.free
-        q, v = np.empty(first + free), np.empty(first + free)
-        q[0], v[0] = theta, omega
-        q[first:], v[first:] = y[:free], y[free : 2 * free]
-        return q, v, self._track_point(theta, y)
+        """All coordinates and speeds, and P.
 
-    def _track_point(self, theta: float, y: FloatArray) -> TrackPoint:
-        """P: where the guide's angle puts it, or by its own coordinate, the last free one."""
-        return (
-            self.track.at(float(y[self.free - 1]))
-            if self._track_coordinate
-            else self.track.crossing(theta)
-        )
+        Raises:
+            DeadCentreError: the guide's angle does not tell where P is.
+
+        """
+        q, v, point, u, ended = coordinates_at(Instant(t, y, self.track.home), self.mode())
+        self.track.found(u, ended)
+        return q, v, point
 
     def motion(self, t: float, y: FloatArray) -> Motions:
         """Everything about one instant, P's place by the parameter of the whole curve."""
@@ -232,11 +207,10 @@ class System:
         looks = [walls.quiet(done, q, v, point) for walls in self.walls]
         return all(looks) and quiet
 
-    def longest_step(self, t: float, y: FloatArray) -> float:
+    def longest_step(self, y: FloatArray) -> float:
         """Limit of the next step: the guide turns a little."""
-        speed = abs(self._guide(t, y)[1])
-        if self._ramp is not None:
-            speed = abs(self._ramp.value)
+        ramp = self.model.layout.ramp
+        speed = abs(float(y[self.free]) if ramp is None else ramp.value)
         return EXPLICIT_TURN / speed if speed > 0 else inf
 
     def left(self, t: float, y: FloatArray) -> float | None:
@@ -295,7 +269,7 @@ class System:
         """P's place and speed by the parameter of the next piece, which goes on the same way."""
         y, free = y.copy(), self.free
         y[free - 1] = self.track.u
-        new = self.track.at(self.track.u)
+        new = place_on(self.track.numbers, self.track.u)
         y[2 * free - 1] *= hypot(old[2], old[3]) / hypot(new[2], new[3])
         return y
 

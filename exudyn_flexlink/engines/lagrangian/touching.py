@@ -156,11 +156,6 @@ class Walls:
             )
             self.deepest = max(self.deepest, so_far.penetration)
 
-    def pressed_at(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> float:
-        """Sum of the squares of how deep the pairs are that touch, m^2."""
-        work = wall_work(q[None], v[None], np.array([point]), self.touching, self.constants)
-        return float(np.sum(work[0, :, 2] ** 2))
-
     def stored(self, pressed: FloatArray) -> FloatArray:
         """Energy in all pairs, J, by the sums of their squared depths, m^2."""
         return np.asarray(self.channel.law.stored_energy(np.sqrt(pressed)))

@@ -95,7 +95,7 @@ def wall_event_functions(pairs: FloatArray, touching: IntArray, two_sided: bool)
 @inner
 def _pairs_within(sigma: float, step: Step, mode: Mode) -> FloatArray:
     """All pairs at the part sigma of a step, (pairs, 5)."""
-    q, v, point, _ = coordinates_at(within(sigma, step), mode)
+    q, v, point, _, _ = coordinates_at(within(sigma, step), mode)
     return look(q, v, point, mode.constants).pairs
 
 
