@@ -15,16 +15,11 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import step_functions_for
 from exudyn_flexlink.engines.lagrangian.advance import LOOK, STUCK, Means, advance, means_made
-from exudyn_flexlink.engines.lagrangian.compiled import (
-    hearing_interrupts,
-    numba,
-    seldom_collecting,
-)
+from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.event_functions import Side, interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
-from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.sampling import Block, motions_at, states_within
+from exudyn_flexlink.engines.lagrangian.sampling import Block, states_within
 from exudyn_flexlink.engines.lagrangian.step_arrays import Work, method_made, work_for, work_made
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
@@ -85,18 +80,10 @@ class CompiledStepper:
         )
 
     def compile(self) -> None:
-        """Have everything compiled that steps and samples are made by: of no step, and none."""
-        system, buffer = self.problem.system, self._room_for(1)
-        none = np.zeros(0)
-        compile_in_parallel(system.kind)
-        with seldom_collecting(), hearing_interrupts():
-            mode = system.mode()
-            advance(0.0, mode, self._means, system.event_data(), buffer)
-            states = states_within(
-                none, buffer.times, buffer.states, buffer.changes, self.method.powers
-            )
-            motions_at(none, states, none, mode, False)
-            system.motion(0.0, system.start)
+        """Have everything compiled that steps are made by: of no step, and none within."""
+        system, b = self.problem.system, self._room_for(1)
+        advance(0.0, system.mode(), self._means, system.event_data(), b)
+        states_within(np.zeros(0), b.times, b.states, b.changes, self.method.powers)
 
     @cached_property
     def _work(self) -> Work:

@@ -29,8 +29,10 @@ from exudyn_flexlink.engines.lagrangian.compiled import (
 )
 from exudyn_flexlink.engines.lagrangian.compiled_stepper import CompiledStepper
 from exudyn_flexlink.engines.lagrangian.instability import Instability
+from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
 from exudyn_flexlink.engines.lagrangian.model import Model, build_model
 from exudyn_flexlink.engines.lagrangian.outcome import Prepared, finish
+from exudyn_flexlink.engines.lagrangian.parallel_compiling import compile_in_parallel
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.sampling import motions_at
@@ -134,15 +136,22 @@ def _compilation(mechanism: Mechanism, by_explicit: bool) -> Compilation:
 
 
 def _compile(prepared: Prepared) -> None:
-    system = prepared.system
-    if isinstance(prepared.stepper, CompiledStepper):
-        prepared.stepper.compile()
-    else:
-        system.compile()
+    """Have everything compiled that steps, events and samples are made by."""
+    system, stepper = prepared.system, prepared.stepper
+    if isinstance(stepper, CompiledStepper):
+        compile_in_parallel(system.kind)
     with seldom_collecting(), hearing_interrupts():
+        if isinstance(stepper, CompiledStepper):
+            stepper.compile()
+        else:
+            system.rate(0.0, system.start)
+        q, v, point = system.coordinates(0.0, system.start)
+        system.motion(0.0, system.start)
         system.point_event_functions(0.0, system.start)
+        if not_smooth(prepared.model.mechanism):
+            mass_matrix(q, point, system.constants)
         for walls in system.walls:
-            walls.compile(*system.coordinates(0.0, system.start))
+            walls.compile(q, v, point)
 
 
 def not_smooth(mechanism: Mechanism) -> bool:

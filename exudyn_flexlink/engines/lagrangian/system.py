@@ -8,7 +8,6 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for, kind_of
-from exudyn_flexlink.engines.lagrangian.compiled import hearing_interrupts, seldom_collecting
 from exudyn_flexlink.engines.lagrangian.contacts import Contact
 from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
@@ -35,7 +34,7 @@ EXPLICIT_TURN = 0.05  # rad per explicit step of the guide: Newton's method for 
 
 
 class System:
-    """Equations, event functions and events of a model; the state is that of `state_rate`."""
+    """Equations, event functions and events of a model; the state is that of `mode.fill_rate`."""
 
     def __init__(self, model: Model, goal: TurnGoal | None) -> None:
         self.model = model
@@ -93,12 +92,6 @@ class System:
     def stop(self, reason: str, advice: str) -> None:
         """End the run after the step that is under way, for a reason."""
         self.stop_reason, self.stop_advice = reason, advice
-
-    def compile(self) -> None:
-        """Have everything compiled that an explicit method's steps and samples are made by."""
-        with seldom_collecting(), hearing_interrupts():
-            self.rate(0.0, self.start)
-            self.motion(0.0, self.start)
 
     # --- equations ----------------------------------------------------------------------------
 

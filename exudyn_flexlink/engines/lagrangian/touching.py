@@ -21,9 +21,10 @@ from exudyn_flexlink.engines.lagrangian.wall_events import (
     NONE,
     calm,
     first_changed,
-    wall_event_functions,
 )
 from exudyn_flexlink.engines.lagrangian.walls import (
+    GAP,
+    INSIDE,
     look,
     wall_forces,
     wall_work,
@@ -75,7 +76,9 @@ class Walls:
 
     def compile(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> None:
         """Have everything compiled that says who touches, and what is made of touches."""
-        first_changed(look(q, v, point, self.constants).pairs, self.touching, self._two_sided)
+        seen = look(q, v, point, self.constants).pairs
+        first_changed(seen, self.touching, self._two_sided)
+        calm(seen, seen, self.touching, self._two_sided, 0.0)
         motion = q[None], v[None], np.array([point])
         wall_work(*motion, self.touching, self.constants)
         wall_forces(*motion, self.constants)
@@ -83,8 +86,11 @@ class Walls:
     def event_functions(self, q: FloatArray, v: FloatArray, point: TrackPoint) -> list[float]:
         """Values at whose fall below zero a pair begins or ceases to touch, m."""
         seen = look(q, v, point, self.constants).pairs
-        found: list[float] = wall_event_functions(seen, self.touching, self._two_sided).tolist()
-        return found
+        gap, inside = seen[:, GAP], seen[:, INSIDE]
+        if self._two_sided:
+            gap = np.full(len(seen), -inf)
+        until = np.where(self.touching != 0, np.minimum(-gap, inside), np.maximum(gap, -inside))
+        return [float(value) for value in until]
 
     def quiet(self, done: float, q: FloatArray, v: FloatArray, point: TrackPoint) -> bool:
         """Tell whether no pair can have changed in the last step, of length `done` (s)."""

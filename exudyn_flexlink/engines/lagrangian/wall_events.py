@@ -8,8 +8,6 @@ pair is.
 
 from __future__ import annotations
 
-import numpy as np
-
 from exudyn_flexlink.arrays import FloatArray, IntArray
 from exudyn_flexlink.engines.lagrangian.compiled import compiled, inlined, inner
 from exudyn_flexlink.engines.lagrangian.event_functions import Step, within
@@ -80,16 +78,6 @@ def calm(
         ):
             return False
     return True
-
-
-@compiled
-def wall_event_functions(pairs: FloatArray, touching: IntArray, two_sided: bool) -> FloatArray:
-    """Values (pairs,) at whose fall below zero a pair begins or ceases to touch, m."""
-    values = np.empty(len(touching))
-    for k in range(len(touching)):
-        gap, inside = (-np.inf if two_sided else pairs[k, GAP]), pairs[k, INSIDE]
-        values[k] = min(-gap, inside) if touching[k] != 0 else max(gap, -inside)
-    return values
 
 
 @inner
