@@ -13,7 +13,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import Bounces
 from exudyn_flexlink.engines.lagrangian.equations import LASTING, NOT_ACTING, PENALTY
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
-from exudyn_flexlink.engines.lagrangian.impact import Impact
+from exudyn_flexlink.engines.lagrangian.impact_events import Impact
 from exudyn_flexlink.intervals import Interval
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import FaceContact
