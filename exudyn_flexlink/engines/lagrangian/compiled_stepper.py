@@ -19,7 +19,7 @@ from exudyn_flexlink.engines.lagrangian.compiled import numba
 from exudyn_flexlink.engines.lagrangian.event_functions import Side, interpolate
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.problem import LagrangianProblem, Pair
-from exudyn_flexlink.engines.lagrangian.sampling import Block, states_within
+from exudyn_flexlink.engines.lagrangian.sampling import states_within
 from exudyn_flexlink.engines.lagrangian.step_arrays import Work, method_made, work_for, work_made
 from exudyn_flexlink.engines.lagrangian.step_control import (
     ITERATED,
@@ -32,7 +32,7 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
 from exudyn_flexlink.engines.lagrangian.track import TROUBLES
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.integrate.clock import instant
-from exudyn_flexlink.integrate.collocation import Collocation
+from exudyn_flexlink.integrate.collocation import RADAU
 from exudyn_flexlink.integrate.events import EVENT_TIME, Event
 from exudyn_flexlink.integrate.problem import NoConvergenceError
 
@@ -46,7 +46,6 @@ class CompiledStepper:
     """Makes steps of one error each, many at once, and counts them."""
 
     problem: LagrangianProblem
-    method: Collocation
     control: Control
     first_step: float = FIRST_STEP
     steps: int = 0
@@ -75,7 +74,7 @@ class CompiledStepper:
         return Buffer(
             np.zeros(steps + 1),
             np.zeros((steps + 1, size)),
-            np.zeros((steps, len(self.method.nodes), size)),
+            np.zeros((steps, len(RADAU.nodes), size)),
             np.zeros(steps + 1),
         )
 
@@ -83,18 +82,18 @@ class CompiledStepper:
         """Have everything compiled that steps are made by: of no step, and none within."""
         system, b = self.problem.system, self._room_for(1)
         advance(0.0, system.mode(), self._means, system.event_data(), b)
-        states_within(np.zeros(0), b.times, b.states, b.changes, self.method.powers)
+        states_within(np.zeros(0), b.times, b.states, b.changes, RADAU.powers)
 
     @cached_property
     def _work(self) -> Work:
         """Arrays of a step."""
         system = self.problem.system
-        return work_for(len(self.method.nodes), len(system.start), system.free)
+        return work_for(len(RADAU.nodes), len(system.start), system.free)
 
     @cached_property
     def _means(self) -> Means:
         """What steps are made by; they borrow its arrays."""
-        method, work = method_made(*self.method), work_made(*self._work)
+        method, work = method_made(*RADAU), work_made(*self._work)
         functions = step_functions_for(self.problem.system.kind)
         return means_made(method, self.control, work, self._memory, *functions)
 
@@ -132,19 +131,17 @@ class CompiledStepper:
         if last == first:
             return
         b = self._buffer
-        block = Block(
+        steps = Buffer(
             b.times[first : last + 1],
             b.states[first : last + 1],
             b.changes[first:last],
             b.places[first : last + 1],
-            mode,
-            self.method,
         )
-        lengths = np.diff(block.times)
+        lengths = np.diff(steps.times)
         self.largest = max(self.largest, float(lengths.max()))
         self.smallest = min(self.smallest, float(lengths.min()))
         self.steps += last - first
-        self.problem.accept_block(block)
+        self.problem.accept_block(steps, mode)
 
     def _look(self, last: int, mode: Mode, idle: bool) -> Event | None:
         """Look for an event in the step with number `last`, and go to it, or to the step's end.
@@ -158,7 +155,7 @@ class CompiledStepper:
 
         def dense(t: float) -> FloatArray:
             state, part = np.empty(len(y)), (t - begin) / (end - begin)
-            interpolate(part, y, changes, self.method.powers, state)
+            interpolate(part, y, changes, RADAU.powers, state)
             return state
 
         event = self.problem.locate(functions, begin, end, dense)

@@ -15,8 +15,9 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.instability import Instability
+from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.recording import Recorder
-from exudyn_flexlink.engines.lagrangian.sampling import Block
+from exudyn_flexlink.engines.lagrangian.step_control import Buffer
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.integrate.events import Event, first_fall
 
@@ -89,12 +90,12 @@ class LagrangianProblem:
             default=None,
         )
 
-    def accept_block(self, block: Block) -> None:
+    def accept_block(self, steps: Buffer, mode: Mode) -> None:
         """Go to the end of steps in which nothing happened, and record them."""
-        self.instability.follow(block.times, block.states, block.places)
-        self.time, self.state = float(block.times[-1]), block.states[-1].copy()
-        self.system.track.at_rest(float(block.places[-1]))
-        self.recorder.take(block)
+        self.instability.follow(steps.times, steps.states, steps.places)
+        self.time, self.state = float(steps.times[-1]), steps.states[-1].copy()
+        self.system.track.at_rest(float(steps.places[-1]))
+        self.recorder.take(steps, mode)
 
     # --- of the explicit method ---------------------------------------------------------------
 

@@ -104,7 +104,7 @@ def prepare(scene: Scene, progress: Callable[[float], None] | None = None) -> Pr
     if by_explicit:
         stepper = ExplicitStepper(problem, tolerance)
     else:
-        stepper = CompiledStepper(problem, RADAU, control(model, tolerance, end))
+        stepper = CompiledStepper(problem, control(model, tolerance, end))
     asked = Asked()
     solution = Solution(stepper, problem, [*mechanism.knots(end), end], progress, asked.is_set)
     return Prepared(scene, model, system, recorder, problem, stepper, solution, asked, tolerance)
