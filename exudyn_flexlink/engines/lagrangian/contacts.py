@@ -31,9 +31,6 @@ class Contact:
     intervals: list[Interval] = field(default_factory=list)  # those that ended, and impacts
     _before: tuple[float, float] | None = None  # gap and its rate at the last look
     _open: Interval | None = None  # with impulse and loss when it began
-    length: float = field(init=False)
-    rigid: bool = field(init=False)
-    bounces: Bounces = field(init=False)
 
     def __post_init__(self) -> None:
         self.length = self.face.length

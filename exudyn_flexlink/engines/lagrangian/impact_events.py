@@ -19,7 +19,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.diagnostics.bouncing import LOSE_SPEED, REST_SPEED, is_over
-from exudyn_flexlink.engines.lagrangian.equations import NOT_ACTING
+from exudyn_flexlink.engines.lagrangian.equations import LASTING, NOT_ACTING
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.mass import mass_matrix
@@ -95,7 +95,7 @@ def _jump(
         # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
         own = float(mass[0, 1:] @ hit.jump - gradients[k, 0] * hit.impulse)
         work = own * float(v[0])
-    _, _, impulses, works = system.totals(y)
+    impulses, works = system.totals(y)
     y[2 * free + 1] += work
     impulses[k] += hit.impulse
     works[k] += hit.energy_lost
@@ -110,7 +110,7 @@ def _settle(system: System, t: float, y: FloatArray, struck: int) -> FloatArray:
         rates = {
             k: float(states[k, 2])
             for k, contact in enumerate(system.contacts)
-            if k == struck or (contact.rigid and contact.side is Side.PRESSED)
+            if k == struck or contact.acting == LASTING
         }
         k = min(rates, key=lambda i: rates[i])
         if rates[k] > -1e-12:

@@ -16,6 +16,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.diagnostics.walls import BROKEN_WALL_ADVICE, broken_wall
 from exudyn_flexlink.engines.extremes import ExtremeSeeker
+from exudyn_flexlink.engines.lagrangian.equations import PENALTY
 from exudyn_flexlink.engines.lagrangian.event_functions import Side
 from exudyn_flexlink.engines.lagrangian.mode import Mode
 from exudyn_flexlink.engines.lagrangian.sampling import Motions, motions_at, states_within
@@ -188,7 +189,7 @@ class Recorder:
 
     def _pressed(self, steps: int) -> BoolArray:
         """Contacts whose penalty acts, in so many steps, (steps, contacts)."""
-        acts = [c.side is Side.PRESSED and not c.rigid for c in self.system.contacts]
+        acts = [contact.acting == PENALTY for contact in self.system.contacts]
         return np.tile(np.array(acts, dtype=bool), (steps, 1))
 
     def _seek(self) -> None:
@@ -222,8 +223,7 @@ class Recorder:
         touch; the energy in the walls, of which `pressed` (m,) is as in `Motions`.
         """
         contacts = self.system.contacts
-        _, _, impulses, _ = self.system.totals(states[0])
-        at, count = states.shape[1] - 2 - 2 * len(impulses), len(impulses)
+        at, count = 2 * self.system.free, len(contacts)
         acts = [contact.side is Side.PRESSED for contact in contacts]
         free = [contact.side is not Side.BEHIND for contact in contacts]
         rows = np.zeros((len(states), 3 + 3 * count))

@@ -9,6 +9,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.lagrangian.addresses import equation_functions_for, kind_of
 from exudyn_flexlink.engines.lagrangian.contacts import Contact
+from exudyn_flexlink.engines.lagrangian.equations import LASTING
 from exudyn_flexlink.engines.lagrangian.event_functions import SEEN, EventData, Side
 from exudyn_flexlink.engines.lagrangian.faces import touches
 from exudyn_flexlink.engines.lagrangian.impact_events import meet_face
@@ -154,10 +155,10 @@ class System:
         found = motions_at(np.array([t]), np.array([y]), near, self.mode(), True)
         return found._replace(place=found.place + self.track.place_of(0.0))
 
-    def totals(self, y: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
-        """Energies dissipated in dampers and supplied, impulse of and work on each contact."""
-        at, count = 2 * self.free, len(self.contacts)
-        return float(y[at]), float(y[at + 1]), y[at + 2 : at + 2 + count], y[at + 2 + count :]
+    def totals(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Impulses of the contacts, and the works done on them: parts of the state."""
+        at, count = 2 * self.free + 2, len(self.contacts)
+        return y[at : at + count], y[at + count :]
 
     # --- event functions ----------------------------------------------------------------------
 
@@ -178,11 +179,11 @@ class System:
         values = self._way_left(q)
         if self.contacts:
             states, _, _ = touches(q, v, point, self.constants)
-            lasting = any(c.rigid and c.side is Side.PRESSED for c in self.contacts)
+            lasting = any(contact.acting == LASTING for contact in self.contacts)
             forces = self.motion(t, y).forces[0] if lasting else self.acting
             for contact, touch, force in zip(self.contacts, states, forces, strict=True):
                 values += contact.event_functions(touch, float(force))
-                if contact.rigid and contact.side is Side.PRESSED:
+                if contact.acting == LASTING:
                     contact.peak = max(contact.peak, float(force))
         return values
 
@@ -301,7 +302,7 @@ class System:
         As it begins and as it ends the contact stores nothing: what it stored when the point slid
         off the end of the face is lost.
         """
-        _, _, impulses, works = self.totals(y)
+        impulses, works = self.totals(y)
         return float(impulses[k]), float(works[k])
 
     def intervals(self, t: float, y: FloatArray, k: int) -> list[Interval]:
