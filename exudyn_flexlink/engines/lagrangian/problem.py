@@ -20,8 +20,8 @@ from exudyn_flexlink.engines.lagrangian.recording import Recorder
 from exudyn_flexlink.engines.lagrangian.step_control import Buffer
 from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.integrate.events import Event, first_fall
+from exudyn_flexlink.integrate.explicit import Dense
 
-Dense = Callable[[float], FloatArray]
 EventFunctions = Callable[[float, FloatArray], Sequence[float]]
 
 SLOPE = 1e-4  # of a step: over which the rates of event functions are taken

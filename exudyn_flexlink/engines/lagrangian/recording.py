@@ -6,7 +6,6 @@ their errors are controlled like those of the motion. Samples come from the dens
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import groupby
 from typing import NamedTuple
@@ -25,10 +24,10 @@ from exudyn_flexlink.engines.lagrangian.system import System
 from exudyn_flexlink.engines.lagrangian.touching import Rule
 from exudyn_flexlink.engines.lagrangian.track_point import TrackPoint
 from exudyn_flexlink.integrate.collocation import RADAU
+from exudyn_flexlink.integrate.explicit import Dense
 from exudyn_flexlink.laws import RestitutionPenalty
 from exudyn_flexlink.mechanism import EnergyMeter, approach, deepest_allowed, joint_residuals
 
-Dense = Callable[[float], FloatArray]
 _Motion = tuple[FloatArray, FloatArray, TrackPoint | FloatArray]
 
 BLOCK = 1024
@@ -143,7 +142,7 @@ class Recorder:
         if last > self._next:
             self._keep_all(self.grid[self._next : last], steps, mode)
             self._next = last
-        found, shift = self._nodes_of(steps, mode), self.system.track.place_of(0.0)
+        found, shift = self._nodes_of(steps, mode), self.system.track.shift
         if self.system.walls:
             rule = Rule.of(self.seeker.nodes, np.array([0.0, *RADAU.matrix[-1]]))
             lengths = np.diff(steps.times)
@@ -209,7 +208,7 @@ class Recorder:
         within = np.searchsorted(steps.times, instants, side="left") - 1
         near = steps.places[np.clip(within, 0, len(steps.changes) - 1)]
         found = motions_at(instants, states, near, mode, True)
-        kept, shift = self.samples, self.system.track.place_of(0.0)
+        kept, shift = self.samples, self.system.track.shift
         if kept.time and kept.time[-1] >= instants[0]:
             kept.drop_last()
         kept.time += instants.tolist()

@@ -53,10 +53,9 @@ class System:
             if approach(contact.face, state.q, state.v).gap < -TOUCHING:
                 contact.side = Side.BEHIND
         self.acting = np.zeros(len(self.contacts), dtype=np.int64)
-        count = len(model.constants.inertias)
         self.trouble = ""
         self.first = model.first
-        self.free = count - model.first
+        self.free = model.layout.count - model.first
         self._turning = 0.0
         self._track_coordinate = model.layout.track_coordinate
         self.constants = model.machine_constants
@@ -71,7 +70,7 @@ class System:
         # A mode borrows its arrays.
         self._centre = np.array(layout.guide.at, dtype=float)
         self._drive = drive_numbers(layout.ramp, way, float(model.start[0][0]), layout.play)
-        self._motor_numbers = motor_numbers(motors, count)
+        self._motor_numbers = motor_numbers(motors, layout.count)
 
     @property
     def start(self) -> FloatArray:
@@ -153,7 +152,7 @@ class System:
         self.coordinates(t, y)  # finds P, also where it is far from its last place
         near = np.array([self.track.u])
         found = motions_at(np.array([t]), np.array([y]), near, self.mode(), True)
-        return found._replace(place=found.place + self.track.place_of(0.0))
+        return found._replace(place=found.place + self.track.shift)
 
     def totals(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses of the contacts, and the works done on them: parts of the state."""

@@ -68,9 +68,10 @@ class Track:
         piece = self.curve.pieces[self.piece]
         return piece.end - self.u, self.u - piece.start
 
-    def place_of(self, u: float) -> float:
-        """Parameter of the whole curve at u on the current piece."""
-        return float(self.curve.breaks[self.piece] + u - self.curve.pieces[self.piece].start)
+    @property
+    def shift(self) -> float:
+        """By how much the parameter of the whole curve is more than that of the current piece."""
+        return float(self.curve.breaks[self.piece] - self.curve.pieces[self.piece].start)
 
     def next_piece(self, way: int) -> bool:
         """Go on to the next piece (way 1) or the one before (-1); False at an open curve's end."""
