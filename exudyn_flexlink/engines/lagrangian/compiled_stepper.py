@@ -29,7 +29,7 @@ from exudyn_flexlink.engines.lagrangian.step_control import (
     Buffer,
     Control,
 )
-from exudyn_flexlink.engines.lagrangian.track import TROUBLES
+from exudyn_flexlink.engines.lagrangian.track import TROUBLES, DeadCentreError
 from exudyn_flexlink.engines.lagrangian.wall_events import NONE
 from exudyn_flexlink.integrate.clock import instant
 from exudyn_flexlink.integrate.collocation import RADAU
@@ -105,6 +105,7 @@ class CompiledStepper:
         """Make a block of steps, no further than to `stop` (s); return the event at its end.
 
         Raises:
+            DeadCentreError: the guide's angle does not tell where P is next.
             NoConvergenceError: no step is short enough.
 
         """
@@ -173,8 +174,8 @@ class CompiledStepper:
 
     def _give_up(self) -> None:
         """Say why no step is short enough: where P can't be found next, that is what is wrong."""
-        system = self.problem.system
-        system.trouble = TROUBLES.get(int(self._memory[TROUBLE]), "")
-        if not system.trouble:
-            system.rate(self.time + JUST_AHEAD, self.problem.state)
+        trouble = int(self._memory[TROUBLE])
+        if trouble in TROUBLES:
+            raise DeadCentreError(TROUBLES[trouble])
+        self.problem.system.coordinates(self.time + JUST_AHEAD, self.problem.state)
         raise NoConvergenceError("required step size is less than spacing between numbers")
