@@ -63,13 +63,12 @@ class System:
         self._touching = self.walls[0].touching if self.walls else np.zeros(0, dtype=np.int64)
         self._modes: dict[int, Mode] = {}  # by the piece of the track
         layout = model.layout
-        way = -1.0 if layout.motor is not None and layout.motor.second == GROUND else 1.0
         motors = [
             (ramp, turning_row(layout, motor.first, motor.second)) for motor, ramp in layout.torques
         ]
         # A mode borrows its arrays.
         self._centre = np.array(layout.guide.at, dtype=float)
-        self._drive = drive_numbers(layout.ramp, way, float(model.start[0][0]), layout.play)
+        self._drive = drive_numbers(layout.ramp, layout.way, float(model.start[0][0]), layout.play)
         self._motor_numbers = motor_numbers(motors, layout.count)
 
     @property
